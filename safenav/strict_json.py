@@ -62,7 +62,7 @@ def _fraction(digits: str) -> float:
 
 
 def _constant(word: str) -> float:
-    raise JsonError(f"{word} is not a number of JSON")
+    raise JsonError(f"{word} is not a valid JSON number")
 
 
 MOST_LEVELS = 200

@@ -233,7 +233,7 @@ def main() -> None:
         connection.send(True)  # it is ready
         while task := tasks.get():
             case, conditions, trace = task
-            with contextlib.suppress(OSError):  # if missing, only its files are not found
+            with contextlib.suppress(OSError):  # without the folder only its files are missing
                 os.chdir(conditions.directory)
             connection.send(execute(case, conditions, trace))
     except (BrokenPipeError, SystemExit):

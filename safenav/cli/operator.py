@@ -21,7 +21,7 @@ def attended(wanted: bool, plan: Scenario, as_json: bool) -> bool:
     Raises UsageError if it is wanted of a run that never waits."""
     live = plan.clock is Clock.LIVE
     if wanted and not live:
-        raise UsageError("--operator helps live runs only; add '--clock live'")
+        raise UsageError("--operator requires a live run; add '--clock live'")
     return wanted or (live and not as_json and sys.stdin.isatty() and sys.stderr.isatty())
 
 

@@ -85,7 +85,7 @@ def replay(
             options.refuse({name: f"-o FILE in {' or '.join(endings)}"})
     options.refuse({} if solid else {"motion": "--3d"})
     if solid and form != ".html":
-        raise UsageError(f"--3d is a page: choose a name such as {output.with_suffix('.html')}")
+        raise UsageError(f"--3d writes a page: choose a name such as {output.with_suffix('.html')}")
     lines = read_trace(trace)
     if solid:
         write_out(output, _page3d(lines, trace, motion))

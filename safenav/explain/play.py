@@ -278,7 +278,8 @@ class Vacuity(Struct, frozen=True):
 
 
 def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
-    """Return how a strategy wins without keeping its goals, if it does: shortest paths first.
+    """Return how a strategy wins without meeting its goals, shortest paths first; empty if it does
+    not.
 
     The robot's moves are fixed by the strategy, so the others play alone on its automaton: a node
     from which no path of theirs meets all assumptions infinitely often is won vacuously."""

@@ -98,7 +98,7 @@ class _Turns:
         self._ends = [arrive.t or 0.0 for _, arrive in self._steps if arrive is not None]
 
     def tick(self, t: float) -> int:
-        """Return the tick of the present or next step of a robot at a time."""
+        """Return the tick of the robot's step at time ``t``, or else of its next one."""
         number = min(self._step(t), len(self._steps) - 1)
         return self._steps[number][0].tick if number >= 0 else 0
 

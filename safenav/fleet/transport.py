@@ -159,7 +159,7 @@ class Transport(Protocol):
 
     @property
     def step(self) -> Callable[[], None] | None:
-        """Advances a simulation, whose time passes only while the run waits, to its next messages;
+        """Advance a simulation, whose time passes only while the run waits, to its next messages;
         None: time passes by itself."""
 
     def now(self) -> float:

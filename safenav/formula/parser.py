@@ -212,7 +212,7 @@ class _Parser(FormulaParser[syntax.Formula]):
         **{word: f"write '{sign}'" for word, sign in _WORDS.items()},
         **{word.upper(): f"write '{sign}'" for word, sign in _WORDS.items()},
     }
-    deepest = 2 * MAX_DEPTH  # parentheses around an operand need not be operators
+    deepest = 2 * MAX_DEPTH  # parentheses nest too, but are not operators
     empty = "write TRUE for no condition"
     _inside_next = False
 

@@ -70,7 +70,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
     if robot.bound is not None:
         yield f"{e.robot} is in transit to {s.show(robot.bound)}"
     if own.kind == "ltl" and given.serves(own) and not (own.formulas and own.formulas.goals):
-        yield NotJudged(f"whether {e.robot} meets the goals of its formulas: too many memories")
+        yield NotJudged(f"whether {e.robot} meets its formulas' goals: too many memory values")
     served = [one for one in (own, given) if one.kind != "ltl"]
     there = any(e.goal < one.count and here in one.targets[e.goal] for one in served)
     if not (counts(e, robot, s.live) or there) and (given.kind != "ltl" or given.serves(own)):
@@ -173,7 +173,7 @@ def end(e: Line, s: State) -> Iterator[str]:
 
 @rule("outcome", "waiting")
 def assumption(e: Line, s: State) -> Iterator[str]:
-    """A run that ends or waits because others have violated an assumption records that."""
+    """A run that ends or waits because other robots have violated an assumption records that."""
     if e.outcome == "assumption_violated" and not s.assumptions:
         yield "no line records a violated assumption"
 

@@ -197,7 +197,7 @@ class Formulas:
         return any(self.goals[goal](self._row(before, after, *row)) for row in rows)
 
     def meets_with(self, memories: Iterable[int], goal: int, before: Pose, after: Pose) -> bool:
-        """Return whether a step from one of some memories meets a goal."""
+        """Return whether a step meets a goal from any of the memories."""
         known = {*memories}
         return any(i in known and goal in goals for i, _, goals in self.steps(before, after))
 

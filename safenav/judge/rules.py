@@ -58,7 +58,7 @@ def continuity(e: Line, s: State) -> Iterator[str]:
 
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
-    """A robot stays or steps to a free neighbouring region, with a heading never backwards, and a
+    """A robot stays or steps to a free neighbouring region, with a heading, never backwards; and a
     step ends where it leads; if it fails, at one of its ends, or elsewhere in a world of the
     user's."""
     robot, step = s.robots[e.robot], s.step(e)

@@ -55,8 +55,8 @@ class Mover(ABC):
 
     @abstractmethod
     def begin(self) -> None:
-        """Take the pose of the start. Raises UsageError if the robot cannot move so on the
-        floor."""
+        """Take the pose of the start. Raises UsageError if the robot does not fit or cannot
+        move on the floor."""
 
     @abstractmethod
     def move(self, crossing: Crossing) -> list[Moving]:

@@ -235,8 +235,8 @@ def starting(gait: Gait, turn: int, foot: int) -> Stride:
 
 @lru_cache(maxsize=64)
 def stopping(gait: Gait) -> tuple[float, float, float, float]:
-    """Return the seconds of a stop: a step onto the capture point, the feet close, the mass settles
-    twice."""
+    """Return the seconds of the four parts of a stop: a step onto the capture point, closing the
+    feet, and twice letting the mass settle."""
     omega, offset = gait.omega, gait.walker.foot
     step = log(gait.length * omega / gait.speed) / omega
     lean = offset - (offset - gait.sway) * exp(omega * step)

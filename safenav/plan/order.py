@@ -74,8 +74,9 @@ class _Stays:
         return found
 
     def moved(self, i: int, before: int, pose: int, place: int) -> dict[int, int]:
-        """Note the step to a place; return the others that were where it leads, each with its place
-        after that. In a crowd the last visitor is enough: it came after all others had left."""
+        """Record the step of a robot to a ``place`` in its plan. Return the robots that occupied
+        its destination before, each with its place after that. In a crowd the last visitor is
+        enough: it came after all others had left."""
         found, crowd = dict[int, int](), self.team.crowds[i] or frozenset()
         left, entered = self._spaces(i, before), self._spaces(i, pose)
         for space in left.keys() - entered.keys():

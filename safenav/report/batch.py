@@ -235,8 +235,8 @@ class FailureFolder:
 
                 page = page_of_trace(read_trace(files[-1]), files[-1].name)
             except Exception as error:
-                # A trace cut off in its first line is unreadable, and no error of the replay of a
-                # failure must end the batch.
+                # A trace cut off in its first line is unreadable. An error in the replay of a
+                # failure must not end the batch.
                 lines += ["", f"no replay: {type(error).__name__}: {error}"]
             else:
                 files.append(folder / "replay.html")

@@ -178,7 +178,7 @@ class Objective:
         return Pursuit(len(self.targets), self.in_turn, self.settles)
 
     def changed(self, **parts: object) -> Self:
-        """Return it with other values of its fields."""
+        """Return this objective with other values of some fields."""
         return replace(self, **parts)  # type: ignore[type-var]  # its classes are structs
 
     def waiting(self, places: Target) -> Objective:

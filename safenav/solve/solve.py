@@ -29,7 +29,7 @@ class BudgetError(Exception):
 
 
 class Step(Struct, frozen=True):
-    """``group`` meets the next need of gate ``g``, each robot in one of its poses ``at``."""
+    """``group`` fulfils the next need of obstacle ``g``, each robot in one of its poses ``at``."""
 
     g: int
     group: tuple[int, ...]
@@ -303,7 +303,7 @@ def _loses_nothing(step: Step, now: Sets) -> bool:
 
 
 class Duty(Struct, frozen=True):
-    """``goal``: the poses where a robot can meet the next need of gate ``g`` and all can
+    """``goal``: the poses where a robot can fulfil the next need of obstacle ``g`` and all can
     continue."""
 
     g: int

@@ -114,8 +114,8 @@ class _Ground(Struct, frozen=True):
         return [(self.start, m) for m in memories if guarantees.begins(dict(m), self.start)]
 
     def after(self, state: State) -> list[State]:
-        """Return the states after a step or a stay. With too many memories to list: those that some
-        memory allows."""
+        """Return the states after a step or a stay. If there are too many memories to list, these
+        are the states that some memory allows."""
         pose, memory = state
         guarantees = self.guarantees
         steps = moves(self.mobility, pose, self.world, self.blocked)

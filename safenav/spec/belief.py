@@ -118,7 +118,7 @@ class Tracker:
         for cell, regions in enumerate(self._cells):
             if not reach & regions:
                 continue
-            overseen = self._free  # the own regions that see all reached ones of the cell
+            overseen = self._free  # own regions that see all reached regions of the cell
             for region in bits(reach & regions):
                 overseen &= self.visibility.mask(region)
                 if not overseen:
@@ -153,7 +153,7 @@ class TooManyBeliefsError(ValueError):
 def occurring(
     watch: Tracker, own: Region, blocked: frozenset[Region], knowledge: Knowledge, most: int
 ) -> Mapping[Knowledge, Mask]:
-    """Return all possible knowledge, each with the own regions in which it may occur.
+    """Return each possible state of knowledge, with the robot's own regions in which it may occur.
 
     From ``knowledge`` in region ``own``; the robot itself steps freely, but not onto
     ``blocked`` regions. Raises TooManyBeliefsError beyond ``most`` beliefs.
@@ -185,7 +185,7 @@ def occurring(
 def _following(
     watch: Tracker, knowledge: Knowledge, owns: Mask
 ) -> Iterator[tuple[Knowledge, Mask]]:
-    """Yield the possible next knowledge, each with the robot's own regions that lead to it."""
+    """Yield each possible next state of knowledge, with the robot's own regions that lead to it."""
     outlook = watch.outlook(knowledge)
     for region in bits(outlook.reach):
         seers = owns & watch.visibility.mask(region)

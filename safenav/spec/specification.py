@@ -197,7 +197,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
             comment = ""
     if problems:
         raise InputError(problems)
-    # A strategy counts inputs before outputs, whatever the order of the sections.
+    # A strategy numbers inputs before outputs, whatever the order of the sections.
     ordered = sorted(variables.values(), key=lambda v: list(Owner).index(v.owner))
     return Specification(robot, title or file, tuple(ordered), tuple(constraints))
 

@@ -1,5 +1,5 @@
-"""The only transition: from a state by an event to the next. The world, the run and resume fold
-it."""
+"""The only transition: from a state by an event to the next. The world, the run and resume all
+apply it."""
 
 from __future__ import annotations
 
@@ -413,7 +413,7 @@ def _count(
     memory, more = pursuit.step(count.memory, here)
     stays = objective.stays(count.memory, region)
     fresh = met if pursuit.in_turn or pursuit.settles else met & ~count.memory
-    # Under a settling objective only the last target counts rounds.
+    # If the robot stays at its last target, that is recorded only once.
     told = () if stays and count.held else tuple(bits(fresh))
     return Count(memory, count.met + more, stays), told
 

@@ -159,7 +159,7 @@ class Bound:
         cannot. ``since``: the turns from which the former need and this one can be met;
         ``former``: the poses of the robots that took part in the former need."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
-        if number == stage.need:  # unless it has done its part, or others are to
+        if number == stage.need:  # none if it has done its part, or is not in the group
             chosen = stage.group is None or i in stage.group
             return self._start(i) if chosen and i not in stage.done else {}
         if not needs[number].same:

@@ -42,8 +42,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
     take part; ``barred``: robots that must not act on an obstacle; ``failed``: those that do not
     resolve one by entering it; ``inside``: of each robot where it is in obstacles closed to it;
-    ``helping``: those that serve each gate already; ``rounds``: those to be completed, if not all
-    of the mission; ``away``: poses that only robots out of service keep from each robot;
+    ``helping``: those that serve each obstacle already; ``rounds``: those to be completed, if not
+    all of the mission; ``away``: poses that only robots out of service keep from each robot;
     ``either``: strict objectives may begin with any target; ``laden``: robots that carry loads of
     other obstacles."""
 
@@ -421,7 +421,8 @@ def acting_floor(team: Team, state: State, among: Collection[int] | None = None)
 
 
 def laden(team: Team, state: State, gates: Collection[int]) -> frozenset[int]:
-    """Return the robots that carry loads which are never put down: of no gate of a floor."""
+    """Return the robots that carry loads which are never put down: those of permanent obstacles
+    outside ``gates``."""
     found: set[int] = set()
     for k in state.sealed.difference(gates):
         stage, needs = state.obstacles[k].stage, team.obstacles[k].needs

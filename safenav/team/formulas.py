@@ -133,8 +133,8 @@ class StateGraph(PoseGraph):
         return super().pose(number % self._span)
 
     def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
-        """Return this graph without the steps into a pose, whatever the memory is; runs let a robot
-        leave to the region behind it only."""
+        """Return this graph without the steps into a pose, for every memory. In runs the robot may
+        leave only to the region behind it."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, shut)
 

@@ -21,7 +21,7 @@ class Stage(NamedTuple):
 
 class Count(NamedTuple):
     """Progress with an objective: ``memory`` of its pursuit; ``met`` goals (in turn) or rounds
-    since the last resolution; ``held``: it stood at its last target when that was counted last."""
+    since the last resolution; ``held``: at the last count the robot stood at its last target."""
 
     memory: int = 0
     met: int = 0

@@ -38,8 +38,8 @@ class Need(Struct, frozen=True):
 
 class Obstacle(Struct, frozen=True, eq=False):
     """``closed_to``: for each need, the robots that must not enter while it is the next;
-    ``strays``: those that do not take the load by it, since no path leads them to where it is put
-    down. ``battery_of``: the robot whose empty battery it is."""
+    ``strays``: for each need, the robots that do not take its load, since no path leads them to
+    where it is put down. ``battery_of``: the robot whose empty battery it is."""
 
     name: str
     region: int

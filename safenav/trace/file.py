@@ -191,12 +191,12 @@ class _Reader:
         except ValueError as error:
             raise WrongError(f"this line is not JSON: {json_flaw(error)}", *hint) from None
         if not isinstance(data, dict):
-            raise WrongError("a line of a trace is a JSON object", *hint)
+            raise WrongError("each line of a trace must be a JSON object", *hint)
         if _PERHAPS_CONTROL.search(content):
             data = _shown(data)
         kind = data.get("type")
         if not isinstance(kind, str):
-            raise WrongError("`type` must be a string that says what kind of line this is", *hint)
+            raise WrongError("`type` must be a string that names the kind of the line", *hint)
         if self.header is None:
             self._begin(number, data)
         elif kind == Header.type:

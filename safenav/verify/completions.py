@@ -239,7 +239,7 @@ class Completions:
 def _counts(
     rows: Sequence[Row], known: Sequence[Slot], part: Sequence[Slot], tied: Sequence[Clause]
 ) -> list[int]:
-    """Return for each row the number of valuations of connected places that satisfy the clauses."""
+    """Return for each row the number of valuations of connected slots that satisfy the clauses."""
     domain = prod(len(place.variable.range) for place in part)
     if not tied:
         return [domain] * len(rows)

@@ -216,8 +216,9 @@ def _input_failures(automaton: Automaton) -> Iterator[Failure]:
 
 
 def _answer_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Yield the faults of the successors of a counterstrategy: each node has one next input, and
-    each possible reply of the system to it once; or some next input leaves it no reply."""
+    """Yield the faults of the successors of a counterstrategy. Each node must have one next input
+    and, once, each possible reply of the system to it; or none, if the system has no reply to some
+    next input."""
     choices, answers = rounds(automaton.spec)
     inputs, moves, ends = automaton.parts(Owner.INPUT), [], []
     several: int | None = None
@@ -306,7 +307,7 @@ def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[st
 
 def _choice(automaton: Automaton, node: int) -> Row | None:
     """Return the next inputs that the environment chooses in a node: those of the successors, or
-    inputs to which the system has no answer."""
+    inputs to which the system has no reply."""
     targets = automaton.strategy.transitions[node]
     if targets:
         return automaton.parts(Owner.INPUT)[targets[0]]

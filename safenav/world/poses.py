@@ -80,7 +80,7 @@ FAR = 1 << 30
 
 def bits(mask: Mask) -> Iterator[int]:
     """Yield the members of a set, ascending."""
-    if mask.bit_length() > _SHORT:  # in pieces: an operation takes as long as its numbers are
+    if mask.bit_length() > _SHORT:  # in pieces: operations on long numbers are slow
         data = mask.to_bytes(mask.bit_length() // 8 + 1, "little")
         for piece in _PIECES.finditer(data):
             first = piece.start() * 8

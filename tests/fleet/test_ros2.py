@@ -100,7 +100,7 @@ def named(what: Any) -> str:
     return f"{named(detail[0])}[{detail[1] or ''}]"
 
 
-def test_fields_are_those_of_other_definitions() -> None:
+def test_fields_agree_with_the_definitions_of_another_library() -> None:
     """In their order and with their signs, which the bytes alone do not show."""
     for name, fields in INTERFACES.items():
         package, *_, kind = name.split("/")

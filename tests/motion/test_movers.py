@@ -93,7 +93,7 @@ def test_a_quintic_has_its_place_speed_and_acceleration_at_both_ends() -> None:
 
 
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
-def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
+def test_a_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
     """By the rules of the checker, in each move and from one to the next, with room to spare."""
     limits: Any = robot("walker", side).limits()
     wrong: list[Any] = []

@@ -79,7 +79,7 @@ def says(value: Any) -> Callable[..., Any]:
         ("sense", says(Obstacle("door", 9)), "region 9 has a wrong part: `type` must be an object"),  # type: ignore[arg-type]
         ("sense", says(Obstacle(DOOR, 9, resolve_within=-4)), "wrong part: `resolve_within`"),
         ("sense", says(Obstacle(SAME, 9)), "region 9 has no previous need for 'same'"),
-        ("sense", says(Obstacle(TWO, 9)), "other numbers of robots for a 'same' need"),
+        ("sense", says(Obstacle(TWO, 9)), "as many robots for a 'same' need as before"),
         ("inputs", says(None), r"World.inputs\(1\) failed: AttributeError"),
         ("inputs", says({"alarm": "off"}), r"inputs\(1\) .* alarm is 'off', not True or False"),
         ("move", says(9), r"move\('drone', 9\): it returned 9, which has a wrong part"),

@@ -99,7 +99,7 @@ def test_all_robots_and_obstacles_of_the_library_can_be_drawn(desk: Desk) -> Non
     assert list(scenario.requirements) == ["always(height(quad) > 1)"]
 
 
-def test_every_robot_and_obstacle_has_a_silhouette_and_so_have_those_named_like_them(
+def test_every_robot_and_obstacle_has_a_silhouette_also_under_a_longer_name(
     desk: Desk,
 ) -> None:
     library = built_in()

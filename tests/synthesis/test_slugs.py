@@ -298,7 +298,7 @@ def test_a_cache_that_cannot_be_written_costs_one_warning(
 
 
 @pytest.mark.usefixtures("quick")
-def test_several_run_in_parallel_report_that_they_still_run_and_return_in_order(
+def test_parallel_syntheses_report_that_they_still_run_and_return_in_order(
     script: Script, patrol: Specification, tmp_path: Path
 ) -> None:
     """Each of two waits for the other to have started, so they cannot run one by one; and the first

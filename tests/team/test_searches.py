@@ -49,7 +49,7 @@ def test_robots_that_face_each_other_never_move_again() -> None:
     assert not immobile.robots((west + 9, west + 10)), "one follows the other"
 
 
-def test_a_search_that_ends_without_a_plan_is_not_taken_for_another_plan(
+def test_an_exhausted_search_proposes_no_other_plan(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     floor = floor_of(FACING)

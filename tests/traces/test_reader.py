@@ -49,7 +49,7 @@ NOT_TRACES: list[tuple[list[str], int, str]] = [
     ([*DOOR[:6], DOOR[6][:-4], *DOOR[7:]], 7, "not JSON"),
     ([*DOOR[:-1], DOOR[-1][:-4], ""], len(DOOR), "not JSON"),
     ([HEADER, '{"type": "goal", "tick": 1, "tick": 2}', ""], 2, "'tick' appears twice"),
-    ([HEADER, '{"type": "goal", "tick": NaN}', ""], 2, "NaN is not a number"),
+    ([HEADER, '{"type": "goal", "tick": NaN}', ""], 2, "NaN is not a valid JSON number"),
     ([HEADER, '{"type": "goal", "tick": 1e999}', ""], 2, "is beyond"),
     ([HEADER, '{"tick": 9007199254740993}', ""], 2, "beyond 9007199254740991"),
     ([HEADER, '{"tick": ' + "9" * 6000 + "}", ""], 2, "beyond 9007199254740991"),

@@ -1,6 +1,6 @@
 """Robots, walls and obstacles in MuJoCo: a lab without real robots, for rehearsals and tests.
 
-Robots track references by limited accelerations; a goal is one as well, straight to its place. A
+Robots track references by limited accelerations; for a goal, the reference leads straight there. A
 robot on the ground is a capsule, a flyer a sphere at its altitude. An obstacle is a box for the
 robots that must not enter its region; it disappears when its last need is fulfilled, and appears
 and disappears at the times of the scenario. One that blocks no robot, such as an order or an empty

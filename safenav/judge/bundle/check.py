@@ -96,7 +96,7 @@ def open_bundle(place: Path) -> dict[str, Any]:
         require(len(files) == len(listed), "two files of the archive have one name")
         sizes = [entry.file_size for entry in listed]
     if max(sizes, default=0) > MOST_BYTES or sum(sizes) > 10 * MOST_BYTES:
-        raise BundleTooLargeError(f"a file of more than {MOST_BYTES} bytes, or ten times that")
+        raise BundleTooLargeError(f"a file exceeds {MOST_BYTES} bytes, or all files ten times that")
     manifest = read_json(files.pop("manifest.json").read_bytes())
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", VERSION)
     require(known, f"not a bundle of version {VERSION}; an older one has its own check.py")

@@ -392,7 +392,7 @@ class Evidence:
         if by == "plan":
             fits = there
         elif by != "strategy" and not goes:
-            # It stayed while others moved: in each node of its pose with what it now knows.
+            # It stayed while others moved: any node fits that has its pose and its knowledge.
             kept = drive.agreeing(there, s) if drive.task.graph.names else set()
             fits = (nodes | kept | (fits if by == "backtrack" else set())) & there
         elif by == "strategy":

@@ -154,7 +154,7 @@ class Task:
         self.poses = [(row[0], HEADINGS[row[1]] if self.faces else None) for row in rows]
         self.of_pose: dict[Pose, set[int]] = {}  # the nodes that runs reach, by their pose
         own, last, awaited = graph.rows(self.own), [0] * graph.count, [0] * graph.count
-        # Without a memory of the next target, ``visit`` is infinitely often at each.
+        # Without a memory of the next target, ``visit`` requires each target infinitely often.
         self.in_turn = self.objective.in_turn and (self.objective.settles or bool(self.memory))
         if self.in_turn:
             last = graph.columns.get(next(iter(self.memory), ""), last)
@@ -225,7 +225,9 @@ class Task:
         if self.formulas is None or not self.own:
             return {()}
         if not self.formulas.whole:
-            raise BundleTooLargeError("formulas with many memories, of a robot without a strategy")
+            raise BundleTooLargeError(
+                "too many memory values in formulas of a robot without a strategy"
+            )
         return {row[: len(self.own)] for row in self.formulas.values}
 
     def replies(self, node: int, row: Row) -> set[Done]:

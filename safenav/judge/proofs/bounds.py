@@ -243,7 +243,7 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
         if robot is None:
             least = mission(Bound(s, 0), 0)
         elif robot.own.formulas and not robot.own.formulas.whole:
-            yield NotJudged(f"whether {of} is too small: formulas with many memories")
+            yield NotJudged(f"whether {of} is too small: formulas with too many memory values")
             continue
         else:
             least = least_within(s, name) if name == of else charge_needed(robot, s)

@@ -193,7 +193,7 @@ def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     count = len(targets)
     if not goals:
         return left if own.ordered else (0, 0)
-    if all(pose in target for target in targets):  # it meets all rounds here
+    if all(pose in target for target in targets):  # all targets are here, so all rounds are done
         after = max(covered, 0) + goals
         then = min(after, count - 1) if own.ends else after % count
         return 0, then if own.ordered else 0
@@ -218,7 +218,7 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
     if e.cause == "out_of_service":
         yield from _out_of_service_problems(e, s)
     elif unread := _unread(s):
-        yield NotJudged(f"why an operator is needed: the formulas of {unread} have many memories")
+        yield NotJudged(f"why an operator is needed: too many memory values of {unread}")
     elif e.proof is not None:
         yield from _deadlock_problems(e, s)
     elif not is_hopeless(case := Case(s)):
@@ -261,7 +261,7 @@ def shut_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why an obstacle that is given up may still be resolved, with all robots in service.
     Raises TooLargeError."""
     if unread := _unread(s):
-        yield NotJudged(f"whether {e.obstacle} can be resolved: {unread} has many memories")
+        yield NotJudged(f"whether {e.obstacle} can be resolved: too many memory values of {unread}")
         return
     case = Case(s, hopeful=True)
     if e.obstacle not in {one.name for one in team_closure(case, case.start, case.obstacles)[1]}:

@@ -157,7 +157,7 @@ class Examination:
             found, begin = [], piece.t0
             for part in piece.parts:
                 terms = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw))
-                # So many samples that the curve cannot leave them far aside.
+                # Close enough that the curve stays near its samples.
                 step = min(STEP, part.seconds / (2 * terms**2)) if terms > 1 else inf
                 times = grid(part.seconds, step or STEP)
                 found.append((begin + times, path(part, times)))
@@ -263,7 +263,7 @@ def outside(
 
 def check_room(case: Examination) -> None:
     """Bodies and feet stay inside the regions of their step. The plan of a driven robot leaves its
-    step when that fails; it stays inside the regions that the robot has."""
+    step when that fails, but not the regions that the robot occupies."""
     for name, pieces in case.pieces.items():
         held = [h for h in case.held if h.robot == name] if name in case.driven else []
         for piece in pieces:

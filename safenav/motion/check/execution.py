@@ -79,7 +79,7 @@ def check_execution(case: Examination) -> None:
         _rate(case, name, path)
         _clock(case, name, path)
         own: list[Holding] = []
-        # A robot that acts on an obstacle reaches into its region, which blocks all others.
+        # A robot that acts on an obstacle reaches into its region: no other robot may enter it.
         acts = _acts(case.trace, name)
         acting = [(one, t0, t1) for act, t0, t1 in acts for one in act.obstacles]
         acting += [(a.obstacle, a.t0, a.t1) for a in case.actions if a.robot == name]

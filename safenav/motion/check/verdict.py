@@ -1,6 +1,8 @@
-"""All rules of a motion, and its findings by time; contradictions between a motion file and its
-trace, which rules, pages and tables exclude first; the rules of flights and drives, and of pieces
-that follow each other without gap, jump or jerk of velocity."""
+"""All rules of a motion, and its findings by time.
+
+Contradictions between a motion file and its trace are excluded first. Here are also the rules of
+flights and drives, and those of consecutive pieces: no gap, no jump, no sudden change of velocity.
+"""
 
 from collections.abc import Callable, Mapping
 from functools import partial

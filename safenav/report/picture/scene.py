@@ -101,7 +101,7 @@ def svg_of(
         page.text(MARGIN, top - 9, words, 13, fill=floor.MUTED)
         for i, line in enumerate(lines[: CAPTION_LINES if film else None]):
             page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=floor.INK)
-    inside = "g"  # a cut at the window costs a third of the time, and only the ground needs it
+    inside = "g"  # clipping costs a third of the time, and only the ground needs it
     if ground:
         inside, box = "svg", f"{left:g} {upper:g} {width:g} {height:g}"
         page.open(inside, x=MARGIN, y=top, width=width, height=height, viewBox=box)

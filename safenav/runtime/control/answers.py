@@ -111,7 +111,7 @@ class Answers:
             return found
         plain = self._ask(key, lambda check: ask(floor, joint, served, seed, check))
         if first or not charges or isinstance(plain, Deadlock | Unserved):
-            return plain  # a plan impossible with any charge is soon proven so
+            return plain  # impossible with any charge: the proof is quick
         return self._ask((*key, charges, time), charged) or plain
 
     def more(

@@ -320,7 +320,7 @@ def _planned(
     charges = charges_now(team, state)
     if not starves and open_ <= helped and floor.completed(joint, frozenset(), sharing):
         timed = [i for i in sharing if team.members[i].robot.within is not None]
-        if goes_on and timed and not open_:  # their rounds are due while others have work
+        if goes_on and timed and not open_:  # their deadlines continue while other robots have work
             more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
             floor = replace(floor, robots=sharing, rounds=more)
             plan = answers.more(floor, joint, len(state.over), charges, state.time)

@@ -1,7 +1,7 @@
 """Checkpoints: the frozen state of a run in its trace, from which ``resume`` continues it.
 
 A checkpoint describes the run before a pass. Its data is read strictly: no part of it is executed,
-and its digest shows a change of it or of the header, unless the digest was updated as well.
+and its checksum reveals a changed checkpoint or header, unless the checksum was updated as well.
 Strategies are synthesized again where the robots are; commands under way in a live run have ended
 where they began.
 """
@@ -36,7 +36,8 @@ the last one, with ``LINE`` bytes for each."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
-    """The memory of the recorder: see there. ``ledger``: of deadlines, if there are any."""
+    """The memory of the recorder, by the names of its attributes (see ``Recorder``). ``ledger``:
+    the state of deadlines, if there are any."""
 
     tick: int
     moved: int

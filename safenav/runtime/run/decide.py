@@ -95,7 +95,7 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
             here, there = (team.world.label(p % team.size) for p in (robot.pose, pose))
             raise SynthesizerError(
                 f"the strategy of {team.members[i].name} leads from {here} to {there}, which is "
-                f"not a step on this map; it did not move"
+                "not a step on this map; the robot did not move"
             )
         if pose == robot.pose or safe is None or not graph.one_way or safe >> pose & 1:
             found.append(Proposal(pose, "strategy", node, controller.values(node)))

@@ -76,7 +76,7 @@ def command_line(
 
 class PlanLines:
     """The joint plan as far as it needs no further resolution. ``said``: the last place of each
-    robot in the recorded part (None: none is in force); ``basis``: for which plan and obstacles."""
+    robot in the recorded part (None: none is in force); ``basis``: its plan and obstacles."""
 
     def __init__(self, emit: Emit) -> None:
         self._emit = emit

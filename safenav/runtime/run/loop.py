@@ -224,8 +224,8 @@ class Run:
         return self.waits() and decide.continues(self.team, self.state, self.control, i)
 
     def action(self, i: int) -> Action | None:
-        """Return the action of a robot where it stands: none beside an operator for whom the team
-        waits."""
+        """Return the action of a robot where it stands. While the team waits for an operator, only
+        robots that may continue have one."""
         operator = self.waits() and self.until() is None
         may = not operator or decide.continues(self.team, self.state, self.control, i)
         return self.world.act(self, i) if may else None

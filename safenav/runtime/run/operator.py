@@ -257,7 +257,9 @@ class Operator:
             reason = "needs a heading" if pose.heading is None else "has no heading"
             raise UsageError(f"{name} {reason}")
         if is_reserved(run.team, run.state, i, region):
-            raise UsageError(f"another robot is in region {region}, or in a zone with it")
+            raise UsageError(
+                f"another robot is in region {region}, or in a zone of 'never_together'"
+            )
         away = {each.name for each in self.asked if each.kind in ("resolved", "open")}
         for k in _known(run):
             obstacle, state = run.team.obstacles[k], run.state.obstacles[k]

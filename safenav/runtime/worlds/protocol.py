@@ -204,7 +204,7 @@ def checked_obstacle(found: Obstacle) -> Obstacle:
     if listed and listed[0].same:
         raise ValueError(f"{where} has no previous need for 'same'")
     if any(need.same and need.robots != last.robots for last, need in pairwise(listed)):
-        raise ValueError(f"{where} needs other numbers of robots for a 'same' need")
+        raise ValueError(f"{where} needs as many robots for a 'same' need as before")
     return obstacle
 
 

@@ -123,7 +123,7 @@ class Reading(Findings):
         return None
 
     def regions(self, node: Node, what: str) -> Target | None:
-        """Return the regions of an area, or one region; None if that was reported."""
+        """Return the regions of an area, or one region; None for an error, which is reported."""
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value in self.areas:
             return self.areas[node.value]
         region = self.region(node, what)

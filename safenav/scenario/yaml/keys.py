@@ -186,7 +186,7 @@ class Beside(Struct, frozen=True):
 
 
 class Never(Struct, frozen=True):
-    """Keys that cannot stand together; the last two are in the message."""
+    """Keys that exclude each other; the message names the last two."""
 
     keys: tuple[str, ...]
     hint: str

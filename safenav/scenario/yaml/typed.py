@@ -188,7 +188,7 @@ def _list(inner: Any, node: Node, what: str, findings: Findings, key: Key) -> An
 
 
 def sequence(node: Node, what: str, findings: Findings) -> tuple[Node, ...] | None:
-    """Return the items of a list; None if that was reported."""
+    """Return the items of a list; None for another node, which is reported."""
     if isinstance(node, Sequence):
         return node.items
     shown = clipped(node.text) if isinstance(node, Scalar) else ""
