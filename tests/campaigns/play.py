@@ -217,11 +217,8 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
 class Operator:
     """An operator who intervenes at random. ``attends``: whether the run waits for the operator."""
 
-    def __init__(
-        self, scenario: Scenario, data: Mapping[str, Any], seed: int, played: Played
-    ) -> None:
-        self.played = played
-        self.random, self.data = Random(f"operator of {seed}"), data
+    def __init__(self, scenario: Scenario, data: Any, seed: int, played: Played) -> None:
+        self.random, self.data, self.played = Random(f"operator of {seed}"), data, played
         self.attends = self.random.random() < 0.6
         self.often = self.random.choice([0.02, 0.05, 0.15])
         self.left = self.random.randint(1, 6)

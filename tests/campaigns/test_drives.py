@@ -21,14 +21,7 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 from campaigns.late import Listening, Moment
 from drawn import tried
 from fleet.lab import Drive, drive_in
-from safenav import (
-    Diagnostic,
-    InputError,
-    Scenario,
-    UsageError,
-    check_trace,
-    load_scenario_text,
-)
+from safenav import Diagnostic, InputError, Scenario, UsageError, check_trace, load_scenario_text
 from support.floors import free_in, rooms
 from support.missions import SIDES, Data, mission
 

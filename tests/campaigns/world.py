@@ -16,7 +16,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from runtime.worlds import Remote
+from runtime.worlds import Remote, Uneven
 from safenav import (
     Acted,
     ActResult,
@@ -32,7 +32,6 @@ from safenav import (
     Scenario,
     WorldEvent,
 )
-from support.durations import Uneven
 
 Line = dict[str, Any]
 

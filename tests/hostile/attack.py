@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 if __name__ != "__main__":
     import warm
+    from children import ran
 
 MARK = "zqx"
 """It stands in each hostile word; no claim may contain it."""
@@ -42,34 +43,25 @@ def attack(words: Sequence[object], sandbox: Path, made: Sequence[str] = ()) -> 
     """Run a program in ``sandbox``, in which it may make the files ``made`` only, and none beside
     it. Its time is that of the processor: other programs may be busy."""
     outside = sandbox.parent
-    out, err, cost = (outside / name for name in ("out.txt", "err.txt", "cost.json"))
-    for file in (out, err, cost):
-        file.touch()
+    cost = outside / "cost.json"
+    cost.touch()
     before = _sizes(outside)
     env = {name: os.environ[name] for name in ("PATH", "SAFENAV_CACHE")}
     env["HOME"] = str(outside / "home")
     if words[0] == "safenav":
         done = warm.program("hostile.attack", cost, *words[1:], cwd=sandbox, env=env)
-        status, said, complained = done.returncode, done.stdout, done.stderr
+        status = done.returncode
         megabytes, seconds = json.loads(cost.read_text() or "[Infinity, Infinity]")
     else:
-        with out.open("wb") as stdout, err.open("wb") as stderr:
-            subprocess.run(
-                [sys.executable, "-I", "-S", __file__, cost, *map(str, words)],
-                cwd=sandbox,
-                env=env,
-                stdin=subprocess.DEVNULL,
-                stdout=stdout,
-                stderr=stderr,
-                check=True,
-            )
+        program = (sys.executable, "-I", "-S", __file__, cost, *words)
+        done = ran(program, cwd=sandbox, env=env, stdin=subprocess.DEVNULL, errors="replace")
         status, megabytes, seconds = json.loads(cost.read_text())
-        said, complained = (file.read_text("utf-8", "replace") for file in (out, err))
+    said, complained = done.stdout, done.stderr
     flaws = [] if status in DOCUMENTED else [f"exit code {status}: {complained[-300:]}"]
     flaws += [complained[-600:]] if "Traceback" in complained + said else []
     flaws += [f"{megabytes:.0f} MB"] if megabytes > MOST_MB else []
     flaws += [f"{seconds:.0f} s"] if seconds > MOST_SECONDS else []
-    allowed = (*(f"sandbox/{name}" for name in made), out.name, err.name, cost.name, "home")
+    allowed = (*(f"sandbox/{name}" for name in made), cost.name, "home")
     new = {name for name, size in _sizes(outside).items() if before.get(name) != size}
     flaws += [f"it made {name}" for name in sorted(new) if not name.startswith(allowed)]
     flaws += [f"an escape sequence: {found!r}" for found in _ESCAPES.findall(said)[:1]]

@@ -50,11 +50,6 @@ def damaged(draw: st.DrawFn) -> dict[str, Any]:
     return data
 
 
-@pytest.fixture(autouse=True)
-def own_cache(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SAFENAV_CACHE", "off")
-
-
 @campaign(150)
 @given(damaged(), st.sampled_from(["check", "run", "explain"]))
 def test_every_command_gives_a_result_or_a_message_for_a_damaged_scenario(

@@ -10,8 +10,8 @@ from msgspec.structs import replace
 
 from once import SCENARIOS, made_once, trace_of_shipped
 from runtime.played import play
+from runtime.worlds import Uneven
 from safenav import Clock, load_scenario
-from support.durations import Uneven
 from warm import safenav
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))

@@ -253,9 +253,7 @@ def _rests(scenario: Scenario, ticks: int) -> Iterator[Run]:
         with TemporaryDirectory() as folder, TraceWriter(file := Path(folder) / "t") as writer:
             mission = Mission(scenario, listeners=[writer], checkpoints=True)
             mission.start()
-            for _ in range(passes):
-                if mission.result is not None:
-                    return
+            while mission.result is None and mission.tick < passes:
                 mission.step()
             if mission.result is not None:
                 return

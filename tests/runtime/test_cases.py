@@ -13,8 +13,8 @@ from children import ran
 from once import SCENARIOS, trace_of_shipped
 from runtime.facts import Facts, cases, hold
 from runtime.played import completed
+from runtime.worlds import Uneven
 from safenav import Clock, check_trace, load_scenario
-from support.durations import Uneven
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 LIVE = [

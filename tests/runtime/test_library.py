@@ -11,9 +11,9 @@ import pytest
 
 import safenav
 from children import ran
+from once import ROOT
 from safenav import Diagnostic, InputError, Outcome, UsageError
 
-ROOT = Path(__file__).parents[2]
 TEXT, TUTORIAL = (
     (ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("library.md", "tutorial.md")
 )

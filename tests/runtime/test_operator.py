@@ -61,11 +61,12 @@ def test_the_terminal_prints_the_reason_of_a_wait_and_of_refusals(tmp_path: Path
 def test_a_report_of_absence_changes_no_wait() -> None:
     """A sensor that looks often would have it decided again as often."""
     scenario = loaded(GATE)
-    mission, run = begin(scenario, world=Remote(scenario), attended=True)
+    world = Remote(scenario)
+    mission, run = begin(scenario, world=world, attended=True)
     while mission.waiting is None or not mission.still:
         mission.step()
     elsewhere = replace(scenario.obstacles[0], region=23)
-    mission.post(Sensed(mission._world.commands.now(), elsewhere, there=False))
+    mission.post(Sensed(world.now(), elsewhere, there=False))
     mission.step()
     assert len(run.all("waiting")) == 1 and not run.all("reopened")
 

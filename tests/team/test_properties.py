@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from drawn import loads
+from runtime.worlds import Uneven
 from safenav import Clock, Mission, Outcome
 from safenav.plan.ask import Found, ask
 from safenav.plan.order import at_end, closed, joint_now, next_step
@@ -24,7 +25,6 @@ from safenav.team.apply import apply, initial
 from safenav.team.floor import Floor, Joint, floor_now
 from safenav.team.state import Is, State
 from safenav.team.team import Team, team_of
-from support.durations import Uneven
 from support.examples import campaign
 from support.missions import Data, mission
 
