@@ -13,9 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from once import beside, from_yaml
-from oracle.infix import truth
 from oracle.specification import Atom, Compare, Constant, Formula, Number, apply
-from oracle.text import infix
+from oracle.text import infix, truth
 from safenav import (
     InputError,
     SafenavError,

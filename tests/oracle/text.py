@@ -9,7 +9,7 @@ unary, &, |, ^, ->, <->), so that a reader with another table gets another game.
 """
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import groupby
 from random import Random
@@ -222,13 +222,15 @@ def _formula(tokens: Iterator[str], buffer: list[Formula]) -> Formula:
     return Atom(token.removesuffix("'"), token.endswith("'"))
 
 
-_TOKENS = re.compile(r"<->|->|[<>!]=|[\w.]+'?|\S")
+_TOKENS = re.compile(r"<--?>|--?>|&&|\|\||/\\|\\/|[<>!]=|[\w@.]+'?|\S")
+_SIGNS = {spelling: sign for sign, several in _SPELLINGS.items() for spelling in several}
+_SIGNS |= {"~": "!", "X": "next"}
 _RELATIONS = ("=", "!=", "<", "<=", ">", ">=")
 
 
 def read_infix(text: str) -> Formula:
-    """Parse a formula of structured slugs, as safenav prints it: no aliases, no `next(...)`."""
-    tokens = _TOKENS.findall(text)[::-1]
+    """Parse a formula of structured slugs, of which no variable is named X."""
+    tokens = [_SIGNS.get(token, token) for token in reversed(_TOKENS.findall(text))]
 
     def after(token: str) -> bool:
         return bool(tokens) and tokens[-1] == token and bool(tokens.pop())
@@ -243,6 +245,8 @@ def read_infix(text: str) -> Formula:
     def single() -> Formula:
         if after("!"):
             return apply("!", single())
+        if after("next"):
+            return apply("next", single())
         if after("("):
             inner = joined(1)
             assert after(")"), text
@@ -263,3 +267,37 @@ def read_infix(text: str) -> Formula:
     whole = joined(1)
     assert not tokens, text
     return whole
+
+
+Values = Mapping[str, int]
+Truth = Callable[[Values, Values], bool]
+"""Whether a formula holds now; the second values are those after the step."""
+_PYTHON = {"!": "not {}", "<->": "{} == {}", "->": "not {} or {}", "^": "{} != {}"}
+_PYTHON |= {"|": "{} or {}", "&": "{} and {}"}
+
+
+def truth(text: str) -> Truth:
+    """Return a formula of structured slugs as a function."""
+    found: Truth = eval(f"lambda now, then: bool({_python(read_infix(text))})")
+    return found
+
+
+def _python(formula: Formula) -> str:
+    def number(each: Number) -> str:
+        return _name(each.value, each.primed) if isinstance(each.value, str) else str(each.value)
+
+    match formula:
+        case Constant(value):
+            return str(value)
+        case Atom(name, primed):
+            return f"bool({_name(name, primed)})"
+        case Compare(relation, first, second):
+            left, right = (" + ".join(map(number, side)) for side in (first, second))
+            return f"({left} {'==' if relation == '=' else relation} {right})"
+        case Operation("next", (operand,)):
+            return _python(prime(operand))
+    return f"({_PYTHON[formula.operator].format(*map(_python, formula.operands))})"
+
+
+def _name(name: str, primed: bool) -> str:
+    return f"{'then' if primed else 'now'}[{name!r}]"

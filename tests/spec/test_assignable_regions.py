@@ -3,7 +3,7 @@ that known obstacles close to it."""
 
 import pytest
 
-from oracle.infix import truth
+from oracle.text import truth
 from safenav import Heading, Pose, RegionMap, Robot, Task, compile_task
 from safenav.scenario.model import RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit

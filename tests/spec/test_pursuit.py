@@ -15,7 +15,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from oracle.infix import Truth, truth
+from oracle.text import Truth, truth
 from safenav import (
     Heading,
     Pose,

@@ -30,10 +30,8 @@ from oracle.automata import (
 )
 from oracle.game import Solution, build_game, extract, solve
 from oracle.generator import random_specification
-from oracle.text import inputs_first, to_structuredslugs
+from oracle.text import inputs_first, to_structuredslugs, truth
 from safenav import Specification, Strategy, Synthesizer, Verdict, read_specification
-from safenav.formula.parser import parse
-from safenav.formula.syntax import evaluate
 from safenav.spec.specification import Section
 from safenav.verify.verification import Failure, Fault, Verification, verify
 
@@ -196,8 +194,8 @@ def _confirm(sample: Sample, strategy: Strategy, failure: Failure) -> None:
 
 
 def _met(strategy: Strategy, steps: list[tuple[int, int]], formula: str) -> bool:
-    parsed = parse(formula)
-    return any(evaluate(parsed, strategy.values(a), strategy.values(b)) for a, b in steps)
+    holds = truth(formula)
+    return any(holds(strategy.values(a), strategy.values(b)) for a, b in steps)
 
 
 def test_a_value_that_a_variable_does_not_have_is_a_failure(
