@@ -94,7 +94,7 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             return
         if isinstance(value, dict):
             for name, inner in value.items():
-                if not NAME.fullmatch(name) and key not in _TEXTS:  # a requirement has any name
+                if not NAME.fullmatch(name) and key not in _TEXTS:  # names of requirements are free
                     yield f"{_shown(name)} is neither a field nor a name"
                 left.append((key if key in _TEXTS else name, inner, level + 1))
         elif isinstance(value, list):

@@ -164,7 +164,7 @@ def _poses(motion: Motion, frame: Frame) -> Poses:
     if abs(side - frame.resolution[0]) > 1e-6 * side:
         raise UsageError(
             f"the regions of the motion measure {side:g} m, not {frame.resolution[0]:g} m\n"
-            "    compute another motion with --side {frame.resolution[0]:g}"
+            f"    compute another motion with --side {frame.resolution[0]:g}"
         )
     found, times = {}, times_of(motion, BAG_RATE)
     for name in motion.header.robots:

@@ -114,7 +114,7 @@ class Sensing:
         return None
 
     def stray_left(self, body: DrivenRobot) -> None:
-        """Tell that the obstacle that represented this robot has gone, once it has left there."""
+        """Report that the obstacle that represented this robot is gone, once the robot has left."""
         at, found = body.place, self._strays.get(body.robot.name)
         if found and at and self._places.region(at.x, at.y) != found.region:
             self._tell(self._strays.pop(body.robot.name), None, False)

@@ -267,7 +267,7 @@ class _SerialRun:
         step = self._begun.pop(name, None)
         if step is None:
             step = _Step(len(self.lines), move.tick, self._since)
-            self.lines.append(move)  # it takes the place of its departure
+            self.lines.append(move)  # this line replaces the departure
         if move.toward is not None:
             self._begun[name] = step
         elif move.to != move.from_:

@@ -154,7 +154,7 @@ def _charged(
     work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
     for lasting, begins in (True, late), (True, charges), (False, charges):
         start, answers = joint._replace(charges=begins), list[Sequence[Joint]]()
-        # Where a charger is near, short stops cost least; where it is far, few do.
+        # If a charger is near, short stops cost least; if it is far, few stops.
         for full in (False, True) if begins is late else (False,):
             search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full))
             answer = search.run() if search.fits(start) else Exhausted()

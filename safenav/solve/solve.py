@@ -122,7 +122,7 @@ class Solver:
             rest = self._steps(now.after(step), then, wanted, present, (*before, step))
             found = None if rest is None else (step, *rest)
             if found is not None or step.lossless:
-                break  # it lost nothing: no other step helps
+                break  # the step lost nothing, so no other step helps
         self._known[key] = found is not None
         return found
 

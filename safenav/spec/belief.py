@@ -173,7 +173,7 @@ def occurring(
                 beliefs += 1
                 if beliefs > most:
                     raise TooManyBeliefsError(
-                        f"with {len(watch.partition.cells)} cells more than {most} beliefs occur"
+                        f"more than {most} beliefs occur with {len(watch.partition.cells)} cells"
                     )
             found[after] = found.get(after, 0) | new
             if after not in fresh:

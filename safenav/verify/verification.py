@@ -301,7 +301,7 @@ def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[st
     start = inputs[starts[0]] if starts else lost_opening(spec)
     chosen = [_choice(found, node) if node in inputs else () for node in range(size)]
     if start is None or None in chosen:
-        raise ValueError("the system has an answer to each input")
+        raise ValueError("the system has a reply to each input")
     return {"of": "counterstrategy", "start": start, "chosen": chosen, "measures": each}
 
 

@@ -426,7 +426,7 @@ def contact_bit(number: int) -> int:
 def straight(
     begin: float, start: Sequence[float], goal: Sequence[float], seconds: float = 0.0
 ) -> Setpoints:
-    """Return the reference of a straight way between x, y and yaw: quintics from rest to rest."""
+    """Return the reference of a straight path between x, y and yaw: quintics from rest to rest."""
     count = int(seconds / TABLE) + 1
     lasts = max(count - 1, 1) * TABLE
     ends = zip(start, goal, strict=True)

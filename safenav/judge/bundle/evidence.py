@@ -67,7 +67,7 @@ def _meetings(plan: Plan, s: State) -> Iterator[str]:
     lengths = {name: len(way) for name, way in plan.ways.items()}
     beyond = {**lengths}
     orders = [(one, min(i, lengths[one]), other, j) for one, i, other, j in plan.orders]
-    for first, i, _, _ in orders:  # who waits for a place beyond a way does not go
+    for first, i, _, _ in orders:  # a robot waits forever for a place beyond a path
         beyond[first] = max(beyond[first], i + 1)
     order = Precedence(beyond, orders)
     visits: dict[int, list[tuple[str, int]]] = {}
@@ -115,13 +115,13 @@ class Precedence:
         for first, i, then, j in orders:
             after[first, i, True].append((then, j, False))
         bits = {event: 1 << number for number, event in enumerate(after)}
-        self._bits, self._later = bits, dict.fromkeys(after, 0)  # all events that come after each
+        self._bits, self._later = bits, dict.fromkeys(after, 0)  # the events after each event
         try:
             for event in TopologicalSorter(after).static_order():  # the last first
                 for other in after[event]:
                     self._later[event] |= self._later[other] | bits[other]
         except CycleError:
-            raise RefusedError("the orders of the plan wait for each other in a circle") from None
+            raise RefusedError("the steps of the plan wait for each other in a circle") from None
 
     def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
         """Yield the robots of two visits of which neither certainly ends before the other."""
@@ -217,7 +217,7 @@ class Evidence:
         self.plan: Plan | None = None
         self.moves = self.followed = self.plans = 0
         self.broken = False
-        self.begun = False  # some plan was made while a robot was on its way
+        self.begun = False  # some plan was made while a robot was in transit
 
     def rules(self) -> list[Rule]:
         """Return the rules, for one trace."""
