@@ -169,8 +169,8 @@ class Sensing:
         region: Region,
         heard: float,
     ) -> View:
-        """Return the meaning of a scan taken at ``at`` for an adjacent region, and tell whether it
-        shows an obstacle. One that another sensor still detects is not gone."""
+        """Return the meaning of a scan taken at ``at`` for an adjacent region, and report whether
+        it shows an obstacle. One that another sensor still detects is not gone."""
         hit, known = self._nearest(scan, at, region), self._seen.get(region)
         if hit is None:
             return View.SEEN

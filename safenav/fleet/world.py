@@ -25,8 +25,8 @@ from safenav.world.poses import Pose
 
 
 class FleetWorld:
-    """World of a fleet behind a transport. Open it before the mission; always close it. What robots
-    do about their commands is in ``goals``."""
+    """World of a fleet behind a transport. Open it before the mission; always close it. ``goals``
+    executes the commands."""
 
     def __init__(
         self,

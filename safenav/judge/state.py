@@ -50,7 +50,7 @@ class Progress:
         return own.ends and self.ahead >= own.count
 
     def anew(self, own: Objective) -> Progress:
-        """Return it with rounds from zero: the next target stays the next."""
+        """Return the progress with rounds from zero: the next target stays the next."""
         fresh = Progress(counts=(0,) * own.count, ahead=self.ahead)
         return replace(fresh, turn=self.turn, former=self.former)
 
@@ -191,14 +191,14 @@ class Rest(NamedTuple):
         return self.left[0].able if self.left and self.left[0].same else frozenset()
 
     def advanced(self, group: Iterable[str]) -> Rest:
-        """Return it after a group, with those that have done their part, has met the next need."""
+        """Return the rest after a group and those that have done their part met the next need."""
         left, met = self.left[1:], self.done.union(group)
         if left and left[0].same:
             left = (left[0]._replace(able=left[0].able & met), *left[1:])
         return self._replace(left=left, done=frozenset())
 
     def acted(self, group: Iterable[str]) -> Rest:
-        """Return it after a group has done its part of the next need."""
+        """Return the rest after a group has done its part of the next need."""
         done = self.done.union(group)
         met = self.left[0].together or len(done) >= self.left[0].robots
         return self.advanced(group) if met else self._replace(done=done)
@@ -406,8 +406,8 @@ class State:
         return formulas.lasting(known, robot.pose) if self.live and known else known
 
     def remembered(self, robot: Robot, told: set[int]) -> set[int]:
-        """Return the memories of a robot's formulas that may be told ones where it is, or will
-        arrive."""
+        """Return the memories that a robot's formulas may have now, and that are among the stated
+        ones where it is, or will arrive."""
         formulas, known = robot.own.formulas, self.memories(robot)
         if robot.bound is None:
             return known & told

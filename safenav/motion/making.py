@@ -26,7 +26,7 @@ from safenav.trace.vocabulary import MoveEnd
 def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -> file.Motion:
     """Return the motion of a run. ``side``: side of a region in metres, in place of the trace's;
     ``track``: also simulate how flyers track their references. Raises UsageError or
-    InputError if a robot cannot move so, or if the trace breaks a rule.
+    InputError if a robot has no motion on the floor, or if the trace breaks a rule.
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
@@ -75,7 +75,7 @@ def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
 
 
 def check_movable(scenario: Scenario) -> None:
-    """Raise UsageError or InputError if a robot cannot move so on the floor of a scenario."""
+    """Raise UsageError or InputError if a robot has no motion on the floor of a scenario."""
     trace = unstarted(scenario)
     movers_of(trace, floor_of(trace))
 
@@ -125,7 +125,7 @@ def mover(
     region.
 
     Raises UsageError for an unknown kind, an impossible parameter, or a floor on which the robot
-    cannot move so.
+    cannot move.
     """
     kind = str(motion.get("kind"))
     if kind not in KINDS:

@@ -135,7 +135,7 @@ def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
 
 def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
     """Return the trace with these lines in the order of their times, at each instant departures
-    last, and with them who goes out of service; their ticks stay."""
+    last, together with robots that go out of service; their ticks stay."""
     if trace.header.live:
         return trace
 

@@ -286,8 +286,8 @@ def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
 
 
 def _needed(floor: Floor, last: Joint, i: int, way: list[Waypoint]) -> None:
-    """Let a robot leave each charger as soon as it has the charge for its way to the next one, or
-    to the end: waiting elsewhere takes none."""
+    """Let a robot leave each charger as soon as it has the charge for its path to the next one,
+    or to the end: waiting elsewhere takes none."""
     energy = floor.team.members[i].energy
     assert energy is not None
     needed = _needed_at_end(floor, last, i)

@@ -1,4 +1,4 @@
-"""A plan as the way of each robot and what each step waits for: delays cannot break it.
+"""A plan as the path of each robot and the conditions of each step: delays cannot break it.
 
 A step into a region waits until the rivals that were there before have arrived elsewhere (an action
 dependency graph: Hoenig et al., RA-L 2019); a step that counts a goal, for the resolutions before
@@ -185,8 +185,8 @@ def _foreseen(plan: Plan, state: State, i: int) -> float:
 
 
 def _spare(team: Team, state: State, i: int) -> float | None:
-    """Return the charge that a robot off the chargers has beyond that for its way to one, and for a
-    few steps more; None if it needs none to wait, or no way leads to one."""
+    """Return the charge that a robot off the chargers has beyond that for its path to one, and for
+    a few steps more; None if it needs none to wait, or no path leads to one."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None or not energy.battery.stay or energy.charging(robot.pose):
         return None
@@ -256,7 +256,7 @@ def closed(team: Team, state: State, i: int) -> frozenset[int]:
 
 
 def at_end(state: State, among: Iterable[int]) -> bool:
-    """Return whether robots have gone their whole way."""
+    """Return whether robots have completed their paths."""
     plan = state.plan
     return plan is not None and all(state.robots[i].at + 1 >= len(plan.ways[i]) for i in among)
 
@@ -288,7 +288,7 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
 
 
 def surely(team: Team, state: State) -> list[int]:
-    """Return for each robot the last place of its way that it can reach without a further
+    """Return for each robot the last place of its path that it can reach without a further
     resolution."""
     plan = state.plan
     assert plan is not None
@@ -341,7 +341,7 @@ def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
 
 
 def joint_now(state: State, floor: Floor) -> Joint:
-    """Return the present joint state; a robot on its way is where it will arrive."""
+    """Return the present joint state; a robot in transit is where it will arrive."""
     counts = tuple((r.own.memory, r.own.met) for r in state.robots)
     arriving = [i for i, robot in enumerate(state.robots) if robot.to is not None]
     poses = tuple(robot.next for robot in state.robots)

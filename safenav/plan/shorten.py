@@ -1,4 +1,4 @@
-"""Shorter plans: each robot's way in turn is replaced by the earliest one among the others'."""
+"""Shorter plans: each robot's path in turn is replaced by its earliest one past other robots."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
@@ -33,8 +33,8 @@ def shortened(floor: Floor, answers: Iterable[Sequence[Joint]], served: frozense
 
 
 def _hindered(floor: Floor, best: list[Joint]) -> bool:
-    """Return whether a few robots take much longer than each of them would if nobody were in its
-    way."""
+    """Return whether a few robots take much longer than each of them would if no robot were in
+    its way."""
     if len(floor.robots) > FEW:
         return False
     ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
@@ -145,7 +145,7 @@ def _shown(
 
 
 def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
-    """Return whether a way has fewer steps, or ends earlier."""
+    """Return whether a path has fewer steps, or ends earlier."""
     (steps, end), (most, late) = _moves(way), _moves(before)
     return steps < most or end < late
 
@@ -174,9 +174,9 @@ def _earliest(
     i: int,
     shared: dict[frozenset[int], list[Mask]] | None,
 ) -> list[int] | None:
-    """Return the poses of a robot by tick on its earliest way through all that it does in
-    ``ticks``, around the ways of the others, or without ``shared`` as if it were alone; None if it
-    has none."""
+    """Return the poses of a robot by tick on its earliest path through all that it does in
+    ``ticks``, around the paths of other robots, or without ``shared`` as if it were alone; None if
+    it has none."""
     graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
     vias, rivals = _vias(floor, ticks, i), floor.team.members[i].rivals
     if last * (len(vias) + 1) > MOST_CELLS:
@@ -227,7 +227,7 @@ def _back(
     taken: list[Mask],
     ticks: Sequence[Joint],
 ) -> list[int] | None:
-    """Return the way to a cell, in which the robot stays wherever it can."""
+    """Return the path to a cell, on which the robot stays wherever it can."""
     graph, way, k = floor.graphs[i], [pose] * (len(ticks) - t), len(vias)
     while t:
         free = ~(taken[t - 1] | taken[t])

@@ -1,1 +1,1 @@
-"""Before and after a run: foresight, rehearsal, what would have helped."""
+"""Before and after a run: foresight, rehearsal, repairs."""

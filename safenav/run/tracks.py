@@ -118,7 +118,7 @@ class RobotTrack(Struct):
             self.steps[-1] = replace(self.steps[-1], last=tick)
 
     def move(self, to: Region, heading: str | None, toward: Region | None) -> None:
-        """Take a turn in lockstep: it is then in a region, or on its way ``toward`` another."""
+        """Take a turn in lockstep: it is then in a region, or in transit ``toward`` another."""
         tick, moves = len(self.regions), to != self.regions[-1]
         if self.battery is not None and (moves or toward is not None):
             self.battery.leave(tick - 1)

@@ -119,7 +119,7 @@ class LatePolicy(StrEnum):
 
 
 class Until(Struct, frozen=True):
-    """When a run is completed."""
+    """The condition under which a run is completed."""
 
     example: ClassVar[str] = "{rounds: 2}"
     rounds: Annotated[int, Key("Rounds of each robot after the last resolution.", least=1)] = 2

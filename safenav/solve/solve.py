@@ -1,5 +1,5 @@
-"""SOLVE (TEAM.md, 2): an order of resolutions after which every robot can continue. Robots do not
-collide.
+"""SOLVE: an order of resolutions after which every robot can continue, if robots did not collide
+(docs/coordination.md).
 
 A robot is the set of poses that it may choose to be in. A step meets one need by a group, or one
 robot's part of it. Resolving only opens paths, so a step after which its robots can return to all

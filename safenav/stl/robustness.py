@@ -239,7 +239,7 @@ def _folded(
     last: NDArray[np.intp],
 ) -> Array:
     """Join the columns first..last of ``row`` for each pair, by two overlapping stretches of 1, 2,
-    4, 8, ... columns; ``join`` must not mind that they overlap."""
+    4, 8, ... columns; their overlap must not change the result of ``join``."""
     found = np.zeros((len(row), len(first)))
     level = np.frexp(np.maximum(last - first + 1, 0))[1] - 1
     for k in range(int(level.max(initial=-1)) + 1):

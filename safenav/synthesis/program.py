@@ -197,8 +197,8 @@ def _setpriv() -> str | None:
 
 
 def _file() -> IO[bytes]:
-    """Return an empty file that ends with its use; in memory on Linux, which saves a millisecond
-    of each synthesis."""
+    """Return an empty file that is deleted after its use; in memory on Linux, which saves a
+    millisecond of each synthesis."""
     if sys.platform == "linux":
         return os.fdopen(os.memfd_create("synthesizer"), "w+b")
     return tempfile.TemporaryFile()

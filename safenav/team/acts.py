@@ -1,5 +1,5 @@
 """The regions that robots occupy; their actions where they stand; consequences of failed steps,
-unknown obstacles and lost robots (ASYNC.md, policies)."""
+unknown obstacles and lost robots."""
 
 from collections.abc import Collection, Iterator, Sequence
 
@@ -15,14 +15,14 @@ FAILURE = "world"
 
 
 def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
-    """Return the region of each robot that can take part in an action; ``moving``: also of those on
-    their way or out of service."""
+    """Return the region of each robot that can take part in an action; ``moving``: also of those in
+    transit or out of service."""
     can = (moving or (r.to is None and r.active) for r in state.robots)
     return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
 
 
 def occupied(team: Team, state: State) -> frozenset[int]:
-    """Return the regions of all robots: two while they are on their way."""
+    """Return the regions of all robots: two of each one in transit."""
     size = team.size
     return frozenset(p % size for robot in state.robots for p in (robot.pose, robot.next))
 
@@ -42,7 +42,7 @@ def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
 def acts_on(
     team: Team, state: State, at: Sequence[int | None], i: int, among: Collection[int] | None = None
 ) -> tuple[tuple[int, now.Stage], ...]:
-    """Return what a robot changes by acting where it stands: obstacles with their new stages.
+    """Return the changes by a robot that acts where it stands: obstacles with their new stages.
     ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
     count (None: all that are known)."""
     if at[i] is None or not team.members[i].robot.capabilities or (among is not None and not among):
@@ -121,7 +121,7 @@ def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozense
 
 
 def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iterator[now.Event]:
-    """Yield the events by which a robot meets an obstacle that the team may not know yet."""
+    """Yield the events by which a robot encounters an obstacle that the team may not know yet."""
     yield from noticed(team, state, obstacle)
     yield now.Met(i, number(team, state, obstacle), pose, stopped=True)
 

@@ -329,7 +329,7 @@ Goals = Iterator[tuple[int, int]]
 
 
 def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Return those of its own objective, and of its duty."""
+    """Return the goals that a robot meets where it stands: of its objective, and of its duty."""
     yield from own_goals(team, state, i, ticks)
     robot = state.robots[i]
     if not on_own(team, state, i):
@@ -339,7 +339,8 @@ def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
 
 
 def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Return those of its own objective: on a duty only if its plan or strategy remembers them."""
+    """Return those of a robot's own objective: on a duty only if its plan or strategy remembers
+    them."""
     if on_own(team, state, i) or _remembers(team, i):
         robot, own = _begun(team, state, i), team.members[i].objective
         yield from _met(own, _counts(team, robot, i, own, robot.own, team.rounds, ticks))
@@ -372,7 +373,7 @@ def _counts(
     ticks: int | None,
 ) -> Iterator[Counted]:
     """Yield each count of what a robot meets where it stands: one, or if that takes no time each
-    target, and where it settles ``most`` rounds; none on its way. Formulas count one step each
+    target, and where it settles ``most`` rounds; none in transit. Formulas count one step each
     time."""
     if robot.to is not None:
         return

@@ -148,8 +148,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return after < len(self.gate(g).needs) and self.gate(g).needs[after].same
 
     def advanced(self, g: int, stages: Stages, group: Iterable[int] | None = None) -> Stages:
-        """Return the stages after the next need is met, by a group and those who had done their
-        part."""
+        """Return the stages after the next need is met, by a group and the robots that had done
+        their part."""
         stage = stages[g]
         met = stage.group if group is None else stage.done.union(group)
         return put(stages, g, Stage(stage.need + 1, group=met if self.chained(g, stages) else None))
@@ -192,7 +192,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return found
 
     def performed(self, stages: Stages, poses: Sequence[int]) -> Stages:
-        """Return the stages after everybody has acted where it stands."""
+        """Return the stages after every robot has acted where it stands."""
         at = [pose % self.team.size for pose in poses]
         before = None
         while before != stages:
@@ -211,8 +211,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         stages: Stages,
         arriving: Container[int] = (),
     ) -> Joint:
-        """Return the joint state in which a search begins; ``arriving``: the robots on their
-        way."""
+        """Return the joint state in which a search begins; ``arriving``: the robots in
+        transit."""
         return self._settled(poses, counts, stages, self.robots, arriving)
 
     def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
@@ -225,8 +225,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return after
 
     def sequence(self, joint: Joint, poses: tuple[int, ...]) -> Iterator[tuple[int, Joint]]:
-        """Yield the robots that go to their poses one at a time, who leaves a region first, each
-        with the state after its step."""
+        """Yield the robots that go to their poses one at a time, those that leave a region first,
+        each with the state after its step."""
         size, left = self.team.size, [i for i in self.robots if poses[i] != joint.poses[i]]
         there: dict[int, set[int]] = {}
         for i in self.robots if left else ():
@@ -288,7 +288,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def completed(
         self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
     ) -> bool:
-        """Return whether all is done, and everybody (``who``) stands where it may end."""
+        """Return whether all is done, and each robot (``who``) stands where it may end."""
         robots = self.robots if who is None else who
         if not all(self.is_done(i, joint.counts[i]) for i in robots):
             return False

@@ -11,8 +11,8 @@ from safenav.world.poses import Pose
 
 
 class Stage(NamedTuple):
-    """An obstacle's progress: its next need, who has done his part of it, and who met the one
-    before if the same robots must meet it (None: any)."""
+    """An obstacle's progress: its next need, the robots that have done their part of it, and those
+    that met the one before if the same robots must meet it (None: any)."""
 
     need: int = 0
     done: frozenset[int] = frozenset()
@@ -186,7 +186,7 @@ class Turn(Event, frozen=True):
 
 
 class Goes(Event, frozen=True):
-    """A tick in which a robot is on its way."""
+    """A tick in which a robot is in transit."""
 
     robot: int
 

@@ -92,7 +92,7 @@ def _meetings(plan: Plan, s: State) -> Iterator[str]:
 
 
 def _occupies(robot: str, s: State) -> frozenset[int]:
-    """Return the regions of a robot that no plan leads. On its way it leaves one in time."""
+    """Return the regions that a robot without a plan occupies: in transit, only the one ahead."""
     bound = s.robots[robot].bound
     return s.robots[robot].holds if bound is None else frozenset([bound])
 
@@ -131,7 +131,8 @@ class Precedence:
                 yield one, other
 
     def _left_before(self, one: str, i: int, other: str, j: int) -> bool:
-        """Return whether ``one`` is certainly one place on when ``other`` departs for ``j``."""
+        """Return whether ``one`` has certainly reached its next place when ``other`` departs for
+        ``j``."""
         if i + 1 >= self._lengths[one] or j == 0:
             return False
         return bool(self._later[one, i + 1, True] & self._bits[other, j, False])

@@ -418,7 +418,7 @@ class Others:
         return sees(self.world, a, b, self.radius, self.line.sight_closed or ())
 
     def check_known(self, s: State) -> None:
-        """Refuse unless what the robot knows of others is so."""
+        """Refuse unless the robot's knowledge of other robots is true."""
         for name, value in self.first.items():
             where = self.whereabouts(name, value)
             later = self.later(where) if s.tick else where  # it may have moved since the look

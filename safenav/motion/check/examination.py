@@ -241,8 +241,8 @@ def holdings(case: Examination) -> list[Holding]:
 def outside(
     case: Examination, disc: Disc, spans: Sequence[Holding], touch: float
 ) -> tuple[float, str] | None:
-    """Return where a disc is more than ``touch`` metres inside a region that its robot does not
-    have at the time, by ``spans``: the time, and the place in words."""
+    """Return where a disc is more than ``touch`` metres inside a region that its robot has not
+    reserved at the time, by ``spans``: the time, and the place in words."""
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)

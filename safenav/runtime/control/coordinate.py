@@ -366,8 +366,8 @@ def _out_of_service(team: Team, state: State, control: Control) -> End | None:
 
 
 def _without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
-    """Return the end of a run for want of robots that are out of service. ``left``: what else is
-    known."""
+    """Return the end of a run that lacks robots out of service. ``left``: the reason why it is not
+    completed, if known."""
     names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
     left = left or what_is_left(team, state, (), live=team.scenario.clock is Clock.LIVE)
     return End("operator_needed", f"{names} out of service; {left}", "out_of_service")

@@ -142,7 +142,7 @@ def no_strategy(
     team: Team, state: State, failed: Sequence[tuple[int, Controller]], *, begun: bool
 ) -> End:
     """Return the end of a run in which a robot has no strategy: ``unrealizable`` before the start,
-    ``assumption_violated`` where others have violated an assumption of the last one."""
+    ``assumption_violated`` if other robots have violated an assumption of its last strategy."""
     for i, _ in failed:
         if rules := state.robots[i].broken:
             name = team.members[i].name
@@ -171,7 +171,7 @@ def deadlocked(team: Team, state: State, found: Deadlock) -> End:
     if not why:
         rivals = [i for i in robots if team.members[i].partners] or [*robots]
         where = ", ".join(
-            f"{team.members[i].name} {'at' if state.robots[i].to is None else 'on its way to'} "
+            f"{team.members[i].name} {'at' if state.robots[i].to is None else 'in transit to'} "
             f"{team.world.label(state.robots[i].next % team.size)}"
             for i in rivals
         )
@@ -232,7 +232,7 @@ _UNSERVED = "if a robot went there now, the team could not continue"
 
 
 class Request:
-    """An open request ``k`` at this moment; ``found``: who does what."""
+    """An open request ``k`` at this moment; ``found``: the duties of the robots."""
 
     def __init__(self, team: Team, state: State, found: Settlement, k: int) -> None:
         team, state = without_memory(team, state)

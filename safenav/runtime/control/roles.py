@@ -1,5 +1,5 @@
-"""The objective of each robot: its duty, to wait for help, or its own; and what it must keep out
-of."""
+"""The objective of each robot: its duty, to wait for help, or its own; and the obstacles that it
+must not enter."""
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -110,7 +110,8 @@ class Roles:
         return self._toward(i, targets, other) if self._goes_between(i, targets) else None
 
     def _wait(self, i: int) -> Role:
-        """Pursue its objective for this time; else hold where it met the obstacle."""
+        """Return the role of a robot that waits: its objective for that time, else to hold where it
+        encountered the obstacle."""
         other = self.meanwhile(i) if self.waits(i) else None
         if other is not None:
             return other

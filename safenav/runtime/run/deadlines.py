@@ -74,7 +74,7 @@ class Ledger:
         return LedgerKept(tuple(self.dues.items()), tuple(self.late)) if self.active else None
 
     def resume(self, kept: LedgerKept | None, tick: int) -> None:
-        """Continue from that."""
+        """Continue from the ledger of a checkpoint."""
         if kept is not None and self.active:
             self.dues, self.late, self.tick = dict(kept.dues), [*kept.late], tick
 
@@ -153,8 +153,8 @@ class Ledger:
         return [(of, self.dues[of]) for of in sorted(self.dues) if not self.dues[of].past]
 
     def _begins(self, team: Team, i: int, done: int | None = None) -> None:
-        """Begin a round of a robot, if it has a deadline; it has ``done`` as many as before, if not
-        given."""
+        """Begin a round of a robot, if its rounds have deadlines. ``done``: the rounds that it has
+        completed (default: as many as before)."""
         former, within = self.dues.pop((ROUND, i), Due(0)), team.members[i].robot.within
         if within is not None:
             done = former.done if done is None else done
@@ -214,8 +214,8 @@ Orders = list[list[Mask]]
 
 
 def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> Orders:
-    """Return them for its round, or for ``most`` rounds: several while a joint plan may begin with
-    any target."""
+    """Return the targets that a robot must still meet in sequence for its round, or for ``most``
+    rounds; several lists while a joint plan may begin with any target."""
     member, own = team.members[i], state.robots[i].own
     free = member.planned and member.either and own.met == 0
     begun = [own._replace(memory=k) for k in range(len(member.targets))] if free else [own]

@@ -132,8 +132,8 @@ def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...
 
 
 def closing(team: Team, state: State, i: int, pose: int) -> int | None:
-    """Return the known obstacle that a robot would enter by a move to a pose; or pass, as it stands
-    in one that it has not resolved."""
+    """Return the known obstacle that a robot would enter by a move to a pose, or in which it stands
+    and which it would leave on another side than it came from."""
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size
     if region == here:

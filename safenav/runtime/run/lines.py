@@ -25,7 +25,7 @@ Emit = Callable[[records.Record], None]
 def move_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
-    """Return the line in lockstep of a robot's turn, in which it moves, stays or is on its way;
+    """Return the line in lockstep of a robot's turn, in which it moves, stays or is in transit;
     None if it has just set out, and arrives in this turn."""
     result = None
     match event:
@@ -95,7 +95,7 @@ class PlanLines:
             self.said = most
 
     def reached(self, tick: int, team: Team, state: State) -> None:
-        """End the plan that was recorded if every robot has gone its way in it."""
+        """End the plan that was recorded if every robot has completed its path in it."""
         said = self.said
         if said is not None and all(state.robots[i].at >= said[i] for i in team.sharing):
             self.ends(tick, PlanEndReason.REACHED)

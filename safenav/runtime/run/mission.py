@@ -50,7 +50,7 @@ RunResult = records.End
 
 
 def uninterrupted(ended: RunResult) -> RunResult:
-    """Return the result of a run; raise KeyboardInterrupt again that ended it."""
+    """Return the result of a run; re-raise a KeyboardInterrupt that ended it."""
     if ended.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return ended

@@ -421,7 +421,7 @@ class Recorder:
 
     def _pops(self, state: State, *, ended: bool = False) -> None:
         """Remove the entries of requests that are over from the stack. ``ended``: no decision
-        follows, so that those who took part have their own objectives again."""
+        follows, so that the robots that took part have their own objectives again."""
         told = [robot.objective for robot in state.robots]
         for k, who, helpers in self.stack if ended else ():
             for i, member in enumerate(self.team.members):

@@ -1,4 +1,4 @@
-"""The world of a run as numbered events: its commands, and what becomes of them.
+"""The world of a run as numbered events: its commands, and their results.
 
 A simulated world and a real one answer the same commands (``runtime.worlds.commands``), so the team
 learns of an obstacle only what a robot notices. In lockstep a pass is a tick, in which each robot
