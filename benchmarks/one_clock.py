@@ -32,6 +32,7 @@ import yaml
 from floors import benchmark_map, crowd, maps_folder, mission, scattered
 from msgspec.structs import replace
 
+from runtime.worlds import Uneven
 from safenav import Acted, ActResult, Arrived, Mission, Obstacle, Pose, Robot, Scenario, WorldEvent
 from safenav.errors import Outcome
 from safenav.pace.robot import Pace
@@ -46,7 +47,6 @@ from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
 from safenav.trace.records import Record
 from safenav.world.map import Region
-from support.durations import Uneven
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 HEADINGS = (
