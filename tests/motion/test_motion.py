@@ -195,7 +195,7 @@ def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> N
         motion_of(read_trace(trace_of_shipped("case_study_1")), side)
 
 
-def test_columns_are_each_other_s_derivatives_in_the_world_of_the_map_s_origin(
+def test_columns_are_derivatives_of_each_other_in_the_frame_of_the_world(
     tmp_path: Path,
 ) -> None:
     (trace := tmp_path / "plain.jsonl").write_bytes(trace_of_shipped("case_study_1").read_bytes())

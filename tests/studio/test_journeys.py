@@ -317,7 +317,7 @@ def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) 
     assert [r["robot"] for r in lines if r["type"] == "resolved"] == ["digit"]
 
 
-def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser) -> None:
+def test_a_mission_in_the_users_own_world_is_seen_as_it_happens(browser: Browser) -> None:
     fleet = Driven(SHIPPED)
     with LiveView(SHIPPED, browser=False) as view:
         mission = Mission(SHIPPED, world=fleet, listeners=[view])

@@ -131,7 +131,7 @@ def test_nothing_is_written_outside_the_folder(
     assert (home / "secret.yaml").read_text() == "somebody else's\n"
 
 
-def test_a_name_in_the_folder_is_written_whole(editor: Served, home: Path) -> None:
+def test_a_file_in_the_folder_is_written_whole(editor: Served, home: Path) -> None:
     with editor.opened() as page:
         page.say("open", kind="template", name="door")
         told = page.document("a door on the way")

@@ -189,7 +189,7 @@ def test_a_plan_reaches_its_final_state_for_any_durations(seed: int, random: Ran
 
 @given(SEEDS)
 @PROPERTY
-def test_resolving_only_opens(seed: int) -> None:
+def test_resolving_an_obstacle_only_opens_paths(seed: int) -> None:
     team, state = begun(seed)
     floor = floor_now(team, state)
     stages = tuple(state.obstacles[k].stage for k in floor.gates)
