@@ -203,7 +203,9 @@ def test_too_many_beliefs_are_refused_with_advice(monkeypatch: pytest.MonkeyPatc
         if limit == most:
             compile_task(task, scenario.map)
             continue
-        with pytest.raises(UsageError, match=rf"digit: with 3 cells .* {limit} .* larger tiles"):
+        with pytest.raises(
+            UsageError, match=rf"digit: more than {limit} beliefs .* 3 cells.* larger tiles"
+        ):
             compile_task(task, scenario.map)
 
 
