@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from hashlib import sha1
-from itertools import repeat
+from itertools import accumulate, repeat
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
@@ -182,8 +182,8 @@ def record(workers: int) -> int:
     return status.returncode
 
 
-def recorded() -> Callable[[Mutant], list[str]]:
-    """Return which tests run the line of a mutant, the shortest first.
+def recorded(seconds: float) -> Callable[[Mutant], list[str]]:
+    """Return which tests run the line of a mutant, the shortest first, as many as take ``seconds``.
 
     Lines of a module's own level run once in a process, for whatever test comes first: any test
     that runs a line of the module may find an error there.
@@ -202,7 +202,9 @@ def recorded() -> Callable[[Mutant], list[str]]:
         if (inner := function(mutant)) is not None:
             lines = sorted(line for line in runs if inner < line <= mutant.line)[-1:]
         labels = {label.rpartition("|")[2] for line in lines for label in runs[line]}
-        return [test for _, test in sorted(times[label] for label in labels & times.keys())]
+        found = sorted(times[label] for label in labels & times.keys())
+        ends = accumulate(time for time, _ in found)
+        return [test for (_, test), end in zip(found, ends, strict=True) if end <= seconds]
 
     return tests
 
@@ -240,9 +242,11 @@ def failure(tests: list[str], patience: float, mutant: Mutant | None = None) -> 
         said = out.read().decode(errors="replace")
     if status == 0:
         return ""
-    failed = re.search(r"^(?:FAILED|ERROR) (\S+::.*?)(?: - .*)?$", said, re.MULTILINE)
+    failed = re.findall(r"^(?:FAILED|ERROR) (\S+::.*?)(?: - .*)?$", said, re.MULTILINE)
+    if idle := [name for name in failed if " cases played, " in name]:
+        failed = [name for name in failed if name not in idle] or [""]  # a part of the cases
     begun = re.findall(r"^(\S+::\S.*?) *$", said, re.MULTILINE)
-    return failed[1] if failed else f"{begun[-1]} (ends the run)" if begun else "no test can be run"
+    return failed[0] if failed else f"{begun[-1]} (ends the run)" if begun else "no test can be run"
 
 
 def killer(mutant: Mutant, rounds: list[list[str]], patience: float) -> str:
@@ -272,11 +276,12 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--at-once", type=int, default=1)
     parser.add_argument("--patience", type=float, default=600, help="seconds for a test")
+    parser.add_argument("--seconds", type=float, default=300, help="for all recorded tests")
     asked = parser.parse_args()
     if asked.record:
         return record(asked.record)
     folders = [[f"tests/{folder}" for folder in asked.folders]]
-    running = recorded() if not asked.folders else lambda _: []
+    running = recorded(asked.seconds) if not asked.folders else lambda _: []
     paths = sorted((ROOT / "safenav").rglob("*.py"))
     chosen = [path for path in paths if str(path.relative_to(ROOT)).startswith(asked.modules)]
     every = [mutant for path in chosen for mutant in mutants(path)]
