@@ -180,6 +180,15 @@ def test_an_altered_folder_is_refused_without_a_traceback(name: str, tmp_path: P
     assert said.splitlines()[-1].startswith(f"refused: {words}")
 
 
+@pytest.mark.parametrize("make", [os.symlink, lambda _, at: os.mkfifo(at)], ids=["link", "pipe"])
+def test_a_bundle_has_files_only(make: Callable[[Path, Path], None], tmp_path: Path) -> None:
+    copy = shutil.copytree(shipped("hello"), tmp_path / "copy")
+    make((copy / "index.html").rename(tmp_path / "elsewhere"), copy / "index.html")
+    status, said = run_checker(copy)
+    last = "refused: a bundle has files only: no links, no devices"
+    assert (status, said.splitlines()[-1]) == (1, last)
+
+
 @pytest.mark.parametrize(
     ("folder", "more", "words"),
     [("proofs/", None, "is missing"), ("strategies/", b" ", "is not named by its sha256")],
