@@ -78,7 +78,7 @@ def replay(
     (the default), as a picture of one moment, or as an animated GIF."""
     if output is None and str(trace) == "-":
         raise UsageError("a trace from standard input has no name: add -o FILE")
-    output = output or trace.with_suffix(".3d.html" if solid else ".html")
+    output = output or trace.parent / (trace.stem + (".3d.html" if solid else ".html"))
     form = output.suffix.lower() or (".html" if at is None else ".svg")
     for name, endings in _READ_BY.items():
         if form not in endings:
