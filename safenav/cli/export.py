@@ -160,12 +160,6 @@ def _poses(motion: Motion, frame: Frame) -> Poses:
     map."""
     from safenav.motion.columns import columns_at, placed, times_of
 
-    side = motion.header.side
-    if abs(side - frame.resolution[0]) > 1e-6 * side:
-        raise UsageError(
-            f"the regions of the motion measure {side:g} m, not {frame.resolution[0]:g} m\n"
-            f"    compute another motion with --side {frame.resolution[0]:g}"
-        )
     found, times = {}, times_of(motion, BAG_RATE)
     for name in motion.header.robots:
         there = placed(columns_at(motion, name, times), (*frame.origin, frame.yaw))

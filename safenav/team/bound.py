@@ -110,11 +110,8 @@ class Bound:
 
     def _walker(self, i: int) -> Walker:
         """Return a robot for which obstacles open at their ``times``."""
-        member, obstacles, gates = (
-            self.team.members[i],
-            self.team.obstacles,
-            list[tuple[int, Mask]](),
-        )
+        member, obstacles = self.team.members[i], self.team.obstacles
+        gates = list[tuple[int, Mask]]()
         sealed = (obstacles[k] for k in self.state.sealed if obstacles[k].source.goes is None)
         closed = {each.region for each in sealed if i in each.blocks}
         for k, turns in self.times.items():

@@ -3,6 +3,7 @@ trace records of a scenario."""
 
 import json
 import re
+import string
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import reduce
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import strategies as st
 
 from once import ROOT
 from safenav import (
@@ -23,6 +25,16 @@ from safenav import (
     load_scenario,
     read_trace,
 )
+
+_WORDS = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
+    lambda word: word.strip() == word
+)
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers(-99, 99) | _WORDS,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(_WORDS, inner, max_size=4),
+    max_leaves=5,
+)
+"""Any value that a YAML file may hold."""
 
 WRONG_VALUES: tuple[Any, ...] = (
     *(None, True, 0, -1, 1.5, 2**31, 2**63, "", "xyz", "1 2", [], [[]], {}, {"xyz": 1}),

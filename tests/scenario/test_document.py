@@ -1,7 +1,6 @@
 """The reader of YAML documents: its scalars, and its two parsers. All else is seen in scenarios."""
 
 import math
-import string
 
 import pytest
 import yaml
@@ -9,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from safenav.scenario.yaml import document
-from scenario.mistakes import INVALID, refuse_as_announced
+from scenario.mistakes import INVALID, VALUES, refuse_as_announced
 
 
 @pytest.mark.parametrize(
@@ -40,17 +39,7 @@ def test_plain_scalars_follow_the_core_schema(text: str, value: object) -> None:
     assert type(document.scalar_value(text)) is type(value)
 
 
-words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
-    lambda word: word.strip() == word
-)
-values = st.recursive(
-    st.none() | st.booleans() | st.integers(-99, 99) | words,
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(words, inner, max_size=4),
-    max_leaves=5,
-)
-
-
-@given(values.filter(lambda value: value is not None), st.booleans())
+@given(VALUES.filter(lambda value: value is not None), st.booleans())
 def test_dumped_data_reads_back(value: object, flow: bool) -> None:
     text = yaml.safe_dump(value, default_flow_style=flow, allow_unicode=True)
     assert document.plain(document.read_document(text).root) == value

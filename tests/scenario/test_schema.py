@@ -6,7 +6,6 @@ word, a limit). Only the loader checks names, regions and formulas."""
 
 import json
 import re
-import string
 from contextlib import suppress
 from copy import deepcopy
 from functools import reduce
@@ -24,7 +23,7 @@ from jsonschema import Draft202012Validator
 import warm
 from once import ROOT, beside, from_yaml
 from safenav import Diagnostic, InputError, load_scenario_text
-from scenario.mistakes import disagreement, keys_of, mistakes, places, recorded
+from scenario.mistakes import VALUES, disagreement, keys_of, mistakes, places, recorded
 from support.examples import campaign
 
 SCHEMA: dict[str, Any] = json.loads(warm.safenav("new", "--schema").stdout)
@@ -137,16 +136,6 @@ def test_the_schema_refuses_a_helper_of_an_obstacle_without_a_place() -> None:
         assert of_key("expect").is_valid({"expect": {"helpers": {name: "ann"}}}) is fits
 
 
-words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
-    lambda word: word.strip() == word
-)
-values = st.recursive(
-    st.none() | st.booleans() | st.integers(-99, 99) | words,
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(words, inner, max_size=4),
-    max_leaves=5,
-)
-
-
 @pytest.fixture(scope="module")
 def line(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The file of a trace, which each example writes anew."""
@@ -186,7 +175,7 @@ def test_any_damage_to_the_text_gives_a_scenario_or_an_input_error(
 
 
 @campaign(200)
-@given(st.lists(st.tuples(st.sampled_from([*places(DATA)]), values), min_size=1, max_size=3))
+@given(st.lists(st.tuples(st.sampled_from([*places(DATA)]), VALUES), min_size=1, max_size=3))
 def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
     line: Path, changes: list[tuple[tuple[Any, ...], Any]]
 ) -> None:
