@@ -163,7 +163,8 @@ def _become(asked: Mapping[str, Any], files: list[int]) -> NoReturn:
     os.environ.clear()
     os.environ.update(asked["env"])
     if "coverage" in sys.modules:  # `python -m gate --record`
-        sys.modules["coverage"].Coverage.current().switch_context(asked["env"]["SAFENAV_GATE_TEST"])
+        test = asked["env"].get("SAFENAV_GATE_TEST", "")  # none while tests are collected
+        sys.modules["coverage"].Coverage.current().switch_context(test)
     sys.argv = ["-c", *asked["words"]]
     status = 0
     try:
