@@ -48,6 +48,17 @@ def path_to(state: _State, before: Mapping[_State, _State]) -> tuple[_State, ...
     return tuple(reversed(path))
 
 
+def cyclic_parts(after: Mapping[_State, Sequence[_State]]) -> dict[_State, int]:
+    """Return the states that lie on a cycle, each with the number of its component. ``after``: the
+    successors of each state."""
+    states = list(after)
+    number = {state: k for k, state in enumerate(states)}
+    graph = [[number[other] for other in each] for each in after.values()]
+    parts = enumerate(components(graph))
+    on_cycles = ((n, part) for n, part in parts if len(part) > 1 or part[0] in graph[part[0]])
+    return {states[k]: n for n, part in on_cycles for k in part}
+
+
 def components(graph: Graph) -> list[list[int]]:
     """Return the strongly connected components, each after the components that it can reach."""
     found: list[list[int]] = []

@@ -15,7 +15,7 @@ from enum import StrEnum
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.components import explored
+from safenav.components import cyclic_parts, explored
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Target, alternation, describe, formulas_in
@@ -24,7 +24,6 @@ from safenav.spec.specification import Constraint, Origin, Section, Specificatio
 from safenav.spec.task import Known, Memory, Task, asked_of
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import some
-from safenav.verify.automaton import cyclic_parts
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose, moves
 
@@ -258,19 +257,13 @@ def play(
     pursuit = objective
     first = State(pose, pursuit.begin(pose.region, memory.index) if pursuit.in_turn else 0)
     ways = explored([first], lambda state: tuple(_steps(mobility, state, pursuit, world, blocked)))
-    number = {state: index for index, state in enumerate(ways)}
-    parts = cyclic_parts(
-        (number[s], number[to]) for s, following in ways.items() for to in following
-    )
-    states = list(ways)
     met: dict[int, set[int]] = {}
-    for index, part in parts.items():
-        state = states[index]
+    for state, part in cyclic_parts(ways).items():
         met.setdefault(part, set()).update(pursuit.met(state.memory, state.pose.region))
     last = len(pursuit.targets) - 1
     again = {last} if pursuit.settles else {*range(last + 1)}
     return Solo(
-        frozenset(state.pose.region for state in states),
+        frozenset(state.pose.region for state in ways),
         any(again <= goals for goals in met.values()),
     )
 

@@ -13,14 +13,14 @@ from enum import StrEnum
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.components import explored, path_to, shortest_paths
+from safenav.components import cyclic_parts, explored, path_to, shortest_paths
 from safenav.errors import SafenavError, Verdict
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton, clauses, cyclic_parts, openings, rounds
+from safenav.verify.automaton import Automaton, clauses, openings, rounds
 from safenav.verify.completions import Clause
 
 BUDGET_SECONDS = 60.0
@@ -162,11 +162,8 @@ class _Arena:
         wrong = 0
         for plane in automaton.violated([c.formula for c in clauses(whole, Section.SYS_TRANS)]):
             wrong |= plane
-        flags = automaton.edges.flags(wrong)
-        self.answers: dict[int, Sequence[int]] = {}
-        for node, after, first in automaton.edges.by_node():
-            legal = [to for k, to in enumerate(after, first) if not flags[k]]
-            self.answers[node] = legal or after
+        after, legal = automaton.edges.after, automaton.edges.without(wrong)
+        self.answers = {node: legal[node] or after[node] for node in after}
         self._lasting = _lasting(self.answers)
 
     def begins_well(self, node: int) -> bool:
@@ -293,7 +290,7 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
     if stuck:
         steps = _origins(spec, Section.ENV_TRANS)
         found.append(Vacuity(Cause.DEAD_END, automaton.path(stuck[0]), steps))
-    parts = cyclic_parts(automaton.edges)
+    parts = cyclic_parts(automaton.edges.after)
     fair = clauses(spec, Section.ENV_LIVENESS)
     lacking = _lacking(automaton, parts, len(fair))
     good = {node for node, part in parts.items() if not lacking[part]}

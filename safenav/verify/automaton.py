@@ -4,7 +4,7 @@ Only the nodes reachable from the given start nodes are visited, in breadth-firs
 first fault found is also one of the nearest.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache
 from itertools import chain, compress, repeat
 from operator import not_
@@ -82,7 +82,7 @@ class Automaton:
         self.spec, self.strategy, self.starts = spec, strategy, tuple(starts)
         self._before = shortest_paths(self.starts, strategy.transitions.__getitem__)
         self.nodes = list(self._before)
-        self.edges = Edges(self.nodes, strategy.transitions)
+        self.edges = Edges({node: strategy.transitions[node] for node in self.nodes})
         self._fields = {field.variable.name: field for field in strategy.fields}
 
     @cached_property
@@ -124,8 +124,8 @@ class Automaton:
     def _evaluator(self, block: slice) -> Evaluator:
         """Return the evaluator of formulas on some of the edges."""
         width = len(self.strategy.states[0])
-        sources, targets = self.edges.sources[block], self.edges.targets[block]
-        ends = [b"".join(map(self._digits.__getitem__, end)) for end in (sources, targets)]
+        blocks = [end[block] for end in self.edges.ends]
+        ends = [b"".join(map(self._digits.__getitem__, end)) for end in blocks]
 
         def lookup(name: str, primed: bool) -> Vector:
             field = self._fields[name]
@@ -137,7 +137,7 @@ class Automaton:
                 return raw
             return add(raw, evaluator.constant(field.base))
 
-        evaluator = Evaluator(len(sources), lookup)
+        evaluator = Evaluator(len(blocks[0]), lookup)
         return evaluator
 
     @cached_property
@@ -148,32 +148,24 @@ class Automaton:
 
 
 class Edges:
-    """The edges out of ``nodes``, in their order; ``transitions`` has the successors of each node.
-    There may be millions, so their ends are two flat lists, and pairs are made on demand."""
+    """The edges to the successors of each node (``after``), in their order. There may be millions,
+    so their ends are two flat lists, and pairs are made on demand."""
 
-    def __init__(self, nodes: Sequence[int], transitions: Sequence[Sequence[int]]) -> None:
-        self._nodes = nodes
-        self._successors = [transitions[node] for node in nodes]
-        lengths = map(len, self._successors)
-        self.sources = list(chain.from_iterable(map(repeat, nodes, lengths)))
-        self.targets = list(chain.from_iterable(self._successors))
-        self.ends = self.sources, self.targets
+    def __init__(self, after: Mapping[int, Sequence[int]]) -> None:
+        self.after = after
+        sources = list(chain.from_iterable(map(repeat, after, map(len, after.values()))))
+        self.ends = sources, list(chain.from_iterable(after.values()))
 
     def __len__(self) -> int:
-        return len(self.targets)
-
-    def __getitem__(self, index: int) -> Edge:
-        return self.sources[index], self.targets[index]
+        return len(self.ends[0])
 
     def __iter__(self) -> Iterator[Edge]:
-        return zip(self.sources, self.targets, strict=True)
+        return zip(*self.ends, strict=True)
 
-    def by_node(self) -> Iterator[tuple[int, Sequence[int], int]]:
-        """Yield each node with its successors and the index of its first edge."""
-        first = 0
-        for node, targets in zip(self._nodes, self._successors, strict=True):
-            yield node, targets, first
-            first += len(targets)
+    def without(self, plane: int) -> dict[int, list[int]]:
+        """Return the successors of each node by edges that are not in the set."""
+        banned = iter(self.flags(plane))
+        return {n: [to for to in targets if not next(banned)] for n, targets in self.after.items()}
 
     def flags(self, plane: int) -> bytes:
         """Return for each edge 1 if it is in the set, else 0."""
@@ -234,34 +226,13 @@ def measure(
     return {"n": numbers, "a": assumptions}
 
 
-def cyclic_parts(edges: Iterable[Edge]) -> dict[int, int]:
-    """Return the nodes that lie on a cycle of ``edges``, each with the number of its component."""
-    successors = _successors(edges)
-    nodes = list(successors)
-    index = {node: place for place, node in enumerate(nodes)}
-    graph = [[index[target] for target in successors[node] if target in index] for node in nodes]
-    return {
-        nodes[place]: number
-        for number, component in enumerate(components(graph))
-        for place in component
-        if len(component) > 1 or place in graph[place]
-    }
-
-
-def _successors(edges: Iterable[Edge]) -> dict[int, list[int]]:
+def closed_walk(edges: Sequence[Edge], required: Sequence[Edge]) -> tuple[int, ...]:
+    """Return a walk over ``edges`` of one component that takes each ``required`` edge and returns
+    to its first node (which is not repeated at the end)."""
     successors: dict[int, list[int]] = {}
     for source, target in edges:
         successors.setdefault(source, []).append(target)
-    return successors
-
-
-def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, ...]:
-    """Return a walk over ``edges`` of one component that takes each ``required`` edge and returns
-    to its first node (which is not repeated at the end)."""
-    successors = _successors(edges)
-    if not required:
-        source = next(iter(successors))
-        required = [(source, successors[source][0])]
+    required = required or edges[:1]
     walk = [required[0][0]]
     for source, target in (*required, required[0]):
         paths = shortest_paths(walk[-1:], lambda node: successors.get(node, ()))

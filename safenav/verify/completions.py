@@ -176,18 +176,18 @@ class Completions:
     ) -> None:
         self._known, self._unknown, self._clauses = known, unknown, clauses
         free = {place.key for place in unknown}
-        self._settled = [clause for clause in clauses if not clause.places & free]
+        settled = [clause for clause in clauses if not clause.places & free]
         tied = [clause for clause in clauses if clause.places & free]
-        self._parts = [*_components(unknown, tied)]
+        self._parts = [([], settled), *_components(unknown, tied)]
 
     def count(self, rows: Sequence[Row]) -> list[int]:
         """Return the number of completions of each row.
 
         Raises ResourceLimitError if the constraints connect too many unknowns.
         """
-        totals = dict(zip(rows, _masks(rows, self._known, (), self._settled), strict=True))
-        some = [row for row, allowed in totals.items() if allowed]
+        totals = dict.fromkeys(rows, 1)
         for places, tied in self._parts:
+            some = [row for row, total in totals.items() if total]
             for row, count in zip(some, _counts(some, self._known, places, tied), strict=True):
                 totals[row] *= count
         return [totals[row] for row in rows]
@@ -243,19 +243,13 @@ def _counts(
     domain = prod(len(place.variable.range) for place in part)
     if not tied:
         return [domain] * len(rows)
-    widest = max(part, key=lambda place: len(place.variable.range)).variable
-    if len(widest.range) > _WIDEST:
-        raise ResourceLimitError(
-            f"the strategy is too large to verify: {widest.name} has {len(widest.range):,} values, "
-            f"and constraints on it; at most {_WIDEST:,} can be verified"
-        )
-    if len(part) == 1 or domain <= _JOINT_DOMAIN:
+    if domain <= (_WIDEST if len(part) == 1 else _JOINT_DOMAIN):
         return [mask.bit_count() for mask in _masks(rows, known, part, tied)]
     places, keys, distinct = _projected(rows, known, tied)
     split = max(part, key=lambda place: sum(place.key in c.places for c in tied))
-    if len(distinct) * len(split.variable.range) > _MOST_ROWS:
+    if len(part) == 1 or len(distinct) * len(split.variable.range) > _MOST_ROWS:
         raise ResourceLimitError(
-            "the strategy is too large to verify: its constraints tie too many variables together"
+            "the strategy is too large to verify: its constraints tie too many values together"
         )
     rest = Completions((*places, split), [place for place in part if place is not split], tied)
     longer = [(*key, value) for key in distinct for value in split.variable.range]
@@ -337,7 +331,7 @@ def _block(
             if column < 0:
                 plane = b"".join([blanks[one] for one in bits])
             else:
-                packed = sum(one << i for i, one in enumerate(bits))
+                packed = int("".join(map(str, reversed(bits))), 2)
                 plane = packed.to_bytes(width, "little") * len(keys)
             planes.append(int.from_bytes(plane, "little"))
         return planes

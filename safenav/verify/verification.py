@@ -136,7 +136,7 @@ def _failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
     for fault, against in zip(_OF_EDGES, automaton.against, strict=False):
         for clause, edges in against:
             if edges:
-                source, target = automaton.edges[first_row(edges)]
+                source, target = (end[first_row(edges)] for end in automaton.edges.ends)
                 detail = f"to {_node_in_words(automaton, target)}"
                 yield _failure(automaton, fault, source, clause, target, detail=detail)
     yield from (_answer_failures if counter else _input_failures)(automaton)
@@ -186,7 +186,8 @@ def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
     if counter:
         owner, row, possible = Owner.OUTPUT, automaton.parts(owner)[starts[0]], outputs
     parts = automaton.parts(owner)
-    missing = _missing(possible, row, {parts[node] for node in starts})
+    (count,) = possible.count([row])
+    missing = _missing(possible, row, count, {parts[node] for node in starts})
     if missing is not None:
         words = f"for the initial {owner.lower()} {_move_in_words(automaton, owner, missing)}"
         first = strategy.values(0) if strategy.states and not starts else {}
@@ -195,23 +196,18 @@ def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
         yield Failure(Fault.NO_START, constraint=next(why, None), detail=words if missing else "")
 
 
-def _missing(
-    possible: Completions, row: Row, there: Set[Row], count: int | None = None
-) -> Row | None:
-    """Return a completion of a row that is not ``there``, if one of them is missing. Counting
-    usually suffices: all that is there is a completion, or another fault."""
-    if (possible.count([row])[0] if count is None else count) == len(there):
+def _missing(possible: Completions, row: Row, count: int, there: Set[Row]) -> Row | None:
+    """Return a completion of a row that is not ``there``, if one of them is missing. Their
+    ``count`` usually suffices: all that is there is a completion, or another fault."""
+    if count == len(there):
         return None
     return next((each for each in possible.each(row) if each not in there), None)
 
 
 def _input_failures(automaton: Automaton) -> Iterator[Failure]:
     """Yield the faults of the successors of a strategy: one for each next input."""
-    banned = automaton.edges.flags(reduce(or_, (edges for _, edges in automaton.against[0]), 0))
-    moves = [
-        (node, automaton.values[node], [t for k, t in enumerate(targets, first) if not banned[k]])
-        for node, targets, first in automaton.edges.by_node()
-    ]
+    allowed = automaton.edges.without(reduce(or_, (edges for _, edges in automaton.against[0]), 0))
+    moves = [(node, automaton.values[node], targets) for node, targets in allowed.items()]
     yield from _move_failures(automaton, Owner.INPUT, rounds(automaton.spec)[0], moves)
 
 
@@ -220,20 +216,15 @@ def _answer_failures(automaton: Automaton) -> Iterator[Failure]:
     and, once, each possible reply of the system to it; or none, if the system has no reply to some
     next input."""
     choices, answers = rounds(automaton.spec)
-    inputs, moves, ends = automaton.parts(Owner.INPUT), [], []
-    several: int | None = None
-    for node, targets, _ in automaton.edges.by_node():
-        chosen = {inputs[target] for target in targets}
-        if len(chosen) == 1:
-            moves.append((node, (*automaton.values[node], *chosen.pop()), targets))
-        elif not chosen:
-            ends.append(node)
-        elif several is None:
-            several = node
-            yield _failure(automaton, Fault.SEVERAL_INPUTS, node)
+    inputs, after = automaton.parts(Owner.INPUT), automaton.edges.after
+    chosen = {node: [*{inputs[target] for target in after[node]}] for node in after}
+    for node in [node for node, rows in chosen.items() if len(rows) > 1][:1]:
+        yield _failure(automaton, Fault.SEVERAL_INPUTS, node)
+    every = ((node, rows[0]) for node, rows in chosen.items() if len(rows) == 1)
+    moves = [(node, (*automaton.values[node], *row), after[node]) for node, row in every]
     yield from _move_failures(automaton, Owner.OUTPUT, answers, moves)
-    for node in ends:
-        if choices.unanswered(answers, automaton.values[node]) is None:
+    for node in automaton.nodes:
+        if not chosen[node] and choices.unanswered(answers, automaton.values[node]) is None:
             detail = "expected a successor for each next input, found none"
             yield _failure(automaton, Fault.MISSING_SUCCESSOR, node, detail=detail)
             return
@@ -252,7 +243,7 @@ def _move_failures(
     counts = possible.count([row for _, row, _ in moves])
     twice = (next((r for r, n in Counter(each).items() if n > 1), None) for each in rows)
     missing = (
-        _missing(possible, row, {*there}, count)
+        _missing(possible, row, count, {*there})
         for (_, row, _), there, count in zip(moves, rows, counts, strict=True)
     )
     for fault, wrong in ((Fault.SEVERAL_SUCCESSORS, twice), (Fault.MISSING_SUCCESSOR, missing)):
@@ -289,7 +280,7 @@ def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[st
     often, and one whose excuses are the goals, not all of which a path meets infinitely often.
     ``start``: its initial inputs; ``chosen``: the next inputs of each node.
 
-    Raises NoMeasureError if it is neither, ValueError if a counterstrategy lacks a choice."""
+    Raises NoMeasureError if it is neither."""
     size = len(automaton.states)
     starts = automaton.initial(True) if counter else range(size)
     found = Automaton(spec, automaton, starts)
@@ -300,8 +291,7 @@ def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[st
     inputs = found.parts(Owner.INPUT)
     start = inputs[starts[0]] if starts else lost_opening(spec)
     chosen = [_choice(found, node) if node in inputs else () for node in range(size)]
-    if start is None or None in chosen:
-        raise ValueError("the system has a reply to each input")
+    assert start is not None and None not in chosen, "the system has no reply to some input"
     return {"of": "counterstrategy", "start": start, "chosen": chosen, "measures": each}
 
 

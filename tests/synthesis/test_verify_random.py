@@ -31,8 +31,16 @@ from oracle.automata import (
 from oracle.game import Solution, build_game, extract, solve
 from oracle.generator import random_specification
 from oracle.text import inputs_first, to_structuredslugs, truth
-from safenav import Specification, Strategy, Synthesizer, Verdict, read_specification
+from safenav import (
+    ResourceLimitError,
+    Specification,
+    Strategy,
+    Synthesizer,
+    Verdict,
+    read_specification,
+)
 from safenav.spec.specification import Section
+from safenav.synthesis.strategy import bit_names
 from safenav.verify.verification import Failure, Fault, Verification, verify
 
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "400"))
@@ -241,6 +249,19 @@ def test_moves_are_neither_listed_nor_multiplied_out(
     found = verify(spec, Strategy.parse(empty, spec), counter).failures
     assert [each.fault for each in found] == [Fault.NO_START] * (missing is not None)
     assert all((missing or "") in each.detail for each in found)
+
+
+@pytest.mark.parametrize(
+    "inputs", [["x:0...70000"], [f"x{i}:0...9999" for i in range(4)]], ids=["of one", "tied"]
+)
+def test_constraints_on_too_many_values_exceed_a_limit(inputs: list[str]) -> None:
+    names = " + ".join(each.partition(":")[0] for each in inputs)
+    lines = ["[INPUT]", *inputs, "[ENV_INIT]", f"{names} != 3"]
+    spec = read_specification("\n".join(lines) + "\n")
+    bits = [bit for variable in spec.variables for bit in bit_names(variable)]
+    empty = Strategy.parse(json.dumps({"variables": bits, "nodes": {}}).encode(), spec)
+    with pytest.raises(ResourceLimitError, match="constraints tie too many values"):
+        verify(spec, empty)
 
 
 @pytest.mark.parametrize(
