@@ -82,12 +82,12 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) ->
 def _required(trace: Path) -> list[Judgement]:
     """Return the verdicts on the requirements of a run, on the motion computed from its trace."""
     try:
-        from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
+        from safenav.motion.check.requirements import judged
         from safenav.motion.making import motion_of
     except ModuleNotFoundError as error:
         raise missing_package("'requirements' of a scenario", str(error.name), "motion") from error
     run = read_trace(trace)
-    return judged(MotionRecording(motion_of(run), run), requirements_of(run))
+    return judged(motion_of(run), run)
 
 
 def _certify(case: Case, trace: Path, synthesizer: Synthesizer, folder: Path) -> list[str]:

@@ -321,12 +321,7 @@ def of_motion(
     """Judge a motion against its trace (if none of the traces is its own, against the first), then
     the requirements of the scenario and ``more``."""
     from safenav.motion.check.execution import trackings
-    from safenav.motion.check.requirements import (
-        SATISFIED,
-        MotionRecording,
-        judged,
-        requirements_of,
-    )
+    from safenav.motion.check.requirements import SATISFIED, judged
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file import parsed
     from safenav.trace.file import read_bytes
@@ -335,12 +330,11 @@ def of_motion(
     runs = [read_bytes(each.bytes(), each.source) for each in traces]
     run = next((run for run in runs if run.digest == motion.header.trace), runs[0])
     found = check_motion(motion, run)
-    formulas = requirements_of(run, more)
     # The signals of a motion that breaks rules are not reliable.
-    judgements = [] if found else judged(MotionRecording(motion, run, rate), formulas)
+    judgements = [] if found else judged(motion, run, more, rate)
     tracked = [] if found else trackings(motion, run)
     lines = [*broken(file.source, found)]
-    if found and formulas:
+    if found and (more or run.header.scenario.requirements):
         lines.append("the requirements are not evaluated on a motion that breaks rules")
     if not found:
         robots, seconds = counted(len(motion.header.robots), "robot"), motion.outcome.makespan

@@ -343,10 +343,9 @@ def _executed(
 
 def _unmet(motion: Motion, played: Trace) -> list[str]:
     """Return a message for each requirement that the motion of a run does not satisfy."""
-    from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
+    from safenav.motion.check.requirements import judged
 
-    found = judged(MotionRecording(motion, played), requirements_of(played))
-    return [one.complaint for one in found if one.complaint]
+    return [one.complaint for one in judged(motion, played) if one.complaint]
 
 
 def _carry_out(mission: Mission, operator: bool) -> None:

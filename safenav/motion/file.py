@@ -24,6 +24,9 @@ State = tuple[float, float, float, float]
 """x, y, vx, vy."""
 Numbers = tuple[float, ...]
 SOME = Meta(min_length=1)
+Positive = Annotated[float, Meta(gt=0)]
+LONGEST = 2_000_000
+"""Seconds of a motion, 23 days: it is sampled from its beginning to its end."""
 FootState = tuple[float, float, float, float, float, float, float, float, float]
 """x, y and yaw, their velocities, their accelerations."""
 
@@ -38,7 +41,7 @@ class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
     motion: int = VERSION
     trace: str
     safenav: str
-    side: float
+    side: Positive
     rows: int
     cols: int
     origin: tuple[float, float, float]
@@ -228,7 +231,7 @@ class Action(Struct, frozen=True, tag="action"):
 class MotionOutcome(Struct, frozen=True, tag="outcome"):
     """The end of the motion."""
 
-    makespan: float
+    makespan: Annotated[float, Meta(ge=0, le=LONGEST)]
 
 
 Line = Moving | GoalLine | Measured | Reset | FlownTrack | Reserve | Release | Action

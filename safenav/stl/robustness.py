@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from safenav.errors import UsageError
 from safenav.stl import syntax
 
 Array = NDArray[np.float64]
@@ -59,7 +60,7 @@ class _Values(Struct, frozen=True):
 
 
 def robustness(formula: syntax.Requirement, recording: Recording) -> Robustness:
-    """Return the robustness of a formula at all samples of a recording. Raises MemoryError if its
+    """Return the robustness of a formula at all samples of a recording. Raises UsageError if its
     events and windows need more than MOST_SAMPLES."""
     count = int(np.floor(recording.end * recording.rate + _NEAR)) + 1
     grid = np.append(np.arange(count) / recording.rate, recording.end)
@@ -68,7 +69,7 @@ def robustness(formula: syntax.Requirement, recording: Recording) -> Robustness:
     around = np.concatenate([jumps - SPIKE, jumps, jumps + SPIKE])
     inside = around[(around >= 0) & (around <= recording.end)]
     if len(grid) + len(inside) > MOST_SAMPLES:
-        raise MemoryError(f"the formula needs more than {MOST_SAMPLES} samples")
+        raise UsageError(f"the formula needs more than {MOST_SAMPLES} samples")
     times = np.unique(np.concatenate([grid, inside]))
     found = _Evaluation(recording, times).of(formula)
     return Robustness(times, found.low, found.high, found.error)

@@ -288,12 +288,19 @@ CASES = from_yaml(beside(__file__, "requirements.yaml"))
 
 @pytest.mark.parametrize("wrong", CASES["wrong"], ids=lambda wrong: wrong["text"][:20])
 def test_an_error_names_the_column_and_the_fix(wrong: Line) -> None:
-    hello = (SCENARIOS / "hello.yaml").read_text()
+    hello, text = (SCENARIOS / "hello.yaml").read_text(), wrong["text"] * wrong.get("times", 1)
     with pytest.raises(InputError) as caught:
-        load_scenario_text(f"{hello}requirements:\n  r: {json.dumps(wrong['text'])}\n")
+        load_scenario_text(f"{hello}requirements:\n  r: {json.dumps(text)}\n")
     (found,) = caught.value.diagnostics
-    assert found.column == wrong["column"] + 6 - (not wrong["text"])  # after ``  r: "``
+    assert found.column == wrong["column"] + 6 - (not text)  # after ``  r: "``
     assert wrong["words"] in f"{found.found} {found.hint}"
+
+
+@pytest.mark.parametrize("wrong", CASES["refused"], ids=lambda wrong: wrong["text"])
+def test_a_formula_that_cannot_be_evaluated_is_refused(wrong: Line) -> None:
+    more = ("--require", wrong["text"], "--rate", wrong.get("rate", 50))
+    done = safenav("check", trace_of_shipped("case_study_1"), motion("case_study_1"), *more)
+    assert done.returncode == 2 and wrong["words"] in done.stderr
 
 
 def test_case_study_1_is_judged_on_its_motion() -> None:

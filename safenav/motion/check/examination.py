@@ -137,7 +137,7 @@ class Examination:
 
     def radius(self, robot: str) -> float:
         """Return the radius of the disc that its body fits in, in metres."""
-        return self.numbers[robot].get("size", 0.0) / 2
+        return self.numbers[robot]["size"] / 2
 
     def walked(self, segment: file.Segment) -> Walked:
         """Return the motion of a segment, or of one of its shape: a walker has few, each computed
@@ -185,7 +185,7 @@ class Examination:
             moved, begin = self.walked(piece), piece.t0
             middle = moved.moved(piece, moved.mass.states[:, :2])
             yield Disc("body", radius, *lasts, begin + moved.mass.times, middle)
-            foot = hypot(own.get("sole_length", 0.0), own.get("sole_width", 0.0)) / 2
+            foot = hypot(own["sole_length"], own["sole_width"]) / 2
             if piece.feet:
                 ends = [(t, hold.x, hold.y) for hold in piece.feet for t in (hold.down, hold.up)]
                 feet = np.array(ends)
@@ -333,7 +333,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
     missed = np.abs(change).max(axis=1, initial=0.0)
     words = "its velocity changes by {:.2f} m/s^2 more than its thrust explains"
     limited(missed, PULL, "dynamics", words)
-    steepest = 1.3 * np.arctan(np.sqrt(2) * case.numbers[track.robot].get("tilt", 0.0) / GRAVITY)
+    steepest = 1.3 * np.arctan(np.sqrt(2) * case.numbers[track.robot]["tilt"] / GRAVITY)
     lean = np.degrees(np.arccos(np.clip(axis[:, 2], -1, 1)))
     limited(lean, float(np.degrees(steepest)), "tilt", "it leans by {:.0f} degrees")
     flights = case.motion.of(file.Flight, track.robot)

@@ -127,7 +127,7 @@ def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
 def _path(case: Examination, name: str) -> MeasuredPath | None:
     rows = [row for line in case.motion.of(Measured, name) for row in line.rows]
     if not rows:
-        if case.makespan > case.numbers[name].get("gap", 0.0):
+        if case.makespan > case.numbers[name]["gap"]:
             case.wrong(0.0, name, "measured rate", "no measurement is recorded")
         return None
     table = np.array([(row.t, row.stamp, row.x, row.y) for row in rows])
@@ -144,7 +144,7 @@ def _path(case: Examination, name: str) -> MeasuredPath | None:
 
 def _rate(case: Examination, name: str, path: MeasuredPath) -> None:
     """No gap between measurements is longer than the ``gap`` seconds of the header."""
-    gap = case.numbers[name].get("gap", 0.0)
+    gap = case.numbers[name]["gap"]
     times = np.concatenate([[0.0], path.times, [case.makespan]])
     silent = np.diff(times)
     worst = int(silent.argmax())

@@ -14,7 +14,7 @@ from safenav.motion.columns import Columns, columns_at
 from safenav.motion.file import Motion, Moving
 from safenav.motion.timing import in_time
 from safenav.scenario.yaml.findings import suggestion
-from safenav.stl.robustness import Robustness, robustness
+from safenav.stl.robustness import robustness
 from safenav.stl.syntax import Compound, Happens, Requirement, RobotSignal, nodes, parse_requirement
 from safenav.trace.file import Trace
 from safenav.trace.records import Request, Resolved
@@ -68,11 +68,9 @@ class Judgement(Struct, frozen=True):
 
 
 class MotionRecording:
-    """The signals of a motion and its trace. Raises UsageError where ``rate`` is out of bounds."""
+    """The signals of a motion and its trace."""
 
     def __init__(self, motion: Motion, trace: Trace, rate: float = RATE) -> None:
-        if not 0 < rate <= MOST_RATE:
-            raise UsageError(f"{rate:g} samples per second: more than 0, at most {MOST_RATE}")
         self.rate = rate
         self.end = motion.outcome.makespan
         outcome = trace.outcome
@@ -143,14 +141,15 @@ def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, 
     return {key: tuple(sorted(times)) for key, times in found.items()}
 
 
-def requirements_of(trace: Trace, more: tuple[str, ...] = ()) -> dict[str, str]:
-    """Return the formulas of a trace by name, and ``more`` formulas, named by their text."""
-    return {**(trace.header.scenario.requirements), **{text: text for text in more}}
-
-
-def judged(recording: MotionRecording, formulas: Mapping[str, str]) -> list[Judgement]:
-    """Return the verdict on each formula. Raises UsageError for one that cannot be read or
-    evaluated."""
+def judged(
+    motion: Motion, trace: Trace, more: tuple[str, ...] = (), rate: float = RATE
+) -> list[Judgement]:
+    """Return the verdict on each requirement of a trace, and on ``more`` formulas, named by their
+    text. Raises UsageError for one that cannot be read or evaluated."""
+    formulas = {**trace.header.scenario.requirements, **{text: text for text in more}}
+    if not formulas:
+        return []
+    recording = MotionRecording(motion, trace, rate)
     return [_judged(recording, name, text) for name, text in formulas.items()]
 
 
@@ -175,17 +174,8 @@ def readable(recording: MotionRecording, text: str) -> Requirement:
     return formula
 
 
-def evaluated(recording: MotionRecording, formula: Requirement) -> Robustness:
-    """Return the robustness of a formula over time. Raises UsageError if it needs too many
-    samples."""
-    try:
-        return robustness(formula, recording)
-    except MemoryError as error:
-        raise UsageError(str(error)) from error
-
-
 def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
-    found = evaluated(recording, readable(recording, text))
+    found = robustness(readable(recording, text), recording)
     low, high, error = float(found.low[0]), float(found.high[0]), found.error
     verdict, advice = UNDECIDED, ""
     if low > error:
@@ -210,15 +200,12 @@ def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
     [time, value] on the clock of the trace, each the least of those around it, and the verdict. An
     outer ``always`` is shown by its operand: its own value is the least one from the start."""
     data: list[dict[str, object]] = []
-    formulas = requirements_of(trace)
-    if not formulas:
-        return data
     recording = MotionRecording(motion, trace)
-    for one in judged(recording, formulas):
+    for one in judged(motion, trace):
         formula = readable(recording, one.formula)
         while isinstance(formula, Compound) and formula.operator == "always":
             (formula,) = formula.operands
-        found = evaluated(recording, formula)
+        found = robustness(formula, recording)
         finite = found.low[np.isfinite(found.low)]
         edge = float(np.max(np.abs(finite), initial=1.0))
         low = np.clip(found.low, -edge, edge)
