@@ -3,7 +3,7 @@ environment's winning strategy (the counterstrategy) against a core; vacuous win
 
 In a losing play the system obeys all guarantees while it can. It meets the goals that the
 environment does not prevent, then pursues one that it cannot meet, until it has no move left or the
-play repeats."""
+play repeats; where it could only stand still forever, it takes the moves that end the play."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -138,6 +138,9 @@ def losing_play(
         node = arena.pursue(walk[-1], nearness)
         if node in walk[passed:]:
             cycle = walk[walk.index(node, passed) :]
+            if len(cycle) == 1 and (rest := arena.to_an_end(node)):
+                walk += rest  # why it stays: so ends a play in which it does not
+                break
             walk = walk[: walk.index(node, passed)]
             goal = arena.never_met(cycle)
             shown = tuple(map(values, walk)), tuple(map(values, cycle))
@@ -201,6 +204,13 @@ class _Arena:
         longest."""
         values = self._strategy.values
         return min(self.answers[node], key=lambda n: (near(values(n)), -self._lasting[n]))
+
+    def to_an_end(self, node: int) -> list[int]:
+        """Return the nodes of a shortest walk after ``node`` to one without a move; empty if there
+        is none."""
+        before = shortest_paths([node], self.answers.__getitem__)
+        end = next((other for other in before if not self.answers[other]), node)
+        return list(path_to(end, before))[1:]
 
     def never_met(self, cycle: Sequence[int]) -> Constraint | None:
         """Return a goal that a cycle does not meet."""

@@ -276,8 +276,8 @@ def _fits(annotation: Any, node: Node) -> bool:
 
 def _number(node: Node, what: str, findings: Findings, key: Key, kind: Any = float) -> Any:
     value: Any = node.value if isinstance(node, Scalar) else None
-    if value in ("nan", "NaN"):  # the spelling of other YAML writers
-        value = math.nan
+    if isinstance(value, str) and value.lower().lstrip("+-") in ("nan", "inf"):
+        value = float(value)  # the spelling of other YAML writers: map_saver has '-nan'
     if isinstance(value, bool) or not isinstance(value, int | kind):
         default = "a whole number" if kind is int else "a number"
         wrong_type(node, what, key.expected or default, findings)
