@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from frames import described, gaps_of
 from measuring import cpu_seconds
+from msgspec.json import encode
 
 from safenav.scenario.reading.loader import load_draft
 from safenav.studio.drawing import drawing_of
@@ -71,7 +72,7 @@ def judged(text: str, cache: str) -> tuple[str, float, float]:
     )
     assert process.stdin is not None and process.stdout is not None
     with process.stdin as orders, process.stdout as answers:
-        orders.write(RunOrder(text, "scenario.yaml").line())
+        orders.write(encode(RunOrder(text, "scenario.yaml")).decode() + "\n")
         orders.close()
         answer = json.loads(answers.readline())
         wall = time.perf_counter() - begun

@@ -1,7 +1,7 @@
 """Drawings of scenario texts: all items with a region on the map, valid or not.
 
 The page draws a scenario with the code that draws runs, so a drawing is a run that has not begun;
-it also lists the items that the user can drag, each with its line in the text.
+it also lists the items that the user can drag.
 """
 
 from collections.abc import Iterable
@@ -19,7 +19,6 @@ from safenav.scenario.objective import KINDS, Objective
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import stated
 from safenav.scenario.yaml.document import (
-    DocumentError,
     Mapping,
     Node,
     Scalar,
@@ -59,36 +58,28 @@ class _Placing:
         return frozenset(region for one in listed for region in self.target(one))
 
 
-def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any] | None:
-    """Return the drawing of a text on its map; None if it is not valid YAML."""
-    try:
-        root = read_document(text).root
-    except DocumentError:
-        return None
+def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any]:
+    """Return the drawing of a text on its map."""
+    root = read_document(text).root
     placing = _Placing(world, entries_of(below(root, "map", "names")))
     robots = [r for r in _robots(root, placing) if r["start"] is not None]
-    obstacles = list(_obstacles(root, placing, "obstacles"))
-    orders = list(_obstacles(root, placing, "orders"))
-    chargers = [r for item in items_of(below(root, "chargers")) for r in placing.target(item)]
-    title = _text(below(root, "name")) or "new scenario"
+    obstacles, orders = (list(_obstacles(root, placing, key)) for key in ("obstacles", "orders"))
+    hidden = [
+        *(_hidden(each, "", catalogue) for each in obstacles),
+        *(_hidden(each, "order ", catalogue) for each in orders),
+    ]
     still = Run(
-        name=title,
+        name=_text(below(root, "name")) or "new scenario",
         map=world,
         robots=tuple(_tracks(robots, catalogue)),
-        hidden={
-            each.name: each
-            for listed, key in ((obstacles, ""), (orders, "order "))
-            for each in _hidden(listed, key, catalogue)
-        },
-        chargers=tuple(chargers),
+        hidden={each.name: each for each in hidden},
+        chargers=tuple(sorted(placing.zone(below(root, "chargers")))),
         exclusions=tuple(_exclusions(root, placing)),
     )
     return {
-        "name": title,
         "run": encoded(still, "scenario"),
         "robots": robots,
         "obstacles": obstacles,
-        "areas": {name: sorted(area) for name, area in world.areas.items()},
         "grid": isinstance(below(root, "map", "grid"), Scalar | Sequence),
     }
 
@@ -145,7 +136,6 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
             "targets": [placing.target(target) for target in nodes],
             "areas": [area if area in placing.world.areas else None for area in map(_text, nodes)],
             "avoid": sorted(placing.zone(below(objective, "avoid"))),
-            "line": key.place.line,
         }
 
 
@@ -155,7 +145,7 @@ def _obstacles(root: Node, placing: _Placing, key: str) -> Iterable[dict[str, An
         region = placing.region(below(node, "region"))
         if region is not None and isinstance(node, Mapping):
             kind = _text(below(node, "type"))
-            yield {"index": index, "type": kind, "region": region, "line": node.place.line}
+            yield {"index": index, "type": kind, "region": region}
 
 
 def _exclusions(root: Node, placing: _Placing) -> Iterable[Exclusion]:
@@ -176,14 +166,13 @@ def _tracks(robots: list[dict[str, Any]], catalogue: Catalogue) -> Iterable[Robo
         yield RobotTrack(robot["name"], robot["model"], layer, tuple(can), look, *pose, pursues)
 
 
-def _hidden(obstacles: list[dict[str, Any]], key: str, catalogue: Catalogue) -> Iterable[Hidden]:
-    """Yield obstacles that are not found, or orders; ``key`` distinguishes their names."""
-    for each in obstacles:
-        kind = catalogue.obstacles.get(each["type"])
-        actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
-        name = f"{each['type']}@{each['region']} {key}{each['index']}"
-        status = Changes.of(ObstacleStatus.HIDDEN)
-        yield Hidden(name, each["type"], each["region"], actions, status, ordered=bool(key))
+def _hidden(obstacle: dict[str, Any], key: str, catalogue: Catalogue) -> Hidden:
+    """Return an obstacle that is not found, or an order; ``key`` distinguishes their names."""
+    kind = catalogue.obstacles.get(obstacle["type"])
+    actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
+    name = f"{obstacle['type']}@{obstacle['region']} {key}{obstacle['index']}"
+    status = Changes.of(ObstacleStatus.HIDDEN)
+    return Hidden(name, obstacle["type"], obstacle["region"], actions, status, ordered=bool(key))
 
 
 def _objective(robot: dict[str, Any]) -> Objective | None:

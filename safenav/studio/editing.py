@@ -218,7 +218,6 @@ def _leaves(spot: Spot) -> Iterator[Spot]:
 Operation = Mapping[str, Any]
 """A request of a page: ``op`` and its arguments."""
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-_HEADINGS = ("north", "east", "south", "west")
 
 
 def edited(text: str, operation: Operation, world: RegionMap | None) -> str:
@@ -265,13 +264,7 @@ def _start_of_any(file: ScenarioText) -> Any:
 
 def add_robot(file: ScenarioText, edit: Operation) -> None:
     """Add a robot of ``model`` that holds ``region`` until it is assigned an objective."""
-    robots = file.at("robots")
-    robots = robots if isinstance(robots, dict) else {}
-    name = str(edit.get("name") or _new_name(str(edit["model"]), robots))
-    if not _NAME.fullmatch(name):
-        raise UsageError("a robot's name has letters, digits and '_', and begins with a letter")
-    if name in robots:
-        raise UsageError(f"a robot '{name}' already exists")
+    name = _new_name(str(edit["model"]), file.at("robots") or {})
     start = file.written(edit["region"], _start_of_any(file))
     heading = {"heading": edit["heading"]} if edit.get("heading") else {}
     objective = {"objective": {STAYING.kind: start}}
@@ -290,10 +283,8 @@ def move_robot(file: ScenarioText, edit: Operation) -> None:
 
 
 def set_heading(file: ScenarioText, edit: Operation) -> None:
-    if edit["heading"] not in _HEADINGS:
-        raise UsageError("a heading is north, east, south or west")
     _robot(file, edit)
-    file.put(("robots", edit["robot"], "heading"), edit["heading"], after="start")
+    file.put(("robots", edit["robot"], "heading"), flow(edit["heading"]), after="start")
 
 
 def set_objective(file: ScenarioText, edit: Operation) -> None:

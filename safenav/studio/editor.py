@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import os
+from contextlib import suppress
 from itertools import count
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import Struct, field
 
 from safenav.errors import InputError, UsageError
-from safenav.files import check_kind, decoded, read_input, write_whole
+from safenav.files import check_kind, decoded, kind_of, read_input, write_whole
 from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft
@@ -19,13 +19,11 @@ from safenav.scenario.yaml.findings import MAX_BYTES
 from safenav.studio.drawing import drawing_of, palette
 from safenav.studio.editing import edited
 from safenav.studio.process import RealizabilityQueue, RunOrder
-from safenav.studio.session import Made, Message, ReplaceError, Studio
+from safenav.studio.session import Made, Message, Page, ReplaceError, Studio
 
 _ENDINGS = (".yaml", ".yml")
 _DEEP = 3
 """Depth of the search, in folders."""
-_SEEN = 3000
-"""Folder entries after which the search ends: the folder may be a whole disk."""
 _MOST = 300
 _HEAD = 4096
 """Bytes of a file in which ``safenav:`` is searched."""
@@ -39,18 +37,13 @@ class ScenarioFolder(Struct, frozen=True):
     def names(self) -> list[str]:
         """Return the scenario files below the folder, relative to it, the nearest first."""
         found: list[str] = []
-        seen = 0
-        for place, folders, files in os.walk(self.folder):
-            depth = len(Path(place).relative_to(self.folder).parts)
-            folders[:] = sorted(f for f in folders if not f.startswith(".") and depth + 1 < _DEEP)
-            for name in sorted(files):
-                path = Path(place) / name
-                if path.suffix in _ENDINGS and not name.startswith(".") and _is_scenario(path):
-                    found.append(path.relative_to(self.folder).as_posix())
-            seen += len(folders) + len(files)
-            if seen > _SEEN or len(found) >= _MOST:
-                break
-        return sorted(found[:_MOST], key=lambda name: (name.count("/"), name))
+        for depth in range(_DEEP):
+            for path in sorted(filter(Path.is_file, self.folder.glob("*/" * depth + "*.y*ml"))):
+                name = path.relative_to(self.folder).as_posix()
+                with suppress(UsageError, OSError), self.path(name).open("rb") as file:
+                    if kind_of(file.read(_HEAD).decode(errors="replace")) == "scenario":
+                        found.append(name)
+        return found[:_MOST]
 
     def path(self, name: str) -> Path:
         """Return the file of that name. Raises UsageError for one outside the folder."""
@@ -86,26 +79,10 @@ def save_text(path: Path, text: str, known: str | None, *, replace: bool) -> Non
 
     Raises ReplaceError if the file has another content, unless ``replace``.
     """
-    if not replace and path.exists():
-        try:
-            there: str | None = path.read_text(encoding="utf-8-sig")
-        except (OSError, UnicodeDecodeError):
-            there = None
-        if there is None or there != known:
-            why = "already exists" if known is None else "has changed since it was opened"
-            raise ReplaceError(f"{path.name} {why}")
+    if not replace and path.exists() and decoded(path.read_bytes(), str(path)) != known:
+        why = "already exists" if known is None else "has changed since it was opened"
+        raise ReplaceError(f"{path.name} {why}")
     write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
-
-
-def _is_scenario(path: Path) -> bool:
-    if path.is_symlink() or not path.is_file():
-        return False
-    try:
-        with path.open("rb") as file:
-            head = file.read(_HEAD)
-    except OSError:
-        return False
-    return head.startswith(b"safenav:") or b"\nsafenav:" in head
 
 
 class TextOrigin(Struct, eq=False):
@@ -131,7 +108,6 @@ class Editor(Studio):
         self.text = text
         self.origin = origin
         self.revision = 0
-        self._drawn: TextOrigin | None = None
         self._realizability = RealizabilityQueue(self.tell)
         self._drawing: dict[str, Any] | None = None
         self._draw()
@@ -166,10 +142,10 @@ class Editor(Studio):
         await self._realizability.close()
         await super().close()
 
-    def join(self, page: asyncio.Queue[str | None]) -> None:
+    def join(self, page: Page) -> None:
         super().join(page)
         if not self._realizability.verdicts and self._draft.world is not None:
-            self._realizability.check(self._order_now)
+            self._realizability.check(self._order)
 
     async def made(self, name: str) -> Made | None:
         """Return a download: the scenario, or a result of the run."""
@@ -201,40 +177,34 @@ class Editor(Studio):
             "problems": [found._asdict() for found in self._draft.diagnostics],
         }
 
-    @property
-    def _order_now(self) -> RunOrder:
-        """The run of the text. It may name files in the folder that the user named, else those in
-        the folder of its file, where they are searched."""
-        name = self.origin.file or self.scenarios.folder / "scenario.yaml"
-        return RunOrder(self.text, str(name), str(self.named or name.parent))
-
     def _ordered(self) -> RunOrder:
         if self._draft.scenario is None:
             raise InputError(self._draft.diagnostics)
-        return self._order_now
+        return self._order
 
     def _draw(self) -> None:
-        """Read the text and draw it. While the map is unreadable, the previous drawing of the same
-        origin stays. Whether robots reach their targets is checked with their strategies."""
-        order = self._order_now
+        """Read the text and draw it. While the map is unreadable, the previous drawing stays.
+        Whether robots reach their targets is checked with their strategies. The text may name files
+        in the folder that the user named, else those in the folder of its file."""
+        file = self.origin.file or self.scenarios.folder / "scenario.yaml"
+        order = RunOrder(self.text, str(file), str(self.named or file.parent))
         self._draft = load_draft(order.text, order.file, order.reach, reachable=False)
-        drawn, self._catalogue = None, self._draft.catalogue
+        self._order, self._catalogue = order, self._draft.catalogue
         if self._draft.world is not None:
-            drawn = drawing_of(self.text, self._draft.world, self._catalogue)
-        kept = self._drawing if self._drawn is self.origin else None
-        self._drawing, self._drawn = drawn or kept, self.origin
+            self._drawing = drawing_of(self.text, self._draft.world, self._catalogue)
 
     def _replace(self, text: str, origin: TextOrigin | None = None) -> None:
         """Replace the text, and its ``origin`` if one is given; send it to every page, and check
         it."""
         if text == self.text and origin is None:
             return
-        self.text, self.origin = text, origin or self.origin
+        if origin is not None:
+            self.origin, self._drawing = origin, None
+        self.text = text
         self.revision += 1
         self._draw()
         self.tell(self._view())
-        self.tell(self._hello())
-        self._realizability.check(None if self._draft.world is None else self._order_now)
+        self._realizability.check(None if self._draft.world is None else self._order)
 
     async def _type(self, data: Message) -> None:
         text = data.get("text")

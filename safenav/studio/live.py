@@ -9,35 +9,25 @@ import json
 import signal
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
-from enum import StrEnum
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from safenav.errors import UsageError
 from safenav.files import json_line
 from safenav.report.page.html import LiveRun
 from safenav.studio.process import DONE, FAILED, REFUSED, RunOrder, kill, started
 from safenav.trace.fields import convert
-from safenav.trace.records import KINDS, Header, Inputs, Move, Record
+from safenav.trace.file import TraceWriter, as_data
+from safenav.trace.records import KINDS, End, Header, Move, Record
 
-SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 PATIENCE = 1.0
 """Seconds after a request to end the run until its processes are killed."""
 IDLE = 0.1
-"""Seconds until the next tick after one without a trace line: the run waits for its operator."""
+"""Seconds until the next tick after one that took no time: the run waits for its operator."""
 BUSY = 0.3
 """Seconds after which pages show a tick as long."""
 Tell = Callable[[dict[str, Any]], None]
-
-
-class LivePhase(StrEnum):
-    """Phase of a live run."""
-
-    STARTING = "starting"
-    PAUSED = "paused"
-    RUNNING = "running"
-    ENDED = "ended"
 
 
 class StudioRun:
@@ -48,32 +38,39 @@ class StudioRun:
     ) -> None:
         self.order = order
         self.lines: list[bytes] = []
-        self.phase = LivePhase.STARTING
         self.speed = speed
         self.failure: str | None = None
-        self._news: list[Record] = []  # the lines of the incomplete tick
         self._tell = tell
+        self._file = None if trace is None else TraceWriter(trace)
         self._live: LiveRun | None = None
+        self._news: list[Record] = []  # the lines of the incomplete tick
         self._process: asyncio.subprocess.Process | None = None
         self._listening: asyncio.Task[None] | None = None
         self._ready = False  # the process waits for a request
         self._busy = False  # the current tick has taken more than BUSY seconds
         self._late: asyncio.TimerHandle | None = None
-        self._ending = False  # a user has requested its end
+        self._begun = False  # the first tick is complete
         self._playing = False
-        self._begun = False
+        self._ending = False  # a user has requested its end
+        self._ended = False
         self._steps = 0
         self._due = 0.0
-        self._shown, self._seen = 0.0, 0
-        self._path = trace or Path()
-        self._file = None if trace is None else opened(trace)
+        self._took = 0.0  # the length of the last tick, in ticks or seconds
+
+    @property
+    def phase(self) -> str:
+        if self._ended:
+            return "ended"
+        if not self._begun:
+            return "starting"
+        return "running" if self._playing else "paused"
 
     @property
     def state(self) -> dict[str, Any]:
         """The state that pages show beside the run itself."""
         run = None if self._live is None else self._live.run
         return {
-            "phase": self.phase.value,
+            "phase": self.phase,
             "speed": self.speed,
             "seed": self.order.seed,
             "failure": self.failure,
@@ -102,17 +99,17 @@ class StudioRun:
     def play(self) -> None:
         """Run tick after tick until ``pause``."""
         self._playing, self._due = True, time.monotonic()
-        self._set(LivePhase.RUNNING)
+        self._tell_state()
         self._advance()
 
     def pause(self) -> None:
         """Stop after the current tick."""
         self._playing = False
-        self._set(LivePhase.PAUSED)
+        self._tell_state()
 
     def set_speed(self, speed: float) -> None:
         """Set the speed, in ticks per second."""
-        self.speed = min(SPEEDS, key=lambda known: abs(known - speed))
+        self.speed = speed
         self._tell_state()
 
     def step(self) -> None:
@@ -123,28 +120,23 @@ class StudioRun:
 
     def change(self, data: Mapping[str, Any]) -> None:
         """Change the world before the next tick."""
-        if self.phase is not LivePhase.ENDED:
+        if not self._ended:
             self._send({**data, "do": "change"})
 
     async def end(self) -> None:
         """End the run within a second; its trace is kept."""
         process = self._process
-        if process is None or self.phase is LivePhase.ENDED:
+        if process is None or self._ended:
             return
+        assert self._listening is not None and process.stdin is not None
         self._playing, self._ending = False, True
-        if self._ready:
-            self._send({"do": "end"})
-        else:
-            with suppress(ProcessLookupError):
-                process.send_signal(signal.SIGINT)
-        try:
-            await asyncio.wait_for(process.wait(), PATIENCE)
-        except TimeoutError:
+        process.stdin.close()
+        with suppress(ProcessLookupError):
+            process.send_signal(signal.SIGINT)
+        _, running = await asyncio.wait([self._listening], timeout=PATIENCE)
+        if running:
             kill(process)
-            await process.wait()
-        assert self._listening is not None
-        with suppress(TimeoutError):
-            await asyncio.wait_for(self._listening, PATIENCE)
+            await asyncio.wait(running, timeout=PATIENCE)
 
     def _advance(self) -> None:
         """Request the next tick, at its time, if one is wanted and the last one has ended."""
@@ -157,53 +149,40 @@ class StudioRun:
             asyncio.get_running_loop().call_later(self._due - now, self._advance)
             return
         else:
-            self._due = max(now - 0.2, self._due) + self._pause()
+            self._due = max(now - 0.2, self._due) + (self._took / self.speed or IDLE)
         self._ready = False
         self._wait()
         self._send({"do": "step"})
 
     def _wait(self) -> None:
         """Wait for the process; after ``BUSY`` seconds pages show that the tick takes long."""
-        self._late = asyncio.get_running_loop().call_later(BUSY, self._set_busy, True)
+        self._late = asyncio.get_running_loop().call_later(BUSY, self._show_busy)
 
-    def _set_busy(self, busy: bool) -> None:
-        if self._late is not None:
-            self._late.cancel()
-        if busy is not self._busy:
-            self._busy = busy
-            self._tell_state()
-
-    def _pause(self) -> float:
-        """Return the seconds until the next tick: the length of the last one, at the set speed."""
-        before, now = self._shown, 0.0 if self._live is None else self._live.time
-        idle, self._seen = len(self.lines) == self._seen, len(self.lines)
-        self._shown = now
-        if idle:
-            return IDLE
-        timed = self._live is not None and self._live.run.clock.unit == "second"
-        took = now - before if timed else 1.0
-        return took / self.speed
+    def _show_busy(self) -> None:
+        self._busy = True
+        self._tell_state()
 
     async def _listen(self) -> None:
         """Take the lines that the process writes, until it ends."""
         process = self._process
         assert process is not None and process.stdout is not None
+        file: AbstractContextManager[object] = self._file or nullcontext()
         try:
-            async for line in process.stdout:
-                if line.endswith(b"\n"):  # else the process was killed while it wrote
-                    self._take(line)
-        except ValueError:
-            self.failure = "a line of the trace is too long"
-            kill(process)
-        except UsageError as error:
+            with file:
+                async for line in process.stdout:
+                    if line.endswith(b"\n"):  # else the process was killed while it wrote
+                        self._take(line)
+        except (UsageError, ValueError) as error:  # a full disk, or a line above the limit
             self.failure = str(error)
             kill(process)
         status = await process.wait()
         if status != 0 and self.failure is None and not self._ending:
-            self.failure = _death(status)
-        self._process_ended()
+            how = signal.Signals(-status).name if status < 0 else f"exit status {status}"
+            self.failure = f"the process of the run ended ({how}), perhaps because memory ran out"
+        self._end()
 
     def _take(self, line: bytes) -> None:
+        """Take one line of the process."""
         data = json.loads(line)
         kind = data["type"]
         if kind == DONE:
@@ -213,62 +192,48 @@ class StudioRun:
         elif kind == FAILED:
             self.failure = data["message"]
         else:
-            self._record(KINDS.get(kind, Header), data, line)
+            self._record(convert(KINDS[kind], {"tick": 0, **data}), line)  # a header has no tick
 
-    def _record(self, kind: type[Record], data: dict[str, Any], line: bytes) -> None:
+    def _record(self, record: Record, line: bytes) -> None:
         self.lines.append(line)
         if self._file is not None:
-            try:
-                self._file.write(line)
-                self._file.flush()
-            except OSError as error:
-                raise _unwritable(self._path, error) from error
-        if kind is Header:
-            header: Header = convert(Header, {"tick": 0, **data})
-            self._live = LiveRun(header, Path(self.order.file).name)
+            self._file(record)
+        if isinstance(record, Header):
+            self._live = LiveRun(record, Path(self.order.file).name)
             self._tell({"is": "run", "run": self.whole, "state": self.state})
         else:
-            self._news.append(convert(kind, data))
+            self._news.append(record)
 
     def _done(self) -> None:
         """Handle the end of a tick."""
-        live, switched = self._complete_tick()
-        self._set_busy(False)
-        if not self._begun:
-            self._begun = True
-            self._set(LivePhase.RUNNING if self._playing else LivePhase.PAUSED)
-        elif switched:
-            self._tell_state()
-        self._tell({"is": "news", "news": live.news()})
-        self._ready = True
+        assert self._live is not None
+        before = self._live.time
+        self._rest()
+        self._took = self._live.time - before
+        self._begun = self._ready = True
+        self._tell_state()
+        self._tell({"is": "news", "news": self._live.news()})
         self._advance()
 
-    def _complete_tick(self) -> tuple[LiveRun, bool]:
+    def _rest(self) -> None:
         """Show the lines of a tick together, so that neither open pages nor one that opens during
-        the tick miss a line. Return also whether the inputs changed in it."""
-        assert self._live is not None
+        the tick miss a line."""
+        if self._late is not None:
+            self._late.cancel()
+        self._busy = False
         new, self._news = self._news, []
         for record in new:
+            assert self._live is not None
             self._live.append(record)
-        return self._live, any(isinstance(record, Inputs) for record in new)
 
-    def _process_ended(self) -> None:
+    def _end(self) -> None:
         """Handle the end of the process."""
-        self.phase, self._ready = LivePhase.ENDED, False
-        self._set_busy(False)
-        if self._file is not None:
-            with suppress(OSError):  # a full disk: the failed write has reported it
-                self._file.close()
+        self._ended, self._ready = True, False
+        self._rest()
         if self._live is not None:
-            self._complete_tick()
             self._tell({"is": "run", "run": self.whole, "state": self.state})
         else:
             self._tell_state()
-
-    def _set(self, phase: LivePhase) -> None:
-        if self._begun and self.phase is not LivePhase.ENDED:
-            self.phase = phase
-        self._tell_state()
 
     def _tell_state(self) -> None:
         self._tell({"is": "state", "state": self.state})
@@ -277,27 +242,6 @@ class StudioRun:
         assert self._process is not None and self._process.stdin is not None
         with suppress(ConnectionError, RuntimeError):
             self._process.stdin.write(json_line(data).encode())
-
-
-def opened(path: Path) -> IO[bytes]:
-    """Return an open file for a trace. Raises UsageError if it cannot be written."""
-    try:
-        return path.open("wb")
-    except OSError as error:
-        raise _unwritable(path, error) from error
-
-
-def _unwritable(path: Path, error: OSError) -> UsageError:
-    return UsageError(f"cannot write the trace {path}: {error.strerror}")
-
-
-def _death(status: int) -> str:
-    """Return the message about a process that ended before its run did."""
-    if status == -signal.SIGKILL:
-        return "the process of the run was killed (SIGKILL), perhaps because memory ran out"
-    if status < 0:
-        return f"the process of the run was ended by {signal.Signals(-status).name}"
-    return f"the process of the run ended with exit status {status}"
 
 
 _SETTLED = 0.05
@@ -309,19 +253,17 @@ class WatchedRun(StudioRun):
 
     _settling: asyncio.TimerHandle | None = None
 
-    def hear(self, data: dict[str, Any]) -> None:
+    def hear(self, record: Record) -> None:
         """Take one line of the trace. Pages get the news of a tick when the next one begins, or
         when it is complete and no line follows for ``_SETTLED`` seconds."""
         self._playing = True
-        tick = int(data.get("tick", 0))
         if self._settling is not None:
             self._settling.cancel()
-        if self._news and tick > self._news[-1].tick:
+        if self._news and record.tick > self._news[-1].tick:
             self._done()
-        self._take(json_line(data).encode())
-        if data["type"] == "outcome":
-            self._done()
-            self._process_ended()
+        self._record(record, json_line(as_data(record)).encode())
+        if isinstance(record, End):
+            self._end()
         elif self._is_tick_complete():
             self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
 

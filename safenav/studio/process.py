@@ -6,10 +6,10 @@ run at the next opportunity, as in ``safenav run``; a check is killed when the t
 only the synthesis cache remains.
 
 Messages are JSON, one object per line. To the process: a ``RunOrder`` first, then for a run
-``{"do": "step"}``, ``{"do": "change", ...}``, ``{"do": "end"}``. From a run: the lines of the
-trace, and lines whose ``type`` begins with ``~``: ``~done`` (a tick has ended), ``~refused`` (an
-invalid change), ``~failed`` (the run ended in an error). From a check: the verdict and reason of a
-robot.
+``{"do": "step"}``, ``{"do": "change", ...}``; the end of the input ends the run. From a run: the
+lines of the trace, and lines whose ``type`` begins with ``~``: ``~done`` (a tick has ended),
+``~refused`` (an invalid change), ``~failed`` (the run ended in an error). From a check: the verdict
+and reason of a robot.
 """
 
 import asyncio
@@ -28,11 +28,12 @@ from msgspec import Struct
 from msgspec.json import decode, encode
 from msgspec.structs import replace
 
-from safenav.errors import ResourceLimitError, SafenavError, UsageError
+from safenav.errors import SafenavError, UsageError
 from safenav.files import line_output
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
+from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.file import as_data
 
 LIMIT = 32 * 2**20
@@ -121,20 +122,18 @@ class RealizabilityQueue:
 
 def main() -> None:
     """Do a job, ``run`` or ``robots``, over standard input and output."""
-    say = line_output()
+    say, order = line_output(), decode(sys.stdin.readline(), type=RunOrder)
+    if sys.argv[1] == "robots":
+        return _check(order, say)
     try:
-        {"run": _serve, "robots": _check}[sys.argv[1]](sys.stdin, say)
+        _serve(order, sys.stdin, say)
     except SafenavError as error:
         say({"type": FAILED, "message": str(error)})
-    except BrokenPipeError:
-        os._exit(1)  # the server has ended
     except Exception as error:
         say({"type": FAILED, "message": f"internal error: {type(error).__name__}: {error}"})
-        raise
 
 
-def _serve(orders: IO[str], say: Any) -> None:
-    order = decode(orders.readline(), type=RunOrder)
+def _serve(order: RunOrder, requests: IO[str], say: Any) -> None:
     scenario = load_scenario_text(order.text, order.file, reach=order.reach)
     if order.seed is not None:
         scenario = replace(scenario, seed=order.seed)
@@ -142,81 +141,67 @@ def _serve(orders: IO[str], say: Any) -> None:
         scenario = replace(scenario, clock=Clock(order.clock))
 
     mission = Mission(scenario, listeners=[lambda record: say(as_data(record))], attended=True)
-
-    def interrupt(*_: object) -> None:
-        if mission.stopping:
-            raise KeyboardInterrupt
-        mission.stop("ended by the user")
-
-    signal.signal(signal.SIGINT, interrupt)
+    signal.signal(signal.SIGINT, lambda *_: mission.stop("ended by the user"))
     mission.start()
-    say({"type": DONE, "tick": 0})
+    say({"type": DONE})
     while mission.result is None:
         rested = time.monotonic()
-        line = orders.readline()
+        line = requests.readline()
         mission.exclude_idle_time(time.monotonic() - rested)
-        if not line:
-            break
-        data = json.loads(line)
-        if data["do"] == "step":
-            mission.step()
-            say({"type": DONE, "tick": mission.tick})
-        elif data["do"] == "change":
+        data = json.loads(line or "{}")
+        if data.get("do") == "change":
             try:
                 mission.intervene(data)
             except UsageError as error:
                 say({"type": REFUSED, "message": str(error)})
+            continue
+        if line:
+            mission.step()
         else:
             mission.give_up("ended by the user")
-            say({"type": DONE, "tick": mission.tick})
+        say({"type": DONE})
 
 
-def _check(orders: IO[str], say: Any) -> None:
-    """Check the robots of one text."""
-    order = decode(orders.readline(), type=RunOrder)
+def _check(order: RunOrder, say: Any) -> None:
+    """Check the robots of a text: all verdicts first, then the reasons."""
     scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
     if scenario is None:
         return
-    verdicts: dict[str, dict[str, Any]] = {}
+    synthesizer = default_synthesizer(scenario)
+    unrealizable = []
     for robot in scenario.robots:
-        verdicts[robot.name] = _verdict(scenario, robot.name)
-        if verdicts[robot.name]["verdict"] != "unrealizable":
-            say(verdicts[robot.name])
-        else:  # the verdict first, the reason later
-            say({**verdicts[robot.name], "because": "looking for the reason ..."})
-    for name, verdict in verdicts.items():
-        if verdict["verdict"] == "unrealizable":
-            say(verdict | _reason(scenario, name))
+        found = _verdict(scenario, robot.name, synthesizer)
+        say({"robot": robot.name} | found)
+        if found["verdict"] == "unrealizable":
+            unrealizable.append(robot.name)
+    for name in unrealizable:
+        reason = _reason(scenario, name, synthesizer)
+        say({"robot": name, "verdict": "unrealizable"} | reason)
 
 
-def _verdict(scenario: Scenario, name: str) -> dict[str, Any]:
+def _verdict(scenario: Scenario, name: str, synthesizer: Synthesizer) -> dict[str, Any]:
     try:
-        answer = first_results(scenario, default_synthesizer(scenario), None, [name])[name]
-    except ResourceLimitError as error:
-        return {"robot": name, "verdict": "limit", "because": str(error)}
-    found = {"robot": name, "verdict": "realizable" if answer.realizable else "unrealizable"}
-    allows = answer.allows(scenario.map.word) if answer.realizable else None
-    return {**found, "allows": allows} if allows else found
+        answer = first_results(scenario, synthesizer, names=[name])[name]
+    except SafenavError as error:  # a limit, or a synthesizer that does not work
+        return {"verdict": "unknown", "because": str(error)}
+    if not answer.realizable:
+        return {"verdict": "unrealizable", "because": "looking for the reason ..."}
+    return {"verdict": "realizable", "allows": answer.allows(scenario.map.word)}
 
 
-def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
+def _reason(scenario: Scenario, name: str, synthesizer: Synthesizer) -> dict[str, Any]:
     from safenav.report.terminal.explanation_text import cause_words
     from safenav.review.postmortem import explain_team
 
     try:
-        (found,) = [*explain_team(scenario, default_synthesizer(scenario), [name])] or (None,)
+        (found,) = explain_team(scenario, synthesizer, [name])
     except SafenavError as error:
         return {"because": str(error)}
-    if found is None:
-        return {}
     return {
         "because": cause_words(found, scenario.map),
         "confined": sorted(found.diagnosis.confined),
         "lost": sorted(frozenset[int]().union(*found.diagnosis.lost)),
-        "repairs": [
-            {"kind": repair.kind.value, "change": [list(pair) for pair in repair.change]}
-            for repair in found.repairs
-        ],
+        "repairs": [repair.change for repair in found.repairs],
     }
 
 

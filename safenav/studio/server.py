@@ -39,7 +39,6 @@ from safenav.scenario.reading.loader import schema_text
 from safenav.studio.live import WatchedRun
 from safenav.studio.process import RunOrder
 from safenav.studio.session import ReplaceError, Studio
-from safenav.trace.file import as_data
 from safenav.trace.records import Record
 
 LARGEST = 8_000_000
@@ -100,14 +99,8 @@ class Guard(Struct, frozen=True):
 PORT = 7246
 PORTS = 20
 """Number of ports that are tried, starting with ``PORT``."""
-PAGES = 64
-"""Maximum number of open pages."""
-BEHIND = 2000
-"""Unsent messages after which a page is disconnected; it then reconnects."""
-HEARTBEAT = 20.0
-"""Seconds between signs of life to a page without news."""
 PATIENCE = 30.0
-"""Seconds until a connection has to have sent its request."""
+"""Seconds until a connection has to have sent the head of its request."""
 
 
 class Answer(Struct, frozen=True):
@@ -153,8 +146,6 @@ class Server:
         finally:
             await self.studio.close()
             serving.close()
-            if self._connections:
-                await asyncio.wait(self._connections, timeout=0.5)
             for connection in self._connections:
                 connection.cancel()
             await asyncio.gather(*self._connections, return_exceptions=True)
@@ -174,8 +165,7 @@ class Server:
                 *(ConnectionError, asyncio.IncompleteReadError),
                 *(TimeoutError, asyncio.CancelledError),
             ):
-                async with asyncio.timeout(PATIENCE):
-                    answer = await self._request(reader)
+                answer = await self._request(reader)
                 writer.write(answer.head + answer.content)
                 await writer.drain()
                 if answer.kind == EVENTS:
@@ -187,7 +177,8 @@ class Server:
     async def _request(self, reader: asyncio.StreamReader) -> Answer:
         """Read a request and return its answer."""
         try:
-            head = await reader.readuntil(b"\r\n\r\n")
+            async with asyncio.timeout(PATIENCE):
+                head = await reader.readuntil(b"\r\n\r\n")
             first, _, rest = head.partition(b"\r\n")
             method, target, _ = first.decode("ascii").split(" ")
             headers: Mapping[str, str] = parse_headers(BytesIO(rest))  # type: ignore[assignment]
@@ -200,8 +191,9 @@ class Server:
         body = await reader.readexactly(int(headers.get("Content-Length", "0")))
         _, _, path = address.path[1:].partition("/")
         try:
-            if method == "POST":
-                return await self._posted(path, body)
+            if method == "POST" and path == "say":
+                refused = json.dumps(await self._take(body))
+                return Answer(200, refused.encode(), "application/json")
             return await self._got(unquote(path))
         except SafenavError as error:
             return Answer(400, str(error).encode())
@@ -213,9 +205,7 @@ class Server:
             text = schema_text() if path == "schema.json" else asset(path)
             return Answer(200, text.encode(), FILES[path])
         if path == "events":
-            full = len(self.studio.pages) >= PAGES
-            words = f"{PAGES} pages are already open\n".encode()
-            return Answer(503, words) if full else Answer(200, kind=EVENTS)
+            return Answer(200, kind=EVENTS)
         if not path.startswith("save/"):
             return Answer(404, b"there is no such file\n")
         made = await self.studio.made(path.removeprefix("save/"))
@@ -228,24 +218,17 @@ class Server:
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return Answer(200, content, kind, headers)
 
-    async def _posted(self, path: str, body: bytes) -> Answer:
-        if path != "say":
-            return Answer(404, b"there is no such request\n")
-        refused = await self._take(body)
-        return Answer(200, json.dumps(refused).encode(), "application/json")
-
     async def _stream(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Send the messages of the studio to a page until one of them ends."""
-        queue: asyncio.Queue[str | None] = asyncio.Queue(BEHIND)
-        self.studio.join(queue)
-        jobs = [asyncio.create_task(_write(writer, queue)), asyncio.create_task(reader.read())]
+        """Send the messages of the studio to a page until it closes."""
+
+        def send(text: str) -> None:
+            writer.write(f"data: {text}\n\n".encode())
+
+        self.studio.join(send)
         try:
-            await asyncio.wait(jobs, return_when=asyncio.FIRST_COMPLETED)
+            await reader.read()
         finally:
-            self.studio.leave(queue)
-            for job in jobs:
-                job.cancel()
-            await asyncio.gather(*jobs, return_exceptions=True)
+            self.studio.leave(send)
 
     async def _take(self, text: bytes) -> dict[str, Any] | None:
         """Handle the request of a page; return the message that refuses it, for that page alone."""
@@ -262,19 +245,6 @@ class Server:
         except OSError as error:  # a name that is too long, say
             return {"is": "refused", "message": file_words(error)}
         return None
-
-
-async def _write(writer: asyncio.StreamWriter, queue: asyncio.Queue[str | None]) -> None:
-    """Send queued messages, until the page falls too far behind."""
-    text: str | None = ""
-    with suppress(ConnectionError):
-        while text is not None:
-            writer.write(f"data: {text}\n\n".encode() if text else b": still here\n\n")
-            await writer.drain()
-            try:
-                text = await asyncio.wait_for(queue.get(), HEARTBEAT)
-            except TimeoutError:
-                text = ""
 
 
 def listening(port: int | None) -> socket.socket:
@@ -369,7 +339,7 @@ class LiveView(Studio):
     def __call__(self, record: Record) -> None:
         """Take the next line of the trace, in the thread of the mission."""
         with suppress(RuntimeError):  # the page has been closed
-            self._loop.call_soon_threadsafe(self._watched.hear, as_data(record))
+            self._loop.call_soon_threadsafe(self._watched.hear, record)
 
     def wait(self) -> None:
         """Serve until the last page has been closed, or Ctrl-C."""

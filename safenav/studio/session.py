@@ -10,7 +10,6 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -66,6 +65,8 @@ SAVERS: Mapping[str, tuple[Saver, str, str]] = {
 
 
 Message = Mapping[str, Any]
+Page = Callable[[str], None]
+"""Sends a message to an open page."""
 Made = tuple[str, bytes, str]
 """A download: file name, content and media type."""
 
@@ -75,11 +76,10 @@ class ReplaceError(UsageError):
 
 
 class Studio:
-    """A studio session that shows a run; ``Editor`` adds the editor. ``pages``: the queue of
-    messages to each open page."""
+    """A studio session that shows a run; ``Editor`` adds the editor."""
 
     def __init__(self, order: RunOrder, catalogue: Catalogue, *, trace: Path | None = None) -> None:
-        self.pages: set[asyncio.Queue[str | None]] = set()
+        self.pages: set[Page] = set()
         self.run: StudioRun | None = None
         self._order = order
         self._catalogue = catalogue
@@ -112,29 +112,21 @@ class Studio:
         """The title of the page until it receives a run."""
         return f"{Path(self._order.file).stem}: safenav studio"
 
-    def join(self, page: asyncio.Queue[str | None]) -> None:
+    def join(self, page: Page) -> None:
         """Add an opened page, and send the whole state to it."""
         self.pages.add(page)
         for data in self._everything():
-            page.put_nowait(json.dumps(data))
+            page(json.dumps(data))
 
-    def leave(self, page: asyncio.Queue[str | None]) -> None:
+    def leave(self, page: Page) -> None:
         """Remove a closed page."""
         self.pages.discard(page)
 
-    def tell(self, data: Mapping[str, Any]) -> None:
+    def tell(self, data: Message) -> None:
         """Send a message to all pages."""
-        if not self.pages:
-            return
         text = json.dumps(data, separators=(",", ":"))
-        for page in list(self.pages):
-            try:
-                page.put_nowait(text)
-            except asyncio.QueueFull:  # it is too far behind: disconnect it, so that it reconnects
-                self.pages.discard(page)
-                with suppress(asyncio.QueueEmpty):
-                    page.get_nowait()
-                    page.put_nowait(None)
+        for page in self.pages:
+            page(text)
 
     async def take(self, data: Message) -> None:
         """Execute the request of a page. Raises SafenavError for an impossible one."""
@@ -145,12 +137,10 @@ class Studio:
 
     async def made(self, name: str) -> Made | None:
         """Return the file ``name`` to save from the run; None if there is none."""
-        if self.run is None or not self.run.lines:
-            return None
-        if name not in SAVERS:
+        if self.run is None or not self.run.lines or name not in SAVERS:
             return None
         make, ending, kind = SAVERS[name]
-        stem = Path(self._order.file).stem or "scenario"
+        stem = Path(self.run.order.file).stem
         content = await asyncio.to_thread(make, self.run.trace, f"{stem}.jsonl")
         return f"{stem}{ending}", content, kind
 
@@ -158,9 +148,6 @@ class Studio:
         """End the run."""
         if self.run is not None:
             await self.run.end()
-        for page in list(self.pages):
-            with suppress(asyncio.QueueFull):
-                page.put_nowait(None)
 
     def _everything(self) -> list[dict[str, Any]]:
         """Return the messages with the whole state, for a newly opened page."""

@@ -23,7 +23,7 @@ TABLE = from_yaml(beside(__file__, "edits.yaml"))
 COMMENTED = TABLE["texts"]["commented"]
 TEXTS = {
     "door": DOOR,
-    "commented": COMMENTED,
+    **TABLE["texts"],
     "listed": COMMENTED.replace(
         "patrol: [12, 15]  # in turn",
         "patrol:\n      - 12  # the bed\n      - 15  # the hall",

@@ -91,13 +91,15 @@ def test_a_changed_run_that_is_ended_is_saved_in_every_form_and_can_restart(
     assert header["scenario"]["seed"] == 7
 
 
-def test_a_live_run_is_shown_in_seconds() -> None:
-    with Served("run", DOOR, "--live", "--clock", "live") as served, served.opened() as page:
+def test_a_live_run_is_shown_in_seconds(tmp_path: Path) -> None:
+    options = ("--live", "--clock", "live", "--trace", tmp_path / "run.jsonl")
+    with Served("run", DOOR, *options) as served, served.opened() as page:
         page.say("speed", value=64)
         page.say("restart", play=True)
         page.hear(lambda m: m["is"] == "news" and m["news"]["times"][-1:] > [20.0])
         page.say("end")
         run = page.state(phase="ended")["run"]
+        assert (tmp_path / "run.jsonl").read_bytes() == page.get("save/trace")
     assert run["times"][0] == 0 and run["times"] == sorted(set(run["times"]))
     assert any(robot["steps"] for robot in run["robots"])
 
@@ -127,20 +129,23 @@ def process_of(served: Served) -> int:
     return int(children.read_text())
 
 
-def test_pages_learn_that_a_long_tick_has_ended(page: Page, served: Served) -> None:
+def test_pages_learn_that_a_long_tick_has_ended_and_can_end_it(page: Page, served: Served) -> None:
     process = process_of(served)
     os.kill(process, signal.SIGSTOP)
     page.say("step")
     page.state(busy=True)
     os.kill(process, signal.SIGCONT)
     assert page.state(busy=False)["state"]["phase"] == "paused"
+    os.kill(process, signal.SIGSTOP)
+    page.say("end")
+    assert page.state(phase="ended")["state"]["failure"] is None
 
 
 def test_a_run_whose_process_is_killed_has_failed(page: Page, served: Served) -> None:
     """It does not look like one that a user has ended; the ticks before it are kept."""
     os.kill(process_of(served), signal.SIGKILL)
     ended = page.state(phase="ended")
-    assert "was killed (SIGKILL)" in ended["state"]["failure"]
+    assert "ended (SIGKILL)" in ended["state"]["failure"]
     assert ended["run"]["last"] == 1
 
 

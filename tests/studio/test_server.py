@@ -137,7 +137,12 @@ def test_a_file_in_the_folder_is_written_whole(editor: Served, home: Path) -> No
         told = page.document("a door on the way")
         page.say("save", name="door.yaml")
         page.hear(lambda m: m["is"] == "saved")
-    assert (home / "lab" / "door.yaml").read_text() == told["text"]
+        assert (home / "lab" / "door.yaml").read_text() == told["text"]
+        (home / "lab" / "crlf.yaml").write_bytes(b"safenav: 1\r\n")
+        page.say("open", kind="file", name="crlf.yaml")
+        page.say("text", text="safenav: 1\r\n# mine\r\n")
+        page.say("save")
+        page.hear(lambda m: m["is"] == "saved")  # the file has not changed since it was opened
 
 
 def test_two_editors_of_one_text_agree(editor: Served) -> None:
@@ -175,6 +180,8 @@ def test_a_map_is_read_from_the_folder_and_from_nowhere_else(named: str, tmp_pat
         while told["file"] != "flat.yaml":  # the first one is that of the command
             told = page.document("floor.pgm")
         assert told["drawing"]["run"]["rows"] == 4 and not told["problems"]
+        page.say("edit", op="paint", regions=[5], wall=True)
+        assert "the map comes from a file" in page.refusal()
         page.say("open", kind="file", name="out.yaml")
         told = page.document("../floor.pgm")
         assert told["drawing"] is None, "the map before is not that of this one"

@@ -1,4 +1,4 @@
-/* sources aa05852bb76139fd7311f95e5f49a64912e42b561669e5c6175b4ce796e7a3be */
+/* sources cfebdacb254b21e669affb595024af8e07fe84fc4caae0e7e366b5176338e6ad */
 /* Contains preact:
 The MIT License (MIT)
 

@@ -64,7 +64,7 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
     <>
       <Header
         help={help}
-        name={drawing?.name ?? doc.file ?? "scenario"}
+        name={drawing?.run.name ?? doc.file ?? "scenario"}
         state={<span class="quiet">{doc.file ?? "not saved yet"}</span>}
         keys={KEYS}
         about={<p>Drag a robot's handle to turn it, and its targets to move them. The text and the map change together.</p>}
@@ -266,9 +266,9 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
             </Press>
           ))}
         </div>
-        {Object.keys(drawing.areas).length > 0 && (
+        {Object.keys(drawing.run.areas).length > 0 && (
           <div class="pens areas" role="group" aria-label="Areas as targets">
-            {Object.keys(drawing.areas).map((area) => (
+            {Object.keys(drawing.run.areas).map((area) => (
               <Press
                 key={area}
                 off={!drawingObjective && "choose a kind of objective first: then this area can be a target"}
@@ -302,7 +302,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
 }
 
 function Repairs({ verdict, say }: { verdict: Verdict; say: Say }) {
-  return (verdict.repairs ?? []).slice(0, 5).map(({ change }) => (
+  return (verdict.repairs ?? []).slice(0, 5).map((change) => (
     <Press class="repair" act={() => say("edit", { op: "repair", change })}>{change.map(([item, value]) => wordsOf(item, value)).join("; ")}</Press>
   ));
 }

@@ -151,7 +151,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   const square = (region: number, kind: keyof typeof MARKS, key: string) => squareOf(drawing.run, region, kind, key);
   const painting = held.current?.what === "paint" ? held.current : null;
   const firstOf = (target: Target): number => {
-    const regions = typeof target === "string" ? (drawing.areas[target] ?? [-1]) : [target].flat();
+    const regions = typeof target === "string" ? (drawing.run.areas[target] ?? [-1]) : [target].flat();
     return regions[0]!;
   };
   const order = pen.does === "objective" ? pen.targets.map(firstOf) : (picked?.targets.map((target) => target[0]!) ?? []);

@@ -12,7 +12,6 @@ export interface DrawnRobot {
   targets: number[][];
   /** The area that a target names, or null. */
   areas: (string | null)[];
-  line: number;
 }
 
 /** A hidden obstacle, with its index in the list of the scenario. */
@@ -20,15 +19,12 @@ export interface DrawnObstacle {
   index: number;
   type: string;
   region: number;
-  line: number;
 }
 
 export interface Drawing {
-  name: string;
   run: Run;
   robots: DrawnRobot[];
   obstacles: DrawnObstacle[];
-  areas: Record<string, number[]>;
   /** Whether the map is drawn in the scenario itself. */
   grid: boolean;
 }
@@ -77,14 +73,11 @@ export interface Palette {
   obstacles: Kind[];
 }
 
-export interface Repair {
-  kind: string;
-  change: [item: string, value: string][];
-}
+export type Repair = [item: string, value: string][];
 
 export interface Verdict {
   robot: string;
-  verdict: "realizable" | "unrealizable" | "limit";
+  verdict: "realizable" | "unrealizable" | "unknown";
   because?: string;
   allows?: string;
   confined?: number[];

@@ -92,7 +92,7 @@ export function Studio() {
           run={run}
           player={player}
           wire={wire}
-          palette={hello.palette}
+          palette={doc?.palette ?? hello.palette}
           watches={hello.watches ?? false}
           saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} />}
           bar={
@@ -190,7 +190,7 @@ export function save(doc: Doc, say: Say): void {
 }
 
 function saveAs({ file, drawing }: Doc, say: Say): void {
-  const stem = (drawing?.name ?? "").toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_+|_+$/g, "");
+  const stem = (drawing?.run.name ?? "").toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_+|_+$/g, "");
   const name = prompt("File name", file ?? `${stem || "scenario"}.yaml`);
   if (name) say("save", { name: /\.ya?ml$/.test(name) ? name : `${name}.yaml` });
 }
