@@ -185,7 +185,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
     if not e.memory or e.objective.data != own.data:
         return
     if robot.memories is not None:
-        if not s.remembered(robot, own.formulas.remembering(e.memory)):
+        if s.arriving(robot).isdisjoint(own.formulas.remembering(e.memory)):
             yield f"the formulas of {e.robot} cannot remember {', '.join(e.memory)} so"
         return
     same = own.in_turn and not own.ends and e.objective.kind == own.kind

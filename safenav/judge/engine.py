@@ -52,7 +52,7 @@ def _begin_tick(tick: int, s: State) -> None:
     s.dues = {of: due for of, due in s.dues.items() if due >= tick}
     for robot in s.robots.values():
         clock = robot.clock
-        clock.over = clock.over or (clock.within is not None and clock.due < tick)
+        clock.over = clock.over or clock.due < tick
         clock.away = clock.away or robot.out or not robot.given.serves(robot.own)
 
 
@@ -106,10 +106,9 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.given = e.objective
                 if e.objective == robot.own and e.memory:
                     robot.first = next(iter(e.memory.values()))
-                formulas = robot.own.formulas
-                follows = formulas and robot.memories is not None
-                if follows and e.memory and e.objective == robot.own:
-                    robot.memories = s.remembered(robot, formulas.remembering(e.memory))
+                if robot.memories is not None and e.memory and e.objective == robot.own:
+                    told = robot.own.formulas.remembering(e.memory)
+                    robot.memories = {m for m in s.memories(robot) if told & s.arriving(robot, [m])}
         case "told":
             robot.given = e.objective
         case "assumption":

@@ -202,7 +202,7 @@ def _obstacle(value: Any) -> Line:
 
 VALUES: dict[str, tuple[tuple[type, ...], int | None]] = {
     **{"int": ((int,), None), "str": ((str,), None), "bool": ((bool,), None)},
-    **{"number": ((int, float), None), "count": ((int,), 0)},
+    **{"number": ((int, float), None), "count": ((int,), 0), "times": ((int,), 1)},
     **{"truth": ((bool, type(None)), None), "least": ((int, type(None)), None)},
 }
 """Types of values of JSON, each with its least value."""
@@ -237,7 +237,7 @@ OBJECTS = {
         "zone": "robots:str! regions:int!",
         "input": "name spans:span* again:bool*",
         "map": "rows:count cols:count walls:int! names:int~ areas:int!~",
-        "until": "rounds:count by?:count",
+        "until": "rounds:times by?:count",
         "limits": "ticks:count seconds?:number",
         "proof": "robots:str* memory?:int~~",
         "scenario": "map:map robots:robot* obstacles:obstacle* until:until limits:limits"
@@ -337,9 +337,8 @@ class Reader:
             _require(self._robots and not ends, f"not JSON: {error}")
             self.cut_off = True
             return None
-        kind = data.get("type") if isinstance(data, dict) else None
-        if not isinstance(kind, str):
-            raise WrongError("not an object with a `type`")
+        kind: Any = data.get("type") if isinstance(data, dict) else None
+        _require(isinstance(kind, str), "not an object with a `type`")
         header = kind == "header"
         _require(
             header is not bool(self._robots), "the header must be the first line, and no other"

@@ -272,9 +272,8 @@ def done(e: Line, s: State) -> Iterator[str]:
     for one in s.obstacles.values() if first and not (s.live or s.external) else ():
         if one.open and one.since < e.tick and one.rest.left and not one.rest.takes():
             need = one.rest.left[0]
-            able = need.able & one.group if need.same else need.able
-            there = {n for n in able if s.robots[n].pose[0] in need.regions}
-            if len(there if need.together else one.rest.done & able) >= need.robots:
+            there = {n for n in need.able if s.robots[n].pose[0] in need.regions}
+            if len(there if need.together else one.rest.done & need.able) >= need.robots:
                 yield f"{one.name} is not resolved, but {', '.join(sorted(there))} can do that"
 
 
@@ -310,16 +309,16 @@ def resolution(e: Line, s: State) -> Iterator[str]:
 
 
 def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
-    need, who = one.needs[number], frozenset(e.robots or [e.robot])
+    who = frozenset(e.robots or [e.robot])
     if one.stage > number:  # all its needs are met
         if e.kind == "met" or e.robot not in one.group:
             yield f"need {number + 1} of {one.name} is met already"
         return
+    need = one.needs[number] if s.external else one.rest.left[0]
     if e.kind == "met" and e.action != need.action:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
-    able = need.able & one.group if need.same and not s.external else need.able
-    there = frozenset(n for n in able if s.robots[n].pose[0] in need.regions)
-    parts = there if need.together else there | (one.rest.done & able)
+    there = frozenset(n for n in need.able if s.robots[n].pose[0] in need.regions)
+    parts = there if need.together else there | (one.rest.done & need.able)
     many = who if e.robots else parts | who
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there:
         yield f"{e.robot} cannot {need.action} at {one.name} from {s.show(e.at)}"

@@ -405,14 +405,14 @@ class State:
         known, formulas = robot.memories or set(), robot.own.formulas
         return formulas.lasting(known, robot.pose) if self.live and known else known
 
-    def remembered(self, robot: Robot, told: set[int]) -> set[int]:
-        """Return the memories that a robot's formulas may have now, and that are among the stated
-        ones where it is, or will arrive."""
-        formulas, known = robot.own.formulas, self.memories(robot)
+    def arriving(self, robot: Robot, known: Iterable[int] | None = None) -> set[int]:
+        """Return the memories that a robot's formulas may have where it is or, in transit, will
+        arrive, given those of now."""
+        known = self.memories(robot) if known is None else {*known}
         if robot.bound is None:
-            return known & told
-        way = robot.pose, self.destination(robot.name)
-        return {one for one in known if not told.isdisjoint(formulas.after([one], *way))}
+            return known
+        after: set[int] = robot.own.formulas.after(known, robot.pose, self.destination(robot.name))
+        return after
 
     def loads(self, robot: str) -> list[str]:
         """Return the loads that a robot carries."""

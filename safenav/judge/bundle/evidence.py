@@ -151,12 +151,9 @@ def may_remember(task: Task, s: State) -> bool:
     in turn meets them from each."""
     e, robot = task.line, s.robots[task.line.robot]
     own = robot.own
-    if own.formulas and own.kind == "ltl" and e.objective.serves(own) and robot.memories:
-        may = robot.memories
-        if robot.bound is not None:
-            may = own.formulas.after(may, robot.pose, task.pose)
+    if robot.memories and e.objective.serves(own):
         begins = own.formulas.remembering(e.memory) if e.memory else own.formulas.begins(task.pose)
-        return not may.isdisjoint(begins)
+        return not s.arriving(robot).isdisjoint(begins)
     judged = task.objective.ends or (task.objective.strict and e.verdict == "unrealizable")
     if not (judged and e.memory):
         return True
@@ -180,10 +177,10 @@ def proof_file(e: Line) -> str:
 
 @dataclass
 class Drive:
-    """A robot's strategy, and the ``nodes`` in which it may be."""
+    """A robot's strategy, and the ``nodes`` in which it may be (None: any with its pose)."""
 
     task: Task
-    nodes: set[int]
+    nodes: set[int] | None
 
     def at(self, pose: Pose) -> set[int]:
         """Return the nodes with a pose. From each the strategy keeps its guarantees."""
@@ -198,10 +195,10 @@ class Drive:
         """Return the nodes whose inputs agree with the robots and the inputs of now."""
         return {node for node in {*nodes} if self.task.observes(node, s)}
 
-    def stays(self) -> set[int]:
+    def stays(self, nodes: set[int]) -> set[int]:
         """Return the nodes in which it may be after any number of stays."""
         poses, follows = self.task.poses, self.task.graph.next
-        return closure(self.nodes, lambda k: [n for n in follows[k] if poses[n] == poses[k]])
+        return closure(nodes, lambda k: [n for n in follows[k] if poses[n] == poses[k]])
 
 
 class Evidence:
@@ -339,25 +336,20 @@ class Evidence:
         if e.kind == "plan":
             self.plan, self.plans = plan_of(e, s), self.plans + 1
             self.begun |= any(robot.bound is not None for robot in s.robots.values())
-        elif e.kind == "plan_end":
-            for name in self.drives.keys() & (self.plan.ways.keys() if self.plan else ()):
-                self.drives[name].nodes |= self.drives[name].at(s.destination(name))
+        else:
             self.plan = None
 
     def follows(self, e: Line, s: State) -> None:
         """Each step follows a strategy or a plan; otherwise the robot stays, or backs up from an
         obstacle."""
         drive = self.drives.get(e.robot)
+        put = e.kind == "operator" and e.region is not None
         if e.kind in ("move", "depart"):
             self._step(e, s, drive)
         elif drive is None:
             return
-        elif e.kind == "arrive" and s.step(e).strays:
-            drive.nodes = drive.at((e.at, e.heading))
-        elif e.kind == "operator" and e.region is not None:
-            drive.nodes = drive.at((e.region, e.heading))
-        elif (e.kind == "objective" and e.at_once) or (e.kind == "service" and e.active):
-            drive.nodes = drive.at(s.destination(e.robot))
+        elif put or e.at_once or e.active or (e.kind == "arrive" and s.step(e).strays):
+            drive.nodes = None
         elif e.kind == "assumption":
             drive.nodes = set()
             what = (
@@ -367,11 +359,9 @@ class Evidence:
 
     def _step(self, e: Line, s: State, drive: Drive | None) -> None:
         robot, step, by = s.robots[e.robot], s.step(e), e.by or "strategy"
-        if step.strays:
-            if drive is not None:
-                drive.nodes = drive.at((e.to, e.heading))
-            return
-        if robot.bound is not None:
+        if step.strays and drive is not None:
+            drive.nodes = None
+        if step.strays or robot.bound is not None:
             return  # the step was judged at its departure
         side = s.world.side(robot.pose[0], step.to) if robot.faces else None
         after = robot.pose if step.to == robot.pose[0] else (step.to, side)
@@ -387,12 +377,11 @@ class Evidence:
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return
         nodes, there = drive.nodes, drive.at(after)
-        nodes = drive.stays() if s.live else nodes
+        nodes = drive.at(robot.pose) if nodes is None else nodes
+        nodes = drive.stays(nodes) if s.live else nodes
         answers = drive.after(nodes, s)
         fits = {n for n in answers if drive.task.poses[n] == after}
-        if by == "plan":
-            fits = there
-        elif by != "strategy" and not goes:
+        if by != "strategy" and not goes:
             # It stayed while others moved: any node fits that has its pose and its knowledge.
             kept = drive.agreeing(there, s) if drive.task.graph.names else set()
             fits = (nodes | kept | (fits if by == "backtrack" else set())) & there

@@ -11,7 +11,6 @@ from math import ceil
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
-from safenav.judge.rules import NotJudged
 from safenav.judge.state import Need, Rest, Robot, State
 
 NEVER = 1 << 40
@@ -85,16 +84,13 @@ class Bound:
         step ends there. ``ends_in``: regions where paths may end but not continue."""
         own, takes, robot = self.names.index(name), self.takes(name), self.s.robots[name]
         formulas = robot.own.formulas
-        allows = formulas.allows if formulas is not None and formulas.whole else None
         best, stepped, shut = dict(seeds), Ticks(), self.sealed[name].union(avoid)
         queue = sorted((tick, str(pose), pose) for pose, tick in seeds.items())
         while queue:
             tick, _, pose = heappop(queue)
-            if tick > best[pose]:
-                continue
             self.s.world.spend()
             for there in self.s.world.steps(robot.faces, pose):
-                if there[0] in shut or (allows is not None and not allows(pose, there)):
+                if there[0] in shut or (formulas is not None and not formulas.allows(pose, there)):
                     continue
                 after = self._closed_until(name, there[0])
                 if after >= NEVER:
@@ -234,21 +230,17 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
     for of, stated in e.refused.items():
         name = of.removesuffix(".battery")
         robot, most = s.robots.get(name), s.by if of == "mission" else None
-        if robot is not None:
-            charged = robot.charge is not None and robot.own.ordered
-            most = robot.clock.within if name == of else int(robot.charge or 0) if charged else None
+        if robot is not None and robot.own.ordered:
+            most = robot.clock.within if name == of else robot.charge
         if most is None:
             yield f"{of} has no deadline, or no charge for targets in turn"
             continue
         if robot is None:
             least = mission(Bound(s, 0), 0)
-        elif robot.own.formulas and not robot.own.formulas.whole:
-            yield NotJudged(f"whether {of} is too small: formulas with too many memory values")
-            continue
         else:
             least = least_within(s, name) if name == of else charge_needed(robot, s)
         if least <= most:
-            yield f"{of} is refused, but {most} suffices: the least is {least}"
+            yield f"{of} is refused, but {most:g} suffices: the least is {least}"
         elif stated is not None and stated != least:
             yield f"{of} is refused with a least value of {stated}; it is {least}"
 

@@ -347,7 +347,7 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
     if own.kind == "ltl" and formulas is not None and memory is not None:
         fresh = formulas.names and not memory
         rows = {*(formulas.begins(pose) if fresh else formulas.remembering(memory))}
-        if robot.memories is not None and not s.remembered(robot, rows):
+        if robot.memories is not None and s.arriving(robot).isdisjoint(rows):
             return True  # a memory that it cannot have proves nothing
         begins: frozenset[Any] = frozenset((*pose, row, frozenset[int]()) for row in rows)
         return Case(s, memory={name: 0}).can_continue(name, begins, ())
@@ -389,7 +389,4 @@ def _memory(name: str, stated: Mapping[str, int], s: State) -> int | None:
         return None
     if {*stated} != {*formulas.names} - {*formulas.inputs}:
         return None
-    possible = robot.memories
-    if robot.bound is not None:
-        possible = formulas.after(possible, robot.pose, s.destination(name))
-    return min(possible & formulas.remembering(stated), default=None)
+    return min(s.arriving(robot) & formulas.remembering(stated), default=None)
