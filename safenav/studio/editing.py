@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import yaml
@@ -54,12 +54,13 @@ class ScenarioText:
     invalid YAML, or without a map."""
 
     def __init__(self, text: str, world: RegionMap | None) -> None:
-        self._read(text)
+        self.read(text)
         if world is None:
             raise UsageError("fix the map in the text first")
         self.world = world
 
-    def _read(self, text: str) -> None:
+    def read(self, text: str) -> None:
+        """Replace the text."""
         try:
             self.data: Any = plain(read_document(text).root)
         except DocumentError as error:
@@ -124,14 +125,15 @@ class ScenarioText:
         return self.put(path, f"\n  - {value}", after)
 
     def remove(self, *path: Step) -> None:
-        """Remove an entry; of a list or mapping with one entry, all of it becomes empty."""
+        """Remove an entry; with its only entry, a list disappears and a mapping becomes empty."""
         holder = self.spot(*path[:-1])
         assert holder is not None and holder.entries is not None
         entries = [*holder.entries.values()]
         number = [*holder.entries].index(path[-1])
         begin, end = entries[number][0], entries[number][1].end
         if len(entries) == 1 and len(path) > 1:
-            return self._replace(holder, "[]" if isinstance(path[-1], int) else "{}")
+            is_list = isinstance(path[-1], int)
+            return self.remove(*path[:-1]) if is_list else self._replace(holder, "{}")
         if not holder.flow:
             begin, end = self.text.rfind("\n", 0, begin) + 1, self._line_end(end) + 1
         elif number + 1 < len(entries):
@@ -139,13 +141,6 @@ class ScenarioText:
         elif number:
             begin = entries[number - 1][1].end
         return self._splice(begin, end, "")
-
-    def redraw(self, characters: dict[int, str]) -> None:
-        """Replace single characters, by their place in the text."""
-        letters = list(self.text)
-        for place, letter in characters.items():
-            letters[place] = letter
-        self._read("".join(letters))
 
     def _add(self, holder: Spot, before: Spot, entry: str, dash: str = "") -> None:
         if holder.flow:
@@ -156,29 +151,22 @@ class ScenarioText:
 
     def _replace(self, spot: Spot, value: str) -> None:
         start = spot.start
-        kept = "".join(f"  {found}" for found in self._comments(spot))
-        if kept:
+        comments = re.findall(r"\s(#.*)", self.text[start : spot.end])  # values have no '#'
+        if comments:
             end = self._line_end(spot.end)
             rest = self.text[spot.end : end]
-            return self._splice(start, end, value + rest + kept)
+            return self._splice(start, end, "  ".join([value + rest, *comments]))
         if value.startswith("\n"):
             start = len(self.text[:start].rstrip(" "))
         gap = " " if value[0] != "\n" and self.text[start - 1] == ":" else ""
         return self._splice(start, spot.end, gap + value)
-
-    def _comments(self, spot: Spot) -> Iterator[str]:
-        """Yield the comments inside a node: what begins with # between its scalars."""
-        at = spot.start
-        for leaf in [*_leaves(spot), Spot(spot.end, spot.end)]:
-            yield from re.findall(r"(?<=\s)#[^\n]*", self.text[max(0, at - 1) : leaf.start])
-            at = leaf.end
 
     def _line_end(self, at: int) -> int:
         end = self.text.find("\n", at)
         return len(self.text) if end < 0 else end
 
     def _splice(self, start: int, end: int, new: str) -> None:
-        self._read(self.text[:start] + new + self.text[end:])
+        self.read(self.text[:start] + new + self.text[end:])
 
 
 _NODES = (yaml.ScalarEvent, yaml.AliasEvent, yaml.MappingStartEvent, yaml.SequenceStartEvent)
@@ -205,14 +193,6 @@ def _spot(text: str, event: Any, events: Any) -> Spot:
     if not event.flow_style and entries:
         end = [*entries.values()][-1][1].end
     return Spot(start, end, bool(event.flow_style), entries)
-
-
-def _leaves(spot: Spot) -> Iterator[Spot]:
-    if spot.entries is None:
-        yield spot
-    for begin, value in (spot.entries or {}).values():
-        yield Spot(begin, begin)
-        yield from _leaves(value)
 
 
 Operation = Mapping[str, Any]
@@ -247,12 +227,12 @@ def paint(file: ScenarioText, edit: Operation) -> None:
     ]
     if [file.text[start : start + world.cols] for start in starts] != world.grid_rows():
         raise UsageError("give each row of this grid its own line in the text, then paint it")
-    letters = {}
+    letters = list(file.text)
     for region in edit["regions"]:
         file.written(region, 0)
         row, col = world.position(region)
         letters[starts[row] + col] = "#" if edit["wall"] else "."
-    file.redraw(letters)
+    file.read("".join(letters))
 
 
 def _start_of_any(file: ScenarioText) -> Any:
@@ -366,10 +346,7 @@ def move_obstacle(file: ScenarioText, edit: Operation) -> None:
 
 def remove_obstacle(file: ScenarioText, edit: Operation) -> None:
     _obstacle(file, edit)
-    if len(file.data["obstacles"]) == 1:
-        file.remove("obstacles")
-    else:
-        file.remove("obstacles", edit["index"])
+    file.remove("obstacles", edit["index"])
 
 
 def _obstacle(file: ScenarioText, edit: Operation) -> Any:

@@ -223,18 +223,12 @@ class Editor(Studio):
             path = self.scenarios.path(name)
             text = await asyncio.to_thread(read_text, path)
             return self._replace(text, TextOrigin(path, saved=text))
-        if kind == "blank":
-            rows, cols = data.get("rows") or 9, data.get("cols") or 15
-            if not isinstance(rows, int) or not isinstance(cols, int):
-                raise UsageError("expected numbers of rows and columns")
-            text = blank(rows, cols)
-        elif kind == "template":
+        if kind == "template":
             if name not in TEMPLATES:
-                known = ", ".join(TEMPLATES)
-                raise UsageError(f"there is no template '{name[:40]}'; known: {known}")
+                raise UsageError(f"there is no template '{name[:40]}'")
             text = template_text(name)
         else:
-            raise UsageError("unknown beginning; known: blank, template, file")
+            text = blank(data.get("rows", 9), data.get("cols", 15))
         file = self.origin.file
         new = file if file is not None and not file.exists() else None
         return self._replace(text, TextOrigin(new, None if new else text))
@@ -273,9 +267,9 @@ limits: {{ticks: 500}}
 """
 
 
-def blank(rows: int = 9, cols: int = 15) -> str:
+def blank(rows: Any = 9, cols: Any = 15) -> str:
     """Return a scenario of one walled room without robots. Raises UsageError for its size."""
-    if not (3 <= rows <= 512 and 3 <= cols <= 512):
+    if not all(isinstance(size, int) and 3 <= size <= 512 for size in (rows, cols)):
         raise UsageError("a blank map has 3 to 512 rows and columns")
     inner = "#" + "." * (cols - 2) + "#"
     lines = ["#" * cols, *[inner] * (rows - 2), "#" * cols]

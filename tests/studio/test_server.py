@@ -3,6 +3,7 @@ which files it reads and writes."""
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -143,6 +144,22 @@ def test_a_file_in_the_folder_is_written_whole(editor: Served, home: Path) -> No
         page.say("text", text="safenav: 1\r\n# mine\r\n")
         page.say("save")
         page.hear(lambda m: m["is"] == "saved")  # the file has not changed since it was opened
+
+
+@pytest.mark.parametrize(
+    ("does", "data", "why"),
+    [
+        ("open", {"kind": "blank", "rows": 2, "cols": 6}, "has 3 to 512 rows"),
+        ("open", {"kind": "blank", "rows": 7.5, "cols": 6}, "has 3 to 512 rows"),
+        ("open", {"kind": "template", "name": "castle"}, "no template 'castle'"),
+        ("text", {"text": "x" * 5_000_001}, "at most 5 MB"),
+    ],
+)
+def test_a_text_that_cannot_be_is_refused(
+    does: str, data: dict[str, Any], why: str, editor: Served
+) -> None:
+    with editor.opened() as page:
+        assert why in (page.say(does, **data) or "")
 
 
 def test_two_editors_of_one_text_agree(editor: Served) -> None:
