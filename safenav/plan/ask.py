@@ -157,10 +157,9 @@ def _charged(
         # If a charger is near, short stops cost least; if it is far, few stops.
         for full in (False, True) if begins is late else (False,):
             search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full))
-            answer = search.run() if search.fits(start) else Exhausted()
-            if isinstance(answer, Exhausted):
+            if not search.fits(start):
                 break
-            answers += [] if answer is None else [answer]
+            answers += [] if (answer := search.run()) is None else [answer]
         if answers:
             return min(answers, key=len)
         work //= 4 if search.fits(start) else 1  # a weaker request is likely to fail as well

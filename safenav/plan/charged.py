@@ -85,8 +85,6 @@ class ChargedSearch(Search):
         if self.goal(self.start):
             return [self.start]
         given, best = self.work, super().run()
-        if isinstance(best, Exhausted):
-            return best
         enough = self.work - max(BETTER, given - self.work)
         for how in islice(cycle((FARTHEST, STATIC, ONE)), TRIES):
             if best is None or self.work < enough:

@@ -266,8 +266,7 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     counts by staying, and none waits for an act of a robot with a strategy (``helped``: the
     obstacles of these)."""
     plan = state.plan
-    if plan is None:
-        return False
+    assert plan is not None
     for i in team.sharing:
         robot = state.robots[i]
         if not robot.active:

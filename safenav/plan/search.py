@@ -22,7 +22,7 @@ Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 Goal = Callable[[Joint], bool]
 
 FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
-MANY, ROLLS = 60, 8
+MANY, ROLLS, MOST_OF_A_ROLL = 60, 8, 2
 FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
 SINGLES, PROOF, PROOF_TURN = 4_000, 60_000, 2
 LEG, CHAIN, LEGS = 8, 4_000, 50
@@ -107,49 +107,32 @@ class Search:
         chooses first; no backtracking."""
         robots = self.floor.robots
         for _ in range(ROLLS):
-            joint, states = self.start, [self.start]
-            rank = {i: self.random.random() for i in robots}
-            pairs = zip(self.fields(joint), joint.poses, strict=True)
-            horizon = max((field[p] for field, p in pairs if field is not None), default=0)
-            for _ in range(8 * (horizon + self.floor.team.size // 16) + 100):
+            states, rank = [self.start], {i: self.random.random() for i in robots}
+            while len(states) < MOST_OF_A_ROLL * self.floor.team.size and self.work > 0:
+                joint = states[-1]
                 fields = self.fields(joint)
                 for i in robots:
                     wants = _misses(fields[i], joint.poses[i])
                     rank[i] = rank[i] + 1 if wants else rank[i] % 1
                 self.work -= len(robots)
-                found = self._propose(joint, fields, sorted(robots, key=lambda i: -rank[i]))
-                if self.work <= 0:
+                poses = self._propose(joint, fields, sorted(robots, key=lambda i: -rank[i]))
+                if poses is None or poses == joint.poses:  # a standstill
+                    poses = self._aside(joint)
+                if poses is None or (after := self._reached(joint, poses)) is None:
                     break
-                before = joint
-                if found is None or found == joint.poses:  # a standstill
-                    joint = self._aside(joint)  # some robots step aside at random
-                else:
-                    joint = self.floor.moved(joint, found, robots)
-                if joint == before:
-                    break
-                states.append(joint)
-                if self.goal(joint):
+                states.append(after)
+                if self.goal(after):
                     return states
         return None
 
-    def _aside(self, joint: Joint) -> Joint:
-        """Return the joint state after single steps of random robots to free regions from which
-        they can continue forever."""
-        size, poses, robots = self.floor.team.size, list(joint.poses), list(self.floor.robots)
-        at: dict[int, list[int]] = {}
-        for i, pose in enumerate(poses):
-            at.setdefault(pose % size, []).append(i)
-        self.random.shuffle(robots)
-        for i in robots[: max(1, len(robots) // 2)]:
-            steps = self.floor.steps(i, joint.stages)[poses[i]]
-            rivals, shut = self.floor.team.members[i].rivals, self.floor.shut(i, poses)
-            open_ = (p for p in steps if self._alive[i] >> p & 1 and not shut >> p % size & 1)
-            free = [p for p in open_ if rivals.isdisjoint(at.get(p % size, ()))]
-            if free:
-                at[poses[i] % size].remove(i)
-                poses[i] = self.random.choice(free)
-                at.setdefault(poses[i] % size, []).append(i)
-        return self.floor.moved(joint, tuple(poses), self.floor.robots)
+    def _aside(self, joint: Joint) -> tuple[int, ...] | None:
+        """Return the next poses if half of the robots, at random, only want to leave theirs."""
+        order, fields = self._order(STATIC), list[Field]([None] * len(joint.poses))
+        for i in order[: len(order) // 2]:
+            away = [0] * (self.floor.team.size * self.floor.graphs[i].blocks)
+            away[joint.poses[i]] = 1
+            fields[i] = away
+        return self._propose(joint, fields, order)
 
     def _order(self, how: str) -> list[int]:
         order = list(self.floor.robots)
@@ -397,12 +380,7 @@ class Proposals:
                         pushed.append(j)
         self._entered.setdefault(region, []).append(i)
         after[i] = pose
-        for j in pushed:
-            if j not in after and not self._place(j, pushing | {i}, None):
-                return False
-            if after[j] % self._size == region:
-                return False
-        return True
+        return all(j in after or self._place(j, pushing | {i}, None) for j in pushed)
 
     def _occupied(self) -> list[Mask]:
         """Return the regions of each robot, before and after this step."""

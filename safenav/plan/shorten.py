@@ -226,7 +226,7 @@ def _back(
     i: int,
     taken: list[Mask],
     ticks: Sequence[Joint],
-) -> list[int] | None:
+) -> list[int]:
     """Return the path to a cell, on which the robot stays wherever it can."""
     graph, way, k = floor.graphs[i], [pose] * (len(ticks) - t), len(vias)
     while t:
@@ -240,8 +240,7 @@ def _back(
             if came:
                 pose = next(bits(came))
                 break
-            if not passed or not vias[passed - 1][0] >> pose & 1 or t < vias[passed - 1][1]:
-                return None
+            assert passed and vias[passed - 1][0] >> pose & 1, "the cell was reached from another"
         k, t = passed, t - 1
         way.append(pose)
     return way[::-1]

@@ -5,7 +5,7 @@ Steps depend on the memory of the formulas. A robot with rivals follows joint pl
 are poses with their memory; a lone one follows its strategy, so those of its poses suffice.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from itertools import combinations, product
 
@@ -101,7 +101,8 @@ class StateGraph(PoseGraph):
         self._formulas, self._guarantees, self._shut = formulas, guarantees_of(formulas), shut
         goals = self._guarantees.goals_of_steps
         met = [frozenset(few) for n in range(len(goals) + 1) for few in combinations(goals, n)]
-        self._memories = [*product(self._guarantees.memories, met)]
+        memories: Sequence[Mapping[str, int]] = self._guarantees.memories
+        self._memories = [*product(memories, met)]
         self._span = self.size * self.blocks
         self.blocks *= len(self._memories)
 
@@ -124,10 +125,8 @@ class StateGraph(PoseGraph):
         return self._guarantees.begins(memory, pose)
 
     def moved(self, number: int, pose: Pose) -> int:
-        k, memory = 0, self.memory(number)
-        while self._memories[k] != (memory, frozenset()):
-            k += 1
-        return super().number(pose) + k * self._span
+        same = self._memories.index((self.memory(number), frozenset()))
+        return super().number(pose) + same * self._span
 
     def pose(self, number: int) -> Pose:
         return super().pose(number % self._span)
