@@ -91,10 +91,10 @@ def deadline(e: Line, s: State) -> Iterator[str]:
     one = s.obstacles.get(e.of)
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
-    elif e.verdict == "lost":
-        yield from _proven(lost_problems(e, s))
     elif e.due != (due := s.due(e.of, e.verdict)) and e.verdict != "excused":
         yield f"{e.of} is due in tick {due}, not {e.due}"
+    elif e.verdict == "lost":
+        yield from _proven(lost_problems(e, s))
     elif e.verdict == "excused" and (one.open and not one.shut if one else e.of == "mission"):
         yield f"{e.of} is still due"
     elif e.verdict == "late" and e.due >= e.tick:

@@ -203,21 +203,18 @@ def mission(bound: Bound, tick: int) -> int:
 
 def lost_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why a deadline of the scenario may still be met. Raises TooLargeError."""
-    bound, due = Bound(s, e.tick), e.due
+    bound = Bound(s, e.tick)
     if e.of == "mission":
-        due, least = s.dues.get(e.of, s.by), mission(bound, e.tick)
+        least = mission(bound, e.tick)
     elif e.of in s.robots:
-        robot, clock = s.robots[e.of], s.robots[e.of].clock
+        robot = s.robots[e.of]
         if not robot.own.ordered:
             yield f"the rounds of {e.of} have no order, and so no bound"
             return
-        due = clock.begun + (clock.within or 0)
         done = robot.progress.rounds(robot.own, e.tick) if robot.own.in_turn else 0
         least = min(bound.round(e.of, one) for one in _left(robot, done + 1, e.tick))
     else:
         least = bound.resolution(e.of)
-    if due != e.due:
-        yield f"{e.of} is not due in tick {e.due}"
     if least <= e.due:
         yield f"{e.of} is called lost, but may be in time in tick {least}"
     elif e.earliest is not None and e.earliest > least:
