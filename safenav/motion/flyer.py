@@ -12,7 +12,7 @@ loop on board (400 Hz) turns it so that its thrust gives the commanded accelerat
 instead of arrays: it runs 400 times per second of flight.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from math import cos, hypot, sin, sqrt
 
@@ -20,7 +20,6 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from safenav.errors import missing_package
 from safenav.motion.columns import sampled
 from safenav.motion.file import Flight, FlownTrack, TrackRow
 from safenav.motion.geometry import MetricFloor
@@ -100,25 +99,12 @@ FAR = np.full(HORIZON, 1e30)
 """No bound."""
 
 
-@lru_cache(maxsize=1)
-def _solver() -> Callable[..., tuple[Array, float, int, object]]:
-    """Return the solver of quadratic programmes; it is loaded on first use."""
-    try:
-        from daqp import solve
-    except ImportError as error:
-        raise missing_package("the tracking of flights", "daqp", "motion") from error
-    found: Callable[..., tuple[Array, float, int, object]] = solve
-    return found
-
-
 class AxisTracker:
-    """Tracks one axis. ``state`` is the estimate [p, v, a, d]; ``failed`` counts programmes that
-    the solver did not finish, in which case the reference's own command is given."""
+    """Tracks one axis. ``state`` is the estimate [p, v, a, d]."""
 
     def __init__(self, position: float, limit: float) -> None:
         self.state = np.array([position, 0.0, 0.0, 0.0])
         self.limit = limit
-        self.failed = 0
 
     def observe(self, measured: float) -> None:
         """Correct the estimate by a measured position (m)."""
@@ -128,8 +114,11 @@ class AxisTracker:
         """Return the acceleration to command now (m/s^2), and take the estimate one step further.
 
         ``wanted`` (HORIZON, 3): position, velocity, acceleration of the reference after each
-        step; ``low``, ``high`` (HORIZON): where the middle of the body may be.
+        step; ``low``, ``high`` (HORIZON): where the middle of the body may be. If the solver
+        does not finish, the reference's own command is given.
         """
+        from daqp import solve  # only simulated flights need it
+
         model = axis_model()
         position, velocity = (free @ self.state for free in model.free)
         usual = wanted[:, 2] + DRAG * wanted[:, 1] - self.state[3]
@@ -143,9 +132,8 @@ class AxisTracker:
         upper = np.concatenate((bound, high - position, FAR))
         bound[-1] = 0.0
         lower = np.concatenate((-bound, -FAR, low - position))
-        found, _, flag, _ = _solver()(model.cost.copy(), slope, model.rows.copy(), upper, lower)
+        found, _, flag, _ = solve(model.cost.copy(), slope, model.rows.copy(), upper, lower)
         if flag != OPTIMAL:
-            self.failed += 1
             found = usual
         given = min(max(float(found[0]), -self.limit), self.limit)
         self.state = model.move @ self.state + model.steer * given
@@ -246,7 +234,7 @@ CLIMB, SINK = 9.0, 5.0
 
 def flown(flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: float) -> FlownTrack:
     """Simulate a flyer along its flights, which have no gaps."""
-    count = int((flights[-1].t1 - flights[0].t0) / PERIOD + 1e-9)
+    count = int((flights[-1].t1 - flights[0].t0) / PERIOD)
     sight, boxes = _reference(flights, floor, size, count + HORIZON + 1)
     altitude, yaw = sight["z"].tolist(), sight["yaw"].tolist()
     paths = [np.stack([sight[of + axis] for of in ("", "vel_", "acc_")], axis=1) for axis in "xy"]

@@ -65,11 +65,7 @@ def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
     """Raise UsageError if the trace itself breaks a rule: motion is made of valid runs only."""
     from safenav.run.checked import check_trace  # imported here: it is slow
 
-    try:
-        found = check_trace(trace).findings
-    except Exception:  # then the first error is more helpful
-        return
-    if found:
+    if found := check_trace(trace).findings:
         hint = f"all broken rules: safenav check --json {trace.source}"
         raise UsageError(f"{trace.source} breaks a rule: {found[0]}\n    {hint}") from error
 
@@ -104,9 +100,6 @@ def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
             hint = "set their size: --side 2.7"
             raise InputError([Diagnostic(trace.source, header.line, 1, found, hint)])
         side = east
-    if not 0 < side < 1e6:
-        found = f"regions of {side:g} m: their side must be more than 0"
-        raise InputError([Diagnostic(trace.source, header.line, 1, found)])
     return MetricFloor(world.rows, world.cols, side)
 
 
@@ -275,7 +268,6 @@ class _Schedule:
             if mover.time > end + SLACK:
                 late = f"{name} acts until {end:.2f} s, but comes to rest only at "
                 raise self._refused(acted, f"{late}{mover.time:.2f} s")
-            self._lines += mover.wait(tick, end)
 
     def _faced(
         self, mover: Mover, tick: int, region: int, begin: float, end: float

@@ -13,7 +13,7 @@ from math import hypot, remainder, tau
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.errors import UsageError
 from safenav.files import csv_text
 from safenav.motion.file import GoalLine, Motion, Moving, Piece
 from safenav.pace.robot import YAW
@@ -50,7 +50,7 @@ def frame_of(
 ) -> Frame:
     """Return the frame of the trace's map; ``resolution`` and ``origin`` (metres) replace its own.
 
-    Raises UsageError if the size of a region is missing, InputError if it is not positive.
+    Raises UsageError if the size of a region is missing.
     """
     own = trace.header.scenario.map.frame
     if resolution is not None:
@@ -62,9 +62,6 @@ def frame_of(
             f"{trace.source}: the size of a region in metres is missing\n"
             "    add --side 0.5, or 'resolution' to the map of the scenario"
         )
-    if min(sides) <= 0:
-        found = "the resolution of the map is not positive"
-        raise InputError([Diagnostic(trace.source, trace.header.line, 1, found)])
     if origin is not None:
         return Frame(sides, origin)
     return Frame(sides) if own is None else replace(own, resolution=sides)

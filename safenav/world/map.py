@@ -23,7 +23,7 @@ class Frame(Struct, frozen=True):
     and y of the map's south-western corner in metres; ``yaw``: rotation of the map about that
     corner, counterclockwise, in radians."""
 
-    resolution: tuple[float, float]
+    resolution: tuple[Annotated[float, Meta(gt=0)], Annotated[float, Meta(gt=0)]]
     origin: tuple[float, float] = (0.0, 0.0)
     yaw: float = 0.0
 

@@ -24,7 +24,9 @@ from safenav import check_motion, motion_of, read_trace
 from support.missions import mission
 from warm import safenav
 
-DAMAGES = from_yaml(beside(__file__, "damages.yaml"))
+DAMAGES, REFUSALS = (
+    from_yaml(beside(__file__, f"{name}.yaml")) for name in ("damages", "refusals")
+)
 LIMITS = [damage for damage in DAMAGES if "limits" in damage]
 OWN = sorted(path.stem for path in (Path(__file__).parent / "scenarios").glob("*.yaml"))
 """Scenarios of which a motion was once refused, or that show a rule."""
@@ -247,6 +249,14 @@ def test_a_damaged_motion_is_refused(damage: dict[str, Any], tmp_path: Path) -> 
 
 def told(finding: dict[str, Any]) -> str:
     return f"t = {finding['t']:.3f} s: {finding['robot']}: {finding['found']}"
+
+
+@pytest.mark.parametrize("row", REFUSALS, ids=lambda row: row["name"])
+def test_what_has_no_motion_is_refused_with_the_reason(row: dict[str, Any], tmp_path: Path) -> None:
+    lines = damaged(trace_of(row.get("scenario", "hello")), row.get("trace", {}))
+    trace, file = written(lines, tmp_path / "t.jsonl"), tmp_path / "m.jsonl"
+    done = safenav("export", trace, "--motion", file, *row.get("options", ()))
+    assert done.returncode == 2 and re.search(row["says"], done.stderr)
 
 
 @pytest.mark.parametrize("damage", LIMITS, ids=lambda damage: damage["name"])

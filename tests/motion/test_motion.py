@@ -125,8 +125,8 @@ def test_motion_starts_at_departures_and_ends_at_arrivals(name: str, delayed: fl
 
 
 def changed(change: Callable[[list[Line]], None], folder: Path) -> Path:
-    """A live trace of case study 2 with other lines."""
-    lines = lines_of(live_trace("case_study_2"))
+    """A live trace of case study 1 with other lines."""
+    lines = lines_of(live_trace("case_study_1", 0.4))
     change(lines)
     return written(lines, folder / "t.jsonl")
 
@@ -157,15 +157,19 @@ def test_a_step_that_failed_stays_where_it_began(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("robot", "late", "at", "found"),
-    [("digit", -2.0, None, "digit takes 3.54 s"), ("quad", 0.0, 54, "no motion shows how")],
+    ("line", "wrong", "found"),
+    [
+        ({"type": "arrive", "robot": "digit"}, {"t": 3.54}, "digit takes 3.54 s"),
+        ({"type": "arrive", "robot": "quad"}, {"at": 54}, "but arrives in region 54: no motion"),
+        ({"type": "depart", "robot": "quad"}, {"from": 40}, "departs from region 40, but was in"),
+        ({"type": "acted", "robot": "digit"}, {"t": 92.0}, "acts until 92.00 s, but comes to rest"),
+    ],
 )
 def test_a_live_trace_that_no_motion_can_follow_is_refused(
-    robot: str, late: float, at: int | None, found: str, tmp_path: Path
+    line: Line, wrong: Line, found: str, tmp_path: Path
 ) -> None:
     def change(lines: list[Line]) -> None:
-        line = first(lines, type="arrive", robot=robot)
-        line |= {"t": line["t"] + late, "at": at or line["at"]}
+        first(lines, **line).update(wrong)
 
     with pytest.raises(InputError, match=found):
         motion_of(read_trace(changed(change, tmp_path)))
@@ -187,12 +191,6 @@ def test_no_motion_is_made_of_moves_that_no_robot_makes(to: bytes, tmp_path: Pat
     (trace := tmp_path / "moved.jsonl").write_bytes(content.replace(old, old[:-2] + to, 1))
     with pytest.raises(UsageError, match=r"moved\.jsonl breaks a rule"):
         motion_of(read_trace(trace))
-
-
-@pytest.mark.parametrize(("side", "words"), [(1.2, "1.2 m"), (0.5, "0.5 m"), (1.7, "1.8 m")])
-def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> None:
-    with pytest.raises(UsageError, match=words):
-        motion_of(read_trace(trace_of_shipped("case_study_1")), side)
 
 
 def test_columns_are_derivatives_of_each_other_in_the_frame_of_the_world(
@@ -236,6 +234,15 @@ def test_timed_waypoints_are_the_ends_of_moves(tmp_path: Path) -> None:
     assert quad[-1]["speed"] == 0
     walking = {round(float(row["speed"]), 3) for row in rows if row["robot"] == "digit"}
     assert walking == {0.0, 0.45}
+
+
+def test_waypoints_of_a_live_run_are_the_poses_of_each_robot(tmp_path: Path) -> None:
+    """Without those at events of other robots."""
+    (trace := tmp_path / "t.jsonl").write_bytes(live_trace("case_study_2").read_bytes())
+    rows = exported(trace, "--side", "1", form="csv")
+    assert [*rows[0]] == ["robot", "t", "x", "y", "yaw", "region"]
+    poses = [[row[key] for key in ("robot", "x", "y", "yaw")] for row in rows]
+    assert all(one != other for one, other in pairwise(poses))
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "case_study_3", "search_and_rescue"])

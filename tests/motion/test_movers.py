@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from motion.runs import SHIPPED
 from motion.test_check import trace_of
-from safenav import Trace, motion_of, read_trace
+from safenav import Clock, Trace, check_motion, motion_of, read_trace
 from safenav.motion import walker as primitives
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.order import disorder
@@ -27,7 +27,7 @@ from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor, derivative, quintic, turn, values
 from safenav.motion.making import mover
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing import dated, ordered, paces_of
+from safenav.motion.timing import dated, in_time, ordered, paces_of
 from safenav.motion.walker import cut_off
 from safenav.pace.gait import Walker, gait_on
 from safenav.pace.robot import Pace, acted_by, pace_of, resolved
@@ -154,16 +154,15 @@ def test_a_step_that_is_cut_off_ends_in_the_state_that_the_mass_has_then() -> No
 
 
 def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
-    """Flying towards a border at speed, with a reference beyond it."""
+    """Flying towards a border at speed, with a reference beyond it; and where no solver ends."""
     given = []
-    for border in (9.0, 0.2):
+    for place, border in ((0.0, 9.0), (0.0, 0.2), (1e30, 9.0)):
         tracker = AxisTracker(0.0, 3.4)
-        tracker.state = np.array([0.0, 1.0, 0.0, 0.0])
-        wanted, low = np.tile([2.0, 0.0, 0.0], (HORIZON, 1)), np.full(HORIZON, -9.0)
+        tracker.state = np.array([place, 1.0, 0.0, 0.0])
+        wanted, low = np.tile([2.0, 0.0, 0.5], (HORIZON, 1)), np.full(HORIZON, -9.0)
         given.append(tracker.command(wanted, low, np.full(HORIZON, border)))
-        assert tracker.failed == 0
-    free, bound = given
-    assert free == pytest.approx(3.4) and -3.4 <= bound < 0
+    free, bound, lost = given
+    assert free == pytest.approx(3.4) and -3.4 <= bound < 0 and lost == 0.5
 
 
 @pytest.mark.parametrize("kind", ["walker", "rover", "flyer", "disc"])
@@ -228,15 +227,23 @@ def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: st
         assert disordered(trace, seed) == []
 
 
-@pytest.mark.parametrize(("name", "rule"), [("apart", "never-together"), ("two_digits", "overlap")])
-def test_an_order_that_ignores_conflicts_or_exclusions_is_refused(name: str, rule: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [("apart", "never-together"), ("two_digits", "overlap"), ("case_study_1", "obstacle")],
+)
+def test_a_live_run_that_ignores_conflicts_exclusions_or_obstacles_is_refused(
+    name: str, rule: str
+) -> None:
     trace = read_trace(trace_of(name))
     scenario = trace.header.scenario
     robots = tuple(replace(each, avoids=frozenset()) for each in scenario.robots)
-    scenario = replace(scenario, robots=robots, never_together=())
-    heedless = replace(trace, header=replace(trace.header, scenario=scenario))
-    serial = dated(heedless, paces_of(heedless, motion_of(heedless).header))
-    assert {found.rule for found in disorder(ordered(trace, serial), serial)} == {rule}
+    heedless = replace(scenario, robots=robots, never_together=())
+    heedless = replace(trace, header=replace(trace.header, scenario=heedless))
+    timed = in_time(heedless, motion_of(heedless))
+    lines = [r for r in timed.records if rule != "obstacle" or not isinstance(r, records.Resolved)]
+    header = replace(timed.header, scenario=replace(scenario, clock=Clock.LIVE))
+    timed = replace(timed, header=header, records=tuple(lines))
+    assert rule in {found.rule for found in check_motion(motion_of(timed), timed)}
 
 
 @pytest.mark.parametrize(

@@ -20,13 +20,11 @@ from safenav.trace.file import Trace
 
 
 class Disc(Struct, frozen=True):
-    """A moving disc: times since the start of the motion (n), from ``begin`` to ``end``; centres
-    (n, 2), radius, and what it is."""
+    """A moving disc: times since the start of the motion (n), centres (n, 2), radius, and what it
+    is."""
 
     what: str
     radius: float
-    begin: float
-    end: float
     times: Array
     centres: Array
 
@@ -174,25 +172,22 @@ class Examination:
 
     def _made(self, piece: file.Moving) -> Iterator[Disc]:
         radius, own = self.radius(piece.robot), self.numbers[piece.robot]
-        lasts = piece.t0, piece.t1
         if isinstance(piece, file.Flight):
             parts = self.flown(piece)
-            centres = np.concatenate([found[0, :2].T for _, found in parts])
-            yield Disc(
-                "body", radius, *lasts, np.concatenate([times for times, _ in parts]), centres
-            )
+            times = np.concatenate([times for times, _ in parts])
+            yield Disc("body", radius, times, np.concatenate([at[0, :2].T for _, at in parts]))
         elif isinstance(piece, file.Segment):
             moved, begin = self.walked(piece), piece.t0
             middle = moved.moved(piece, moved.mass.states[:, :2])
-            yield Disc("body", radius, *lasts, begin + moved.mass.times, middle)
+            yield Disc("body", radius, begin + moved.mass.times, middle)
             foot = hypot(own["sole_length"], own["sole_width"]) / 2
             if piece.feet:
                 ends = [(t, hold.x, hold.y) for hold in piece.feet for t in (hold.down, hold.up)]
                 feet = np.array(ends)
-                yield Disc("foot", foot, *lasts, begin + feet[:, 0], feet[:, 1:])
+                yield Disc("foot", foot, begin + feet[:, 0], feet[:, 1:])
             if piece.swings:
                 places = moved.moved(piece, moved.places.reshape(-1, 2))
-                yield Disc("swinging foot", foot, *lasts, begin + moved.times.ravel(), places)
+                yield Disc("swinging foot", foot, begin + moved.times.ravel(), places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
         """Return the centres of a body (n, 2) between two times, by the pieces of motion between
@@ -246,9 +241,10 @@ def outside(
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)
+    begin, end = disc.times.min() + NEAR, disc.times.max() - NEAR
     for cell in case.grid.cells(disc.centres, disc.radius):
         mine = held.get(cell, [])
-        if any(span.begin <= disc.begin + NEAR and disc.end <= span.end + NEAR for span in mine):
+        if any(span.begin <= begin and end <= span.end for span in mine):
             continue
         into = disc.radius - case.grid.distance(disc.centres, cell)
         for span in mine:
@@ -345,7 +341,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
         for flight in flights
         for region in {flight.origin, flight.to}
     ]
-    body = Disc("body", case.radius(track.robot), times[0], times[-1], times, rows[:, :2])
+    body = Disc("body", case.radius(track.robot), times, rows[:, :2])
     if (found := outside(case, body, spans, TOUCH)) is not None:
         case.wrong(found[0], track.robot, "room", f"in its simulated flight, {found[1]}")
 

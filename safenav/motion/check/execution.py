@@ -87,8 +87,7 @@ def check_execution(case: Examination) -> None:
             if obstacle in case.obstacles:
                 own.append(Holding(name, case.obstacles[obstacle].region, t0, t1))
         own += [held for held in case.held if held.robot == name]
-        lasts = path.times[0], path.times[-1]
-        body = Disc("measured body", case.radius(name), *lasts, path.times, path.centres)
+        body = Disc("measured body", case.radius(name), path.times, path.centres)
         if (found := outside(case, body, own, MEASURED_TOUCH)) is not None:
             case.wrong(found[0], name, "measured room", found[1])
         if limits["driven"] == SETPOINTS:

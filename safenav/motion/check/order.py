@@ -81,38 +81,24 @@ def _steps(case: Examination, trace: Trace) -> None:
             steps[depart.robot].append((depart, arrive, to))
     for name, wanted in steps.items():
         pieces: Sequence[Piece] = case.pieces[name] or case.motion.of(GoalLine, name)
-        mine = _merged([piece for piece in pieces if piece.origin != piece.to])
-        for (depart, arrive, to), (tick, origin, left_to, begin, end) in zip(
-            wanted, mine, strict=False
-        ):
-            if (tick, origin, left_to) != (depart.tick, depart.from_, to):
-                what = f"moves {origin} -> {left_to} in tick {tick}; the trace moves "
+        mine = [piece for piece in pieces if piece.origin != piece.to]
+        for (depart, arrive, to), piece in zip(wanted, mine, strict=False):
+            if (piece.tick, piece.origin, piece.to) != (depart.tick, depart.from_, to):
+                what = f"moves {piece.origin} -> {piece.to} in tick {piece.tick}; the trace moves "
                 what += f"{depart.from_} -> {to} in tick {depart.tick}"
-                case.wrong(begin, name, "order", what)
+                case.wrong(piece.t0, name, "order", what)
                 break
-            t = end if arrive is None else arrive.t or 0.0
+            t = piece.t1 if arrive is None else arrive.t or 0.0
             late = float("inf") if case.driven else NEAR
-            if not (begin > (depart.t or 0.0) - NEAR and t - late < end < t + NEAR):
-                what = f"moves to {to} until {end:.3f} s; in the trace until {t:.3f} s"
-                case.wrong(begin, name, "clock", what)
+            if not (piece.t0 > (depart.t or 0.0) - NEAR and t - late < piece.t1 < t + NEAR):
+                what = f"moves to {to} until {piece.t1:.3f} s; in the trace until {t:.3f} s"
+                case.wrong(piece.t0, name, "clock", what)
         under_way = [depart for depart, arrive, _ in wanted if arrive is None and case.driven]
         least = len(wanted) - len(under_way)
         if not least <= len(mine) <= len(wanted):
-            t = mine[-1][-1] if mine else 0.0
+            t = mine[-1].t1 if mine else 0.0
             what = f"has {len(mine)} moves; the trace has {len(wanted)}"
             case.wrong(t, name, "order", what)
-
-
-def _merged(pieces: Sequence[Piece]) -> list[tuple[int, int, int, float, float]]:
-    """Return tick, origin, destination, begin and end of the steps that pieces carry out."""
-    found: list[tuple[int, int, int, float, float]] = []
-    for piece in pieces:
-        step = piece.tick, piece.origin, piece.to
-        if found and found[-1][:3] == step:
-            found[-1] = (*step, found[-1][3], piece.t1)
-        else:
-            found.append((*step, piece.t0, piece.t1))
-    return found
 
 
 def _reservations(case: Examination, trace: Trace) -> None:
@@ -256,8 +242,6 @@ def _charges(case: Examination, trace: Trace) -> None:
 def _comes_to_rest(case: Examination, piece: Moving) -> bool:
     """Return whether a robot only comes to rest: a walker by a step on the spot; a robot that has
     acted short of the centre of its region by continuing to it."""
-    if piece.origin != piece.to:
-        return False
     path = case.body(piece.robot, piece.t0, piece.t1)
     off = np.hypot(*(path - case.grid.centre(piece.to)).T)
     if piece.primitive == "stop":
