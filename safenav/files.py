@@ -20,7 +20,9 @@ from typing import Any
 
 from safenav.errors import Diagnostic, InputError, UsageError
 
-_FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
+_FOREIGN = re.compile(
+    r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]|\r(?!\n|\Z)"
+)
 
 HINT = "remove it: programs disagree on what it means, for example on whether a line ends there"
 

@@ -198,7 +198,8 @@ Html = Annotated[
 Live = Annotated[bool, flag("--live", "Watch the run in a browser.")]
 Maps = Annotated[bool, flag("--map/--no-map", "Draw the map at main events.", default=True)]
 MaxTicks = Annotated[
-    int | None, option("--max-ticks", COUNT, "Stop after these ticks.", metavar="N")
+    int | None,
+    option("--max-ticks", click.IntRange(1, 2**31 - 1), "Stop after these ticks.", metavar="N"),
 ]
 Motion = Annotated[
     Path | None, option("--motion", LINES, "Write the motion in metres and seconds.")

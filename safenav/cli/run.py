@@ -25,6 +25,7 @@ from safenav.report.terminal.layout import WaitingLine
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Clock, Expect, Scenario
 from safenav.scenario.reading.loader import load_scenario
+from safenav.strict_json import MOST_NUMBER
 from safenav.trace.file import Listener, TraceWriter, as_data, read_trace
 
 if TYPE_CHECKING:
@@ -53,6 +54,9 @@ Exit codes:
 """
 
 
+SEED = click.IntRange(0, MOST_NUMBER)
+
+
 @options.command(RUN_EPILOG)
 def run(
     scenario: options.InputFile,
@@ -62,7 +66,7 @@ def run(
     as_json: options.AsJson,
     seed: Annotated[
         int | None,
-        option("--seed", click.IntRange(0), "Override the scenario's seed.", metavar="N"),
+        option("--seed", SEED, "Override the scenario's seed.", metavar="N"),
     ],
     max_ticks: options.MaxTicks,
     time_limit: options.TimeLimit,

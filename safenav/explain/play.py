@@ -172,7 +172,7 @@ class _Arena:
     def begins_well(self, node: int) -> bool:
         """Return whether a start satisfies all guarantees on it."""
         values = self._strategy.values(node)
-        return all(clause.holds(values, None) for clause in self._first)
+        return all(clause.holds(values, {}) for clause in self._first)
 
     def meet_goals(self, walk: list[int]) -> list[Constraint]:
         """Extend a walk as long as one goal of a round can be met; return those that remain."""

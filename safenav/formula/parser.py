@@ -35,9 +35,6 @@ class FormulaError(SafenavError):
         self.hint = hint
         super().__init__(f"column {column}: {found}" + (f" ({hint})" if hint else ""))
 
-    def __reduce__(self) -> tuple[type[FormulaError], tuple[int, str, str]]:
-        return type(self), (self.column, self.found, self.hint)
-
 
 T = TypeVar("T")
 
@@ -74,13 +71,12 @@ class FormulaParser(Generic[T]):
     reads a part without binary operators, and ``joined``, which reads the right side of one.
 
     ``levels``: how tightly each binary operator binds; ``misplaced``: hints for tokens where they
-    cannot stand; ``deepest``: the limit of nesting; ``empty``: the hint for an empty formula.
+    cannot stand; ``deepest``: the limit of nesting.
     """
 
     levels: ClassVar[Mapping[str, int]]
     misplaced: ClassVar[Mapping[str, str]]
     deepest: ClassVar[int]
-    empty: ClassVar[str]
 
     def __init__(self, tokens: list[Token]) -> None:
         self._tokens = tokens
@@ -95,8 +91,6 @@ class FormulaParser(Generic[T]):
         raise NotImplementedError
 
     def whole(self) -> T:
-        if self.peek().kind == "end":
-            raise FormulaError(1, "the formula is empty", self.empty)
         formula = self.expression()
         if self.peek().kind != "end":
             raise self.unexpected("an operator or the end")
@@ -213,7 +207,6 @@ class _Parser(FormulaParser[syntax.Formula]):
         **{word.upper(): f"write '{sign}'" for word, sign in _WORDS.items()},
     }
     deepest = 2 * MAX_DEPTH  # parentheses nest too, but are not operators
-    empty = "write TRUE for no condition"
     _inside_next = False
 
     def joined(

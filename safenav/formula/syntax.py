@@ -191,8 +191,6 @@ def resolve_constants(
 def one_of(variable: str, values: Iterable[int], prime: str = "") -> str:
     """Return a formula that binds like an atom: ``variable`` has one of the values."""
     atoms = [f"{variable}{prime} = {value:d}" for value in sorted(values)]
-    if not atoms:
-        return "FALSE"
     return atoms[0] if len(atoms) == 1 else "(" + " | ".join(atoms) + ")"
 
 
@@ -237,7 +235,7 @@ def _term(term: Term) -> str:
 
 
 State = Mapping[str, int | bool]
-Predicate = Callable[[State, State | None], bool]
+Predicate = Callable[[State, State], bool]
 
 _RELATIONS = {
     Relation.EQUAL: operator.eq,
@@ -253,10 +251,9 @@ def evaluate(formula: Formula, current: State, following: State | None = None) -
     """Return whether the formula holds where ``current`` is the state and ``following`` the next
     one.
 
-    Raises KeyError for a variable without a value, and ValueError for a next value without a
-    next state.
+    Raises KeyError for a variable without a value.
     """
-    return predicate(formula)(current, following)
+    return predicate(formula)(current, following or {})
 
 
 def predicate(formula: Formula) -> Predicate:
@@ -273,9 +270,7 @@ def predicate(formula: Formula) -> Predicate:
             return lambda now, then: compare(low(now, then), high(now, then))
         case Operation(Connective.NEXT, (operand,)):
             part = predicate(operand)
-            return lambda _, then: part(_next_state(then), then)
-        case Operation(Connective.OR, operands):
-            return _some_of(operands)
+            return lambda _, then: part(then, then)
         case Operation(operator, operands):
             parts, joined = [predicate(operand) for operand in operands], _TRUTH[operator]
             return lambda now, then: joined(part(now, then) for part in parts)
@@ -284,6 +279,7 @@ def predicate(formula: Formula) -> Predicate:
 _TRUTH: Mapping[Connective, Callable[[Iterator[bool]], bool]] = {
     Connective.NOT: lambda values: not next(values),
     Connective.AND: all,
+    Connective.OR: any,
     Connective.XOR: lambda values: sum(values) % 2 == 1,
     Connective.IMPLIES: lambda values: not next(values) or next(values),
     Connective.IFF: lambda values: next(values) == next(values),
@@ -291,38 +287,14 @@ _TRUTH: Mapping[Connective, Callable[[Iterator[bool]], bool]] = {
 """Whether an operation holds, from the truth of its operands."""
 
 
-def _some_of(operands: tuple[Formula, ...]) -> Predicate:
-    """Return a disjunction. One over values of a single variable is a look-up in a set."""
-    name, values = None, set[int]()
-    for operand in operands:
-        match operand:
-            case Comparison(Relation.EQUAL, Name() as left, Number(value)) if left == (
-                name or left
-            ):
-                name = left
-                values.add(value)
-            case _:
-                parts = [predicate(operand) for operand in operands]
-                return lambda now, then: any(part(now, then) for part in parts)
-    assert name is not None
-    term = _value(name)
-    return lambda now, then: term(now, then) in values
-
-
-def _value(term: Term) -> Callable[[State, State | None], int]:
+def _value(term: Term) -> Callable[[State, State], int]:
     match term:
         case Number(value):
             return lambda _, __: value
         case Name(name, True):
-            return lambda _, then: int(_next_state(then)[name])
+            return lambda _, then: int(then[name])
         case Name(name):
             return lambda now, _: int(now[name])
         case Sum(terms):
             parts = [_value(part) for part in terms]
             return lambda now, then: sum(part(now, then) for part in parts)
-
-
-def _next_state(following: State | None) -> State:
-    if following is None:
-        raise ValueError("the formula refers to the next state, but there is none")
-    return following

@@ -19,7 +19,7 @@ from safenav.scenario.model import (
 )
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
-from safenav.scenario.yaml.keys import Beside, Item, Key, Never, OneOf, key, version
+from safenav.scenario.yaml.keys import MOST_NUMBER, Beside, Item, Key, Never, OneOf, key, version
 from safenav.world.poses import Mobility
 
 VERSION = 1
@@ -434,7 +434,7 @@ class ScenarioKeys(Item, frozen=True):
     flat: values.Type | None = key(
         "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
-    seed: int = key("Seed of all random draws.", most=2**63 - 1, default=0)
+    seed: int = key("Seed of all random draws.", most=MOST_NUMBER, default=0)
     coordination: Coordination = key(
         "Method of reassignment: resynthesis or assignable.", default=Coordination.RESYNTHESIS
     )

@@ -458,9 +458,6 @@ class Scenario(Struct, frozen=True):
     flat: ObstacleType | None = None
     inputs: tuple[Input, ...] = ()
 
-    def __hash__(self) -> int:
-        return hash((self.name, self.map, self.robots, self.obstacles))
-
     @property
     def recorded(self) -> Scenario:
         """The scenario as a trace has it: without the names of the files that it was read from,
@@ -489,11 +486,8 @@ class Scenario(Struct, frozen=True):
         return next((limit for limit in limits if limit is not None), None)
 
     def robot(self, name: str) -> Robot:
-        """Return the robot of that name. Raises KeyError."""
-        for robot in self.robots:
-            if robot.name == name:
-                return robot
-        raise KeyError(name)
+        """Return the robot of that name."""
+        return next(robot for robot in self.robots if robot.name == name)
 
     def restarts_rounds(self, obstacle: str) -> bool:
         """Return whether resolving the named obstacle restarts rounds: a flat battery does not."""

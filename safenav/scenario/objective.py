@@ -417,10 +417,7 @@ def on_steps(formula: str) -> str:
 
 
 def ruled(objective: Objective, like: Objective) -> Objective:
-    """Return an objective with the rules (``avoid`` and ``always``) of another; formulas have
-    none."""
-    if isinstance(objective, Ltl):
-        return objective
+    """Return an objective about targets with the rules (``avoid`` and ``always``) of another."""
     return objective.changed(avoid=like.avoid, always=like.always)
 
 
@@ -469,14 +466,12 @@ def describe(objective: Objective, word: Word = number_word) -> str:
 
 
 def written(objective: Objective, word: Word = number_word) -> str:
-    """Return the objective in the notation of scenarios: ``{patrol: [dock, shelf]}``."""
+    """Return an objective (not formulas) as scenarios write it: ``{patrol: [dock, shelf]}``."""
 
     def target(regions: Target) -> object:
         words = word(regions).split("|")
         return words[0] if len(words) == 1 else {"any": words}
 
-    if isinstance(objective, Ltl):
-        return json.dumps(to_data(replace(objective, inputs=())))  # the formulas name their inputs
     listed, data = [target(regions) for regions in objective.targets], to_data(objective)
     data[objective.kind] = listed[0] if objective.one else listed
     data["avoid"] = [word(region) for region in sorted(objective.avoid)] or None

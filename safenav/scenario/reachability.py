@@ -96,8 +96,5 @@ def room_words(group: Sequence[Robot], world: RegionMap) -> str:
     names = [robot.name for robot in group]
     who = f"{', '.join(names[:-1])} and {names[-1]} must {'both' if len(names) == 2 else 'all'}"
     regions = sorted(frozenset[Region]().union(*(robot.objective.targets[-1] for robot in group)))
-    places = [world.label(region) for region in regions]
-    if len(places) == 1:
-        return f"{who} stay at {places[0]}, but it has room for one robot"
-    where = f"{', '.join(places[:-1])} and {places[-1]}"
-    return f"{who} stay at {where}, but these regions have room for {len(places)} robots"
+    places = " or ".join(map(world.label, regions))
+    return f"{who} stay at {places}, but a region has room for one robot"

@@ -106,7 +106,7 @@ class _Ground(Struct, frozen=True):
     def begins(self) -> list[State]:
         """Return the possible initial states of the robot."""
         guarantees = self.guarantees
-        if guarantees is None or not guarantees.memories:
+        if guarantees is None:
             return [(self.start, ())]
         if self.memory:
             return [(self.start, self.memory)]
@@ -114,15 +114,12 @@ class _Ground(Struct, frozen=True):
         return [(self.start, m) for m in memories if guarantees.begins(dict(m), self.start)]
 
     def after(self, state: State) -> list[State]:
-        """Return the states after a step or a stay. If there are too many memories to list, these
-        are the states that some memory allows."""
+        """Return the states after a step or a stay."""
         pose, memory = state
         guarantees = self.guarantees
         steps = moves(self.mobility, pose, self.world, self.blocked)
         if guarantees is None:
             return [(to, ()) for to in steps]
-        if not guarantees.memories:
-            return [(to, ()) for to in steps if to == pose or guarantees.allows(pose, to)]
         old = dict(memory)
         return [
             (to, tuple(sorted(new.items())))
@@ -148,8 +145,6 @@ class _Ground(Struct, frozen=True):
         return all(
             any(
                 guarantees.meets_with(goal, one[0], dict(one[1]), other[0], dict(other[1]))
-                if guarantees.memories
-                else guarantees.meets(goal, one[0], other[0])
                 for one, other in steps
             )
             for goal in range(guarantees.goals)
@@ -158,18 +153,15 @@ class _Ground(Struct, frozen=True):
 
 @lru_cache(maxsize=64)
 def _assignable_regions(ground: _Ground) -> AssignableRegions:
+    here, guarantees = frozenset({ground.start.region}), ground.guarantees
+    if guarantees is not None and not guarantees.memories:  # too many to follow
+        return AssignableRegions(here)
     successors = ground.ways()
     rounds, home = _homes(ground, successors)
-    here = frozenset({ground.start.region})
     of_state = {state: k for k, members in enumerate(rounds) for state in members}
     begins = [of_state[state] for state in ground.begins() if state in of_state]
     if all(home[k] is None for k in begins):  # it cannot meet its objective from where it starts
         return AssignableRegions(here)
-    guarantees = ground.guarantees
-    if guarantees is not None and not guarantees.memories:
-        # Beyond this round, only some memories allow it to return, perhaps not its own.
-        there = rounds[next(at for k in begins if (at := home[k]) is not None)]
-        return AssignableRegions(frozenset(pose.region for pose, _ in there))
     reach: list[frozenset[Region]] = []  # the regions that it can reach and still continue
     for k, members in enumerate(rounds):
         after = {

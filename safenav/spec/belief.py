@@ -426,8 +426,6 @@ def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> 
             atoms.append(f"{name} = {first}")
         else:
             atoms.append(f"{name} >= {first} & {name} <= {last}")
-    if not atoms:
-        return "FALSE"
     if len(atoms) == 1 and "&" not in atoms[0]:
         return atoms[0]
     return "(" + " | ".join(atoms) + ")"

@@ -12,7 +12,7 @@ positions: the text stays short, and the synthesizer shares adders and compariso
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from enum import StrEnum
 
 from msgspec import Struct
@@ -139,12 +139,12 @@ class Specification(Struct, frozen=True):
 
 
 _INTEGER = re.compile(r"([A-Za-z_][\w.@]*)\s*:\s*(\d{1,10})\s*\.\.\.\s*(\d{1,10})\Z", re.ASCII)
-MOST_EXPANDED, MOST_TIMES = 200_000, 4
-"""Most characters that the buffers of a file stand for: this number, and this many times the length
-of the file. Published specifications stand for 1.6 times their length at most."""
+MOST_EXPANDED, MOST_TIMES = 200_000, 16
+"""Most characters that the buffers of a line stand for: this number, and this many times the length
+of the file. Those of published specifications stand for 18 times their length at most."""
 _SHOWN = 60
 """Characters of a line in a message."""
-_SECTIONS = "sections: " + " ".join(f"[{s}]" for s in (*Owner, *Section))
+_SECTIONS: Mapping[str, Owner | Section] = {s.value: s for s in (*Owner, *Section)}
 _VARIABLES = f"in [INPUT] or [OUTPUT], a name, or name:min...max with min <= max <= {MAX_NUMBER}"
 _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z", re.ASCII)
 
@@ -152,18 +152,20 @@ _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z", re.ASCII)
 def read_specification(text: str, file: str = "-", robot: str = "robot") -> Specification:
     """Return the specification that structured-slugs ``text`` holds.
 
-    Raises InputError with all invalid lines (safenav's synthesizer, which reads files first, says
-    more of each), or the first ambiguous line end (see ``safenav.files``). Formulas are read when
-    they are used.
+    Raises InputError with the first invalid line (safenav's synthesizer, which reads files first,
+    reports them all), or the first ambiguous line end (see ``safenav.files``). Formulas are read
+    when they are used.
     """
+
+    def flaw(line: int, found: str, hint: str, column: int = 1) -> InputError:
+        return InputError([Diagnostic(file, line, column, found, hint)])
+
     if (foreign := foreign_character(text)) is not None:
-        at, column, found = foreign
-        raise InputError([Diagnostic(file, at, column, f"not text: {found}", HINT)])
+        raise flaw(foreign[0], f"not text: {foreign[2]}", HINT, foreign[1])
     from safenav.formula.prefix import TooLongError, to_infix  # only files of users have it
 
     variables: dict[str, Variable] = {}
     constraints: list[Constraint] = []
-    problems: list[Diagnostic] = []
     section: Owner | Section | None = None
     title = comment = ""
     left = MOST_EXPANDED + MOST_TIMES * len(text)  # characters of formulas in infix notation
@@ -175,38 +177,26 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
             comment = line.lstrip("# ")
             title = title or comment
         elif line.startswith("[") and not line.startswith("[]"):
-            section, comment = _section(line), ""
+            section, comment = _SECTIONS.get(line.strip("[]").strip()), ""
             if section is None:
-                problems.append(Diagnostic(file, number, 1, f"unknown section {line}", _SECTIONS))
+                known = " ".join(f"[{name}]" for name in _SECTIONS)
+                raise flaw(number, f"unknown section {line}", f"sections: {known}")
         elif isinstance(section, Section):
             try:
                 formula = to_infix(line, left)
             except TooLongError as error:
                 hint = "write each entry on a line of its own, for an output that holds its value"
-                problems.append(Diagnostic(file, number, 1, str(error), hint))
-                continue
+                raise flaw(number, str(error), hint) from None
             left -= len(formula) - len(line)
             constraints.append(Constraint(section, formula, Origin(f"{file}:{number}", comment)))
-        elif section is not None or not problems:
-            variable = section and _variable(line, section, comment)
-            if variable and variable.name not in variables:
-                variables[variable.name] = variable
-            else:
-                found = f"'{line[:_SHOWN]}' declares no new variable"
-                problems.append(Diagnostic(file, number, 1, found, _VARIABLES))
-            comment = ""
-    if problems:
-        raise InputError(problems)
+        else:
+            variable = None if section is None else _variable(line, section, comment)
+            if variable is None or variable.name in variables:
+                raise flaw(number, f"'{line[:_SHOWN]}' declares no new variable", _VARIABLES)
+            variables[variable.name], comment = variable, ""
     # A strategy numbers inputs before outputs, whatever the order of the sections.
     ordered = sorted(variables.values(), key=lambda v: list(Owner).index(v.owner))
     return Specification(robot, title or file, tuple(ordered), tuple(constraints))
-
-
-def _section(line: str) -> Owner | Section | None:
-    name = line.strip("[]").strip()
-    if name in set(Owner):
-        return Owner(name)
-    return Section(name) if name in set(Section) else None
 
 
 def _variable(line: str, owner: Owner, note: str) -> Variable | None:

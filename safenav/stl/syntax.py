@@ -149,7 +149,6 @@ class _Parser(FormulaParser[Node]):
     }
     misplaced: ClassVar = {word: f"write '{meant}'" for word, meant in _WORDS.items()}
     deepest = 50
-    empty = "e.g. always(distance(a, b) >= 1)"
 
     def joined(self, left: Node, begin: Token, operator: Token, level: int) -> Node:
         text = operator.text

@@ -192,7 +192,7 @@ def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
         words = f"for the initial {owner.lower()} {_move_in_words(automaton, owner, missing)}"
         first = strategy.values(0) if strategy.states and not starts else {}
         both = (*clauses(spec, Section.ENV_INIT), *clauses(spec, Section.SYS_INIT))
-        why = (each.constraint for each in both if first and not each.holds(first, None))
+        why = (each.constraint for each in both if first and not each.holds(first, {}))
         yield Failure(Fault.NO_START, constraint=next(why, None), detail=words if missing else "")
 
 

@@ -255,19 +255,17 @@ _ENOUGH = 0.6
 
 def suggested(blocked: Blocked) -> tuple[int, int]:
     """Return the rows and columns of square regions: the fewest that keep most of the free floor
-    connected."""
+    connected, else many."""
     height, width = blocked.shape
-    best, most = (1, 1), -1.0
+    rows = cols = 1
     for longer in (12, 16, 20, 25, 30, 40, 50, 64, 80, 100, 128):
         side = max(height, width) / min(longer, max(height, width))
         rows, cols = max(1, round(height / side)), max(1, round(width / side))
         world = RegionMap(rows, cols, walls(blocked, Layout.of_count(blocked, rows, cols)))
         share = max(map(len, pieces(world.free, world)), default=0) / (rows * cols)
         if share >= _ENOUGH * float((~blocked).mean()):
-            return rows, cols
-        if share > most:
-            best, most = (rows, cols), share
-    return best
+            break
+    return rows, cols
 
 
 FREE = frozenset(".GSE")
@@ -291,9 +289,7 @@ def read_movingai(text: str) -> list[list[bool]]:
     Trees (``T``), cells out of bounds (``@`` and ``O``) and water (``W``, which cannot be entered
     from land) are walls.
     """
-    lines = [line.rstrip() for line in text.splitlines()]
-    while lines and not lines[-1]:
-        lines.pop()
+    lines = [line.rstrip() for line in text.rstrip().splitlines()]
     words = list[str]()
     for number, (expected, pattern) in enumerate(_HEADER.items(), 1):
         line = lines[number - 1] if number <= len(lines) else ""

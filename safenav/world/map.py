@@ -305,10 +305,7 @@ def rooms(world: RegionMap) -> Partition:
 @lru_cache(maxsize=64)
 def tiles(world: RegionMap, height: int, width: int) -> Partition:
     """Return tiles of ``height`` rows and ``width`` columns, laid from the north-west corner; a
-    tile that walls divide gives a cell for each connected piece. Raises ValueError if one is below
-    1."""
-    if height < 1 or width < 1:
-        raise ValueError(f"tiles of {height} x {width} regions")
+    tile that walls divide gives a cell for each connected piece."""
     blocks: dict[tuple[int, int], set[Region]] = {}
     for region in world.free:
         row, col = world.position(region)

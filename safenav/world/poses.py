@@ -56,16 +56,9 @@ def moves(
 
     ``blocked`` regions are treated like walls for steps (never for staying).
     """
-    found = [pose]
-    for heading in Heading:
-        turned = pose.heading if mobility is Mobility.HEADING else None
-        if turned is not None and heading is turned.opposite:
-            continue
-        target = world.step(pose.region, heading)
-        if target is None or target in world.walls or target in blocked:
-            continue
-        found.append(Pose(target, heading if mobility is Mobility.HEADING else None))
-    return tuple(found)
+    graph = plain_graph(world, mobility)
+    steps = map(graph.pose, graph.steps(graph.number(pose)))
+    return (pose, *(step for step in steps if step.region not in blocked))
 
 
 Mask = int
@@ -302,22 +295,6 @@ class PoseGraph:
             found |= frontier
             count += 1
         return None
-
-    def path(self, start: int, goal: int, allowed: Mask) -> list[int] | None:
-        """Return the poses of a shortest path through ``allowed`` ones, ``start`` first; of several
-        paths the first by the order of ``steps``. None if there is none."""
-        inside = allowed | 1 << start
-        layers = [1 << goal & inside]
-        found = layers[0]
-        while not found >> start & 1:
-            layers.append(self.backward(layers[-1]) & inside & ~found)
-            if not layers[-1]:
-                return None
-            found |= layers[-1]
-        path = [start]
-        for layer in reversed(layers[:-1]):
-            path.append(next(step for step in self.steps(path[-1]) if layer >> step & 1))
-        return path
 
     @cached_method
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:

@@ -20,11 +20,9 @@ masking. Rows are padded to twice their width, so that a shift never carries a b
 of another row. 5,000 lines of a 50 x 50 map take a fraction of a second.
 """
 
-from __future__ import annotations
-
-import math
 from collections.abc import Iterator
 from functools import cache, cached_property, lru_cache
+from math import isqrt
 
 from safenav.data import cached_method
 from safenav.world.map import Region, RegionMap
@@ -33,29 +31,16 @@ from safenav.world.poses import Mask
 Offset = tuple[int, int]
 
 
-@lru_cache(maxsize=64)
-def visible_from(
-    world: RegionMap, radius: float | None, closed: frozenset[Region] = frozenset()
-) -> Visibility:
-    """Return the visibility on a map, computed once for each map, radius and set of closed
-    obstacles.
-
-    ``radius`` is in regions, None for unlimited; ``closed`` are regions whose obstacle blocks
-    the view. Raises ValueError for a radius under 1: a robot must see its neighbours.
-    """
-    if radius is not None and not radius >= 1:
-        raise ValueError(f"a vision radius of {radius} does not even reach the next region")
-    return Visibility(world, radius, closed)
-
-
 class Visibility:
-    """Visible regions of each region; made by ``visible_from``."""
+    """Visible regions of each region. ``radius``: in regions, at least 1; None for unlimited.
+    ``closed``: regions whose obstacle blocks the view."""
 
     def __init__(
         self, world: RegionMap, radius: float | None, closed: frozenset[Region] = frozenset()
     ) -> None:
         self.world = world
-        self.radius = radius
+        farthest = world.rows + world.cols
+        self._radius = farthest if radius is None else min(radius, farthest)
         self.closed = closed
         self._width = 2 * world.cols
 
@@ -67,8 +52,6 @@ class Visibility:
     def mask(self, source: Region) -> Mask:
         """Return all regions visible from ``source``, itself included; none from a wall."""
         world, width = self.world, self._width
-        if not world.is_free(source):
-            return 0
         row, col = world.position(source)
         here = row * width + col
         seen = 0
@@ -115,13 +98,10 @@ class Visibility:
         """Yield each row's distance to the south, within the radius, and the reach sideways."""
         world = self.world
         for rows in range(world.rows):
-            reach = world.cols - 1
-            if self.radius is not None and math.isfinite(self.radius):
-                left = self.radius**2 - rows**2
-                if left < 0:
-                    return
-                reach = min(reach, math.isqrt(int(left)))
-            yield rows, reach
+            left = self._radius**2 - rows**2
+            if left < 0:
+                return
+            yield rows, min(world.cols - 1, isqrt(int(left)))
 
     def _obstructed(self, opaque: int, rows: int, cols: int) -> int:
         """Return the regions from which something blocks the line of that offset."""
@@ -147,6 +127,10 @@ class Visibility:
             row, col = self.world.position(region)
             bits |= 1 << row * self._width + col
         return bits
+
+
+visible_from = lru_cache(maxsize=64)(Visibility)
+"""Visibility on a map, computed once for each map, radius and set of closed obstacles."""
 
 
 @cache

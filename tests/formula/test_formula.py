@@ -44,9 +44,10 @@ def read(formula: str, part: str = "safety") -> str:
 
 
 def holds(formula: str, **values: int) -> bool:
-    """Whether a formula on steps holds for a robot that stays where its variables have values."""
+    """Whether a formula holds, at the start and on a step, where variables keep their values."""
     declared = "\n".join(name if name in "ab" else f"{name}:0...1" for name in values)
-    specification = read_specification(f"[OUTPUT]\n{declared}\n[SYS_TRANS]\n{formula}\n")
+    first = "" if re.search(r"next|'", formula) else f"[SYS_INIT]\n{formula}\n"
+    specification = read_specification(f"[OUTPUT]\n{declared}\n{first}[SYS_TRANS]\n{formula}\n")
     names = [name if name in "ab" else f"{name}@0.0.1" for name in values]
     node = {"rank": 0, "state": [*values.values()], "trans": [0]}
     data = {"version": 0, "slugs": "1", "variables": names, "nodes": {"0": node}}
@@ -194,7 +195,8 @@ def test_a_prefix_line_is_translated(line: str, infix: str) -> None:
     assert [holds(line, **v) for v in VALUES] == [truth(infix)(v, v) for v in VALUES]
 
 
-def test_errors_can_be_sent_between_processes() -> None:
-    with pytest.raises(SafenavError, match="expected") as caught:
-        holds("a &", a=1)
+@pytest.mark.parametrize("formula", ["a &", "& a", "& a b a", "$ 1 a b", "! " * 5000 + "a"])
+def test_errors_can_be_sent_between_processes(formula: str) -> None:
+    with pytest.raises(SafenavError, match=r"expected|nested too deep") as caught:
+        holds(formula, a=1, b=1)
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)

@@ -182,34 +182,23 @@ _WHAT = "requirements"
 def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
     """Return the formulas by name; a formula without a name is its own."""
     found: dict[str, str] = {}
-    cut = 0
     for name, item in _entries(value.node, reading) if value is not None else ():
-        written = item.text if name is None and isinstance(item, Scalar) else name and name.text
-        if cut and _open(written or "") < 0:
-            cut += _open(written or "")
-            continue  # the rest of a formula that was reported
         what = _WHAT if name is None else f"requirement {clipped(name.text)}"
         text = read(str, item, what, reading)
         if text is None or not isinstance(item, Scalar):
             continue
         if name is not None:
             NameForm("a requirement").check(name, reading)
-        cut = 0 if item.style else max(0, _open(text))
-        if cut:
+        if not item.style and text.count("(") > text.count(")"):
             message = f"{what}: '{clipped(text)}' ends within parentheses"
             reading.add(item, message, "within brackets a comma ends a formula: put it in quotes")
-            continue
+            break  # the rest of the formula follows
         label = text if name is None else name.text
         if label in found:
             reading.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
         formula = _formula(item, text, what, reading)
         found[formula if name is None else label] = formula
     return found
-
-
-def _open(text: str) -> int:
-    """Return the number of parentheses that a text leaves open."""
-    return text.count("(") - text.count(")")
 
 
 def _entries(node: Node, findings: Findings) -> list[tuple[Scalar | None, Node]]:

@@ -230,8 +230,6 @@ def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
             findings.add(None, f"'avoid' of {robot.name}: it starts in a region of these")
     for exclusion in scenario.never_together:
         check_starts(exclusion, scenario.robots, None, findings)
-    if scenario.coordination is Coordination.ASSIGNABLE:
-        check_assignable(scenario.robots, scenario.changes, None, findings)
     check_deadlines(scenario, None, findings)
     return findings.diagnostics
 

@@ -66,14 +66,10 @@ def _frame(item: language.MapKeys) -> Frame | None:
 
 
 def _resolve_names(item: language.MapKeys, reading: Reading) -> None:
-    names: dict[str, int | None] = {}
-    for key, value in (item.names or {}).items():
-        what = f"region '{clipped(key.text)}'"
-        if isinstance(value.node, Scalar) and isinstance(value.node.value, str):
-            wrong_type(value.node, what, "a number or [row, column]", reading)
-            names[key.text] = None
-        else:
-            names[key.text] = reading.region(value.node, what)
+    names = {
+        key.text: reading.region(value.node, f"region '{clipped(key.text)}'")
+        for key, value in (item.names or {}).items()
+    }
     if reading.world is not None:
         known = {name: region for name, region in names.items() if region is not None}
         reading.world = replace(reading.world, names=known)
@@ -166,10 +162,8 @@ _CHARACTERS = frozenset({WALL, FREE})
 def read_grid(node: Node, findings: Findings) -> RegionMap | None:
     """Return the map in a ``grid``; None after an error was reported."""
     before, rows = len(findings), _rows(node, findings)
-    while rows and not rows[-1][1]:
-        rows.pop()
-    while rows and not rows[0][1]:
-        rows.pop(0)
+    filled = [number for number, (_, row) in enumerate(rows) if row]
+    rows = rows[filled[0] : filled[-1] + 1] if filled else []
     if not rows and len(findings) == before:
         hint = "write 'grid: |' and below it one indented line of '#' and '.' for each row"
         findings.add(node, "the grid is empty", hint)

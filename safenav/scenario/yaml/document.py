@@ -132,11 +132,6 @@ def read_document(text: str) -> Document:
         if "nesting depth" in (error.problem or ""):  # a limit of newer versions of libyaml
             raise DocumentError(place, _TOO_DEEP) from None
         raise DocumentError(place, f"not YAML: {_sentence(error)}", _syntax_hint(error)) from None
-    except yaml.reader.ReaderError as error:
-        raise DocumentError(*_bad_character(text, error)) from None
-    except UnicodeEncodeError as error:
-        found = "a character that no file can hold (a lone surrogate)"
-        raise DocumentError(_place_of(text, error.start), found) from None
 
 
 def scalar_value(text: str) -> str | int | float | bool | None:
@@ -319,17 +314,6 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
         where = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         return f"the '[' or '{{'{where} is not closed, or a ',' is missing"
     return "check quotes, brackets and colons on this line and the one before"
-
-
-def _bad_character(text: str, error: yaml.reader.ReaderError) -> tuple[Place, str, str]:
-    match = yaml.reader.Reader.NON_PRINTABLE.search(text)
-    place = _place_of(text, match.start()) if match else Place()
-    shown = f"the character U+{ord(match.group()):04X}" if match else str(error.reason)
-    return place, f"not text: {clipped(shown, 120)}", "remove it; is this a text file?"
-
-
-def _place_of(text: str, index: int) -> Place:
-    return Place(text.count("\n", 0, index) + 1, index - text.rfind("\n", 0, index))
 
 
 def flow(data: object) -> str:

@@ -16,7 +16,6 @@ from collections.abc import Callable, Mapping
 from enum import StrEnum
 from functools import cache
 from inspect import cleandoc
-from math import inf
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -40,6 +39,8 @@ if TYPE_CHECKING:
 
 MOST = 2**31 - 1
 """The largest whole number unless a key sets another limit."""
+MOST_NUMBER = 2**53 - 1
+"""The largest number that a trace holds (``safenav.strict_json``)."""
 MOST_OF_A_NAME = 100
 NAME = "[A-Za-z_][A-Za-z0-9_-]{0,99}"
 IDENTIFIER = "[A-Za-z_][A-Za-z0-9_]{0,99}"
@@ -87,15 +88,14 @@ class Key(Struct, frozen=True, eq=False):
     @property
     def described(self) -> str:
         """Its meaning, with its default."""
-        value = self.default
-        shown = {True: "true", False: "false"}.get(value, value) if type(value) is bool else value
+        value = str(self.default).lower() if isinstance(self.default, bool) else self.default
         plain = isinstance(value, str | int | float) and value != ""
-        default = f"Default: {f'{shown:g}' if isinstance(shown, float) else shown}."
+        default = f"Default: {f'{value:g}' if isinstance(value, float) else value}."
         return " ".join(filter(None, (self.about, default if plain else "")))
 
     def range(self, kind: type) -> tuple[float, float]:
-        """Return the limits of a number; of whole numbers there are always some."""
-        least, most = (0, MOST) if kind is int else (-inf, inf)
+        """Return the limits of a number; without its own, those of numbers that traces hold."""
+        least, most = (0, MOST) if kind is int else (-MOST_NUMBER, MOST_NUMBER)
         return least if self.least is None else self.least, most if self.most is None else self.most
 
     @property
@@ -314,7 +314,7 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
     if annotation in (int, float):
         least, most = key.range(annotation)
         limits = {"minimum": least, "maximum": most, "exclusiveMinimum": key.above}
-        known = {n: limit for n, limit in limits.items() if limit not in (None, inf, -inf)}
+        known = {n: limit for n, limit in limits.items() if limit is not None}
         return {"type": "integer" if annotation is int else "number", **known}
     if annotation is bool:
         return {"type": "boolean"}

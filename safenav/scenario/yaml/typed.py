@@ -6,7 +6,6 @@ after an error, so that one error does not hide another.
 
 import math
 import re
-import sys
 import types
 from collections.abc import Callable, Collection, Mapping
 from enum import StrEnum
@@ -86,10 +85,9 @@ def read(
         return annotation(node, what)
     if issubclass(annotation, Struct):
         return _item(annotation, node, what, findings, stages)
-    if issubclass(annotation, StrEnum):
-        known = {member.value: member for member in annotation if member not in key.without}
-        return _choice(known, node, what, findings)
-    raise TypeError(annotation)
+    assert issubclass(annotation, StrEnum)
+    known = {member.value: member for member in annotation if member not in key.without}
+    return _choice(known, node, what, findings)
 
 
 def _item(kind: type[Struct], node: Node, what: str, findings: Findings, stages: Stages) -> Any:
@@ -263,8 +261,6 @@ def _fits(annotation: Any, node: Node) -> bool:
         return isinstance(node, document.Mapping)
     if origin is Literal:
         return isinstance(node, Scalar) and node.value in get_args(annotation)
-    if issubclass(annotation, Raw):
-        return True
     if issubclass(annotation, Struct) and annotation is not Scalar:
         return isinstance(node, document.Mapping)
     value = node.value if isinstance(node, Scalar) else None
@@ -282,12 +278,12 @@ def _number(node: Node, what: str, findings: Findings, key: Key, kind: Any = flo
         default = "a whole number" if kind is int else "a number"
         wrong_type(node, what, key.expected or default, findings)
         return None
-    if kind is float and not abs(value) <= sys.float_info.max:
+    if isinstance(value, float) and not math.isfinite(value):
         wrong_type(node, what, "a finite number", findings, key.why)
         return None
     least, most = key.range(kind)
     limits = f"at least {least:g}" if value < least else f"at most {most}" if value > most else ""
-    if limits and kind is float and most < math.inf:
+    if limits and kind is float and key.most is not None:
         limits = f"from {least:g} to {most:g}"
     if key.above is not None and value <= key.above:
         limits = f"more than {key.above:g}"
