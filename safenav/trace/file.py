@@ -305,9 +305,6 @@ class TraceWriter:
             self._file: IO[str] = path.open("a", encoding="utf-8")
         except OSError as error:
             raise self._failure(error) from error
-        except BaseException:
-            self._remove_empty()
-            raise
 
     def __call__(self, record: Record) -> None:
         line = json_line(as_data(record))

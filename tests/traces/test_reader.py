@@ -54,6 +54,8 @@ NOT_TRACES: list[tuple[list[str], int, str]] = [
     ([HEADER, '{"tick": 9007199254740993}', ""], 2, "beyond 9007199254740991"),
     ([HEADER, '{"tick": ' + "9" * 6000 + "}", ""], 2, "beyond 9007199254740991"),
     ([HEADER, "[" * 200_000, ""], 2, "nested"),
+    ([HEADER, "[1]", ""], 2, "must be a JSON object"),
+    ([HEADER, "1" * 10_000_001, ""], 2, "longer than 10 MB"),
     (
         [HEADER, '{"type": "gone", "obstacle": "a", "cause": "\\ud800"}'],
         2,
