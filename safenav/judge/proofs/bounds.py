@@ -15,6 +15,7 @@ from safenav.judge.state import Need, Rest, Robot, State
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]
+Charges = dict[Pose, float]
 
 
 class Bound:
@@ -287,43 +288,33 @@ def charge_needed(robot: Robot, s: State) -> int:
         graph = {a: tuple(b for b in to if own.formulas.allows(a, b)) for a, to in graph.items()}
     poses = s.world.reach(graph, [robot.pose], shut)
     after = {pose: [q for q in graph.get(pose, ()) if q[0] not in shut] for pose in poses}
-    last: int = own.count - 1
 
-    def following(turn: int) -> int:
-        return int(min(turn + 1, last) if own.settles else (turn + 1) % own.count)
-
-    def leg(turn: int, then: Ticks, lives: Ticks, full: Collection[int]) -> Ticks:
-        target, found, changed = own.targets[turn], Ticks(), True
+    def leg(target: frozenset[int], then: Charges) -> Charges:
+        """Return the least charge of each pose with which it meets a target with a charge ``then``,
+        by a step or by staying there in service."""
+        found, changed = Charges(), True
         while changed:
             changed = False
             s.world.spend(len(after))
-            for pose in after:
-                stay, least = (0, 0) if pose[0] in full else (ceil(battery.stay), battery.move)
-                there = [q for q in after[pose] if q[0] in target]
-                charges = [then[q] + battery.move for q in there if q in then]
-                charges += [found[q] + battery.move for q in after[pose] if q in found]
-                if pose[0] in target and pose in then:  # below ``least`` it is out of service
-                    goes = [q for q in there if q in lives and not (own.settles and turn == last)]
-                    aside = [then.get(q, battery.capacity) + battery.move for q in goes]
-                    charges.append(max(then[pose] + stay, least, *aside))
-                charge = min(charges, default=battery.capacity + 1)
-                charge = 0 if charge <= battery.capacity and pose[0] in full else charge
-                if charge <= battery.capacity and charge < found.get(pose, NEVER):
+            for pose, to in after.items():
+                full = pose[0] in chargers
+                charges = [then[q] + battery.move for q in to if q[0] in target and q in then]
+                charges += [found[q] + battery.move for q in to if q in found]
+                if pose[0] in target and pose in then:
+                    stays = then[pose] if full else max(then[pose] + battery.stay, battery.move)
+                    charges.append(stays)
+                charge = min((c for c in charges if c <= battery.capacity), default=NEVER)
+                charge = 0 if full and charge < NEVER else charge
+                if charge < found.get(pose, NEVER):
                     found[pose], changed = charge, True
         return found
 
-    def forever(full: Collection[int], lives: list[Ticks]) -> list[Ticks]:
-        needs, before = [dict.fromkeys(after, 0) for _ in own.targets], list[Ticks]()
-        while needs != before:
-            before = needs
-            found = [
-                leg(k, needs[following(k)], lives[following(k)], full) for k in range(own.count)
-            ]
-            needs = [
-                {pose: max(n, old[pose]) for pose, n in new.items() if pose in old}
-                for new, old in zip(found, needs, strict=True)
-            ]
-        return needs
-
-    lives = forever({pose[0] for pose in after}, [{} for _ in own.targets])
-    return forever(chargers, lives)[0].get(robot.pose, NEVER)
+    needs, before = [dict.fromkeys(after, 0.0) for _ in own.targets], list[Charges]()
+    while needs != before:
+        before, last = needs, needs[-1] if own.settles else needs[0]
+        legs = map(leg, own.targets, [*needs[1:], last])
+        needs = [
+            {pose: max(charge, old[pose]) for pose, charge in new.items() if pose in old}
+            for new, old in zip(legs, before, strict=True)
+        ]
+    return ceil(needs[0].get(robot.pose, NEVER))
