@@ -95,7 +95,7 @@ def consequences(
         if before.robots[i].active:
             yield now.Served(i, False, FAILURE)
         return
-    policy, target = team.failures, before.robots[i].next % team.size
+    policy, target = team.scenario.failures, before.robots[i].next % team.size
     tried = (*before.robots[i].failed, target)
     if event.fatal or len(tried) >= policy.most:
         yield now.Served(i, False, FAILURE)

@@ -495,4 +495,4 @@ def barred(team: Team, state: State) -> frozenset[tuple[int, int]]:
     """Return the robots whose actions on an obstacle have failed too often, each with that
     obstacle."""
     pairs = state.attempts
-    return frozenset(pair for pair in pairs if pairs.count(pair) >= team.failures.actions)
+    return frozenset(pair for pair in pairs if pairs.count(pair) >= team.scenario.failures.actions)

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from safenav.pace.robot import SIDE, Pace, pace_of
 from safenav.scenario import model
-from safenav.scenario.model import Coordination, Failures
+from safenav.scenario.model import Coordination
 from safenav.scenario.objective import Objective, Pursuit
 from safenav.team.battery import Energy
 from safenav.team.formulas import graph_of, targets_of
@@ -136,12 +136,9 @@ def pace_on(world: RegionMap, robot: model.Robot) -> Pace:
 
 
 class Team(Struct, frozen=True, eq=False, dict=True):
-    """``failures``: what follows from failed commands."""
-
     scenario: model.Scenario
     members: tuple[Member, ...]
     obstacles: tuple[Obstacle, ...]
-    failures: Failures = Failures()
 
     @property
     def world(self) -> RegionMap:

@@ -45,6 +45,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
+from msgspec import convert
 from msgspec.structs import replace
 
 import warm
@@ -65,6 +66,7 @@ from safenav import (
     read_trace,
     resumption,
 )
+from safenav.scenario.model import Failures
 from support.damage import damage, find, fits, value
 
 Facts = dict[str, Any]
@@ -154,8 +156,7 @@ def staged(text: str, facts: Facts) -> Run:
     about = {key: facts.pop(key) for key in WRONG if key in facts}
     kind = facts.pop("world", "Faulty" if "faults" in about else None)
     scenario = loaded(text)
-    failures = replace(scenario.failures, **facts.pop("failures", {}))
-    scenario = replace(scenario, failures=failures)
+    scenario = replace(scenario, failures=convert(facts.pop("failures", {}), Failures))
     for was, is_ in facts.pop("there", {}).items():
         assert was in text, was
         text = text.replace(was, is_)
