@@ -16,7 +16,10 @@ from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
 from safenav.world.poses import bits, plain_graph
 
-_HELPS = (now.Met, now.Appeared, now.Gone, now.GaveUp, now.Declared, now.Served, now.Assigned)
+_HELPS = (
+    *(now.Met, now.Appeared, now.Gone, now.GaveUp, now.Declared, now.Served, now.Assigned),
+    now.Reopened,
+)
 _SURPRISES = (
     *(now.Elsewhere, now.Failed, now.Lost, now.Flat, now.Served),
     *(now.Placed, now.Assigned, now.Declared, now.Met),
@@ -48,7 +51,7 @@ def _memory(member: Member, pose: int) -> now.Values:
 
 def apply(team: Team, state: State, event: now.Event) -> State:
     """Return the state after an event. What is set aside gets another chance after each that
-    changes an obstacle, the service of a robot or an objective."""
+    changes an obstacle, the service of a robot or an objective, and with what was given up."""
     if isinstance(event, _HELPS) or (isinstance(event, now.Acted) and event.truths):
         for number, each in enumerate(state.obstacles):
             if each.aside:
@@ -161,8 +164,6 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             for k, each in enumerate(state.obstacles):
                 if each.given_up:
                     state = _asked(team, state, k, each.asked)
-                elif each.aside:
-                    state = _obstacle(state, k, aside=False)
             return state
         case now.SetAside(those):
             for k in those:

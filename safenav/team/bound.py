@@ -81,13 +81,11 @@ class Bound:
             before, self.walkers = self.times, [self._walker(i) for i in range(self.count)]
             self.times = {k: tuple(map(min, self._needs(k), each)) for k, each in before.items()}
 
-    def resolved(self, k: int) -> int | None:
+    def resolved(self, k: int) -> int:
         """Return the earliest tick in which an open obstacle is resolved, NEVER if it cannot be;
-        None for one that will disappear."""
-        turns = self.times.get(k)
-        if turns is None:
-            return None
-        return NEVER if turns[-1] >= NEVER else turns[-1] // self.count
+        the present one if it will disappear."""
+        *_, turn = self.times.get(k, (int(self.state.time) * self.count,))
+        return NEVER if turn >= NEVER else turn // self.count
 
     def rounds_done(self, i: int, goals: Iterable[Mask]) -> int:
         """Return the earliest tick at whose end a robot can have met ``goals`` in sequence, each in

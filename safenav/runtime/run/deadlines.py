@@ -186,8 +186,7 @@ class Ledger:
         """Return a tick before whose end a deadline cannot be met; 0 if there is no bound."""
         team, state, (kind, number) = bound.team, bound.state, of
         if kind == REQUEST:
-            tick = bound.resolved(number)
-            return self.tick if tick is None else tick
+            return bound.resolved(number)
         if kind == ROUND:
             served = state.robots[number].active and on_own(team, state, number)
             ready = served and not self.dues[of].excused
