@@ -18,7 +18,7 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Speci
 from safenav.synthesis.cache import VARIABLE as CACHE_VARIABLE
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import VARIABLE as SLUGS_VARIABLE
-from safenav.synthesis.program import Binary, find_binary
+from safenav.synthesis.program import find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 
@@ -84,15 +84,14 @@ def _synthesizer() -> Iterator[InstallationFinding]:
         yield InstallationFinding(False, "slugs", str(error))
         return
     by = SLUGS_VARIABLE if os.environ.get(SLUGS_VARIABLE) else "came with safenav"
-    version = binary.version or "not safenav's own"
-    yield InstallationFinding(True, "slugs", f"{version}, {binary.path} ({by})")
+    yield InstallationFinding(True, "slugs", f"{binary} ({by})")
     begun = time.monotonic()
     problem = _wrong_answer(binary)
     good = f"synthesizes; its strategy passes the check ({time.monotonic() - begun:.2f} s)"
     yield InstallationFinding(problem is None, "slugs", problem or good)
 
 
-def _wrong_answer(binary: Binary) -> str | None:
+def _wrong_answer(binary: Path) -> str | None:
     """Return the error of the synthesizer on two tiny specifications; None if it is correct."""
     synthesizer = Synthesizer(
         binary, seconds=_ANSWER_SECONDS, cache=Cache(None), verifier=first_failure

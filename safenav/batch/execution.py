@@ -5,10 +5,8 @@ from __future__ import annotations
 import hashlib
 import re
 import traceback
-from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import yaml
@@ -23,7 +21,6 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.scenario.yaml.document import plain
 from safenav.scenario.yaml.findings import Findings, root_of
-from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.file import TraceWriter, read_trace
@@ -57,17 +54,13 @@ def load(case: Case) -> Scenario:
 
 def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) -> Result:
     ledger = Ledger()
-    with ExitStack() as stack:
-        # A batch runs scenarios in parallel, so each runs one synthesis at a time.
-        cache = Cache.from_environment()
-        if conditions.certify is not None and not cache.usable:
-            cache = Cache(Path(stack.enter_context(TemporaryDirectory())))
-        synthesizer = default_synthesizer(scenario, binary=_binary(), cache=cache, at_once=1)
-        with TraceWriter(trace) as writer:
-            Mission(scenario, synthesizer, listeners=[ledger, writer]).run()
-        requirements = _required(trace) if scenario.requirements else []
-        folder = conditions.certify
-        uncertified = [] if folder is None else _certify(case, trace, synthesizer, Path(folder))
+    # A batch runs scenarios in parallel, so each runs one synthesis at a time.
+    synthesizer = default_synthesizer(scenario, binary=_binary(), at_once=1)
+    with TraceWriter(trace) as writer:
+        Mission(scenario, synthesizer, listeners=[ledger, writer]).run()
+    requirements = _required(trace) if scenario.requirements else []
+    folder = conditions.certify
+    uncertified = [] if folder is None else _certify(case, trace, synthesizer, Path(folder))
     expect = scenario.expect
     if expect.outcome is None:
         expect = replace(expect, outcome=Outcome.COMPLETED)

@@ -210,9 +210,8 @@ class Worker:
         status = self._process.wait()
         if status >= 0:
             return f"exit status {status}"
-        with contextlib.suppress(ValueError):
-            return f"killed by {signal.Signals(-status).name}"
-        return f"killed by signal {-status}"
+        names = (each.name for each in signal.Signals if each == -status)
+        return f"killed by {next(names, f'signal {-status}')}"
 
 
 Task = tuple[Case, Conditions, Path]
@@ -236,9 +235,9 @@ def main() -> None:
             with contextlib.suppress(OSError):  # without the folder only its files are missing
                 os.chdir(conditions.directory)
             connection.send(execute(case, conditions, trace))
-    except (BrokenPipeError, SystemExit):
-        # The batch has ended, or SIGTERM has ended a synthesis. The interpreter's own end would
-        # wait for the thread that listens, and then abort.
+    except BrokenPipeError:
+        # The batch has ended. The interpreter's own end would wait for the thread that listens,
+        # and then abort.
         os._exit(0)
 
 
@@ -247,5 +246,4 @@ def _listen(connection: Connection, tasks: queue.SimpleQueue[Task | None]) -> No
         while True:
             tasks.put(connection.recv())
     tasks.put(None)
-    # During a synthesis, SIGTERM first kills that; otherwise it ends this process immediately.
     os.kill(os.getpid(), signal.SIGTERM)

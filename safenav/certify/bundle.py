@@ -32,7 +32,6 @@ from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrup
 from safenav.scenario.model import Coordination, Scenario
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.spec.specification import read_specification
-from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.file import TraceWriter, read_bytes
 from safenav.verify.automaton import Measure, NoMeasureError, measure
@@ -292,10 +291,7 @@ def bundle_of_run(
     if seed is not None:
         plan = replace(plan, seed=seed)
     with tempfile.TemporaryDirectory() as directory:
-        cache = Cache.from_environment()
-        if not cache.usable:
-            cache = Cache(Path(directory) / "cache")
-        synthesizer = default_synthesizer(plan, cache=cache)
+        synthesizer = default_synthesizer(plan)
         trace = Path(directory) / "trace.jsonl"
         with TraceWriter(trace) as writer:
             uninterrupted(Mission(plan, synthesizer, listeners=[writer]).run())
@@ -312,5 +308,5 @@ def bundle_of_trace(trace: Path, target: Path) -> Made:
     """
     data = read_input(trace)
     read_bytes(data, str(trace))
-    synthesizer = Synthesizer(cache=Cache.from_environment(), verifier=first_failure)
+    synthesizer = Synthesizer(verifier=first_failure)
     return make_bundle(target, data, {}, synthesizer)

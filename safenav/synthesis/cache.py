@@ -3,7 +3,7 @@
 The key is a hash of the specification's text, the binary's content and the options. A file
 carries a checksum of its name and content, appears by renaming, and is never changed: readers and
 writers of any number of processes need no lock. An error costs a recomputation, never a run:
-damaged files are dropped, and a disk that cannot be written is reported once.
+damaged files are replaced, and a disk that cannot be written is reported once.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from random import random
 
-from msgspec import MsgspecError, Struct, msgpack
+from msgspec import Struct, msgpack
 
 from safenav.errors import Verdict
 
@@ -25,9 +25,9 @@ VARIABLE = "SAFENAV_CACHE"
 
 _OFF = "off"
 _MAGIC = "safenav-cache 3 "
+"""The number changes with ``CacheEntry``."""
 _RESULT, _TEXT = ".answer", ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
-_PRUNE_TO = 0.75
 _LISTINGS = 64
 """Average number of listings of the directory while data equal to its limit is written."""
 _LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
@@ -57,81 +57,63 @@ def key_of(text: str, binary_digest: str, options: Iterable[str]) -> str:
 
 
 class Cache:
-    """A directory of results; without a directory, a cache that is always empty."""
+    """A directory of results; without a directory, a cache that keeps texts only, in memory."""
 
     def __init__(self, directory: Path | None, limit_bytes: int = _LIMIT_BYTES) -> None:
         self.directory = directory
         self._limit_bytes = limit_bytes
+        self._texts: dict[str, str] = {}
         self._warned = False
 
     @classmethod
     def from_environment(cls) -> Cache:
         """Return ``SAFENAV_CACHE`` (a directory, or ``off``), else the user's cache directory."""
-        named = os.environ.get(VARIABLE)
-        if named:
-            return cls(None if named.lower() == _OFF else Path(named).expanduser())
-        base = os.environ.get("XDG_CACHE_HOME", "")
-        if base and Path(base).is_absolute():  # the XDG standard: ignore relative paths
-            return cls(Path(base) / "safenav")
+        named, base = os.environ.get(VARIABLE), os.environ.get("XDG_CACHE_HOME", "")
         try:
-            return cls(Path.home() / ".cache" / "safenav")
+            if named:
+                return cls(None if named.lower() == _OFF else Path(named).expanduser())
+            # The XDG standard: ignore relative paths.
+            user = Path(base) if Path(base).is_absolute() else Path.home() / ".cache"
+            return cls(user / "safenav")
         except RuntimeError:  # no home directory: a container with an unknown user
             return cls(None)
-
-    @property
-    def usable(self) -> bool:
-        """Whether results can be kept in it."""
-        try:
-            if self.directory is not None:
-                self.directory.mkdir(parents=True, exist_ok=True)
-            return self.directory is not None and os.access(self.directory, os.W_OK)
-        except OSError:
-            return False
 
     def load(self, key: str) -> CacheEntry | None:
         """Return the result with that key, None if it is unknown or damaged."""
         data = self._read(key + _RESULT)
-        try:
-            return None if data is None else msgpack.decode(data, type=CacheEntry)
-        except MsgspecError:  # of another version
-            return None
+        return None if data is None else msgpack.decode(data, type=CacheEntry)
 
     def store(self, key: str, entry: CacheEntry) -> None:
         """Keep a proven verdict; exhausted limits prove nothing and are not kept."""
         if entry.verdict in _LASTING:
             self._write(key + _RESULT, msgpack.encode(entry))
 
-    def drop(self, key: str) -> None:
-        """Remove a result that proved wrong."""
-        self._remove(key + _RESULT)
-
     def keep_text(self, sha256: str, text: str) -> None:
-        """Keep a specification's text under its sha256, by which traces name it. A damaged file of
-        that name, or one of another version, is replaced."""
-        if self.load_text(sha256) is None:
+        """Keep a specification's text under its sha256, by which traces name it; also in memory,
+        since a bundle needs it if no directory can be written. A damaged file of that name, or one
+        of another version, is replaced."""
+        self._texts[sha256] = text
+        if self._read(sha256 + _TEXT) is None:
             self._write(sha256 + _TEXT, text.encode())
 
     def load_text(self, sha256: str) -> str | None:
         """Return the text with this sha256; None if it is not kept."""
         data = self._read(sha256 + _TEXT)
-        return None if data is None else data.decode()
+        return self._texts.get(sha256) if data is None else data.decode()
 
     def _path(self, name: str) -> Path:
         assert self.directory is not None
         return self.directory / name[:2] / name
 
     def _read(self, name: str) -> bytes | None:
-        """Return what a file holds; drop one that is damaged."""
+        """Return what a file holds; None if it is damaged: then a new one replaces it."""
         if self.directory is None:
             return None
         try:
             first, _, body = self._path(name).read_bytes().partition(b"\n")
         except OSError:
             return None
-        if first == _first_line(name, body):
-            return body
-        self._remove(name)
-        return None
+        return body if first == _first_line(name, body) else None
 
     def _write(self, name: str, body: bytes) -> None:
         if self.directory is None:
@@ -144,10 +126,8 @@ class Cache:
             try:
                 temporary.write_bytes(data)
                 temporary.replace(path)
-            except BaseException:
-                with contextlib.suppress(OSError):
-                    temporary.unlink()
-                raise
+            finally:
+                temporary.unlink(missing_ok=True)
         except OSError as error:
             self._warn(error)
             return
@@ -155,11 +135,6 @@ class Cache:
         if random() * self._limit_bytes < _LISTINGS * len(data):
             with contextlib.suppress(OSError):
                 self._prune(self.directory)
-
-    def _remove(self, name: str) -> None:
-        if self.directory is not None:
-            with contextlib.suppress(OSError):
-                self._path(name).unlink()
 
     def _warn(self, error: OSError) -> None:
         if not self._warned:
@@ -182,9 +157,8 @@ class Cache:
                 status = path.stat()
                 found.append((status.st_mtime, status.st_size, path))
         total = sum(size for _, size, _ in found)
-        bound = total if total <= self._limit_bytes else self._limit_bytes * _PRUNE_TO
         for _, size, path in sorted(found):
-            if total <= bound:
+            if total <= self._limit_bytes:
                 break
             with contextlib.suppress(OSError):
                 path.unlink()

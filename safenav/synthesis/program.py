@@ -1,7 +1,5 @@
-"""The slugs binary, and its processes, none of which survives a timeout or Ctrl-C.
-
-safenav's and upstream's binary report a verdict by the same RESULT line. safenav's also reads
-structured slugs, has ``--timeout`` and ``--memory``, and identifies itself by ``--version``.
+"""The slugs binary, and its processes, none of which survives a timeout, Ctrl-C or (on Linux) the
+death of this process.
 
 Each command has a process group of its own, which is killed and reaped at its deadline or when its
 ``ProcessGroup`` is dismissed. Commands run in threads, because signals interrupt only the main
@@ -12,7 +10,6 @@ memory, whose size the system limits.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import re
 import signal
@@ -22,7 +19,6 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from functools import cache, cached_property
 from pathlib import Path
 from typing import IO
 
@@ -34,7 +30,8 @@ _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _MOST_OUTPUT = 2 << 30
 """Bytes that a command may print where no memory limit is given."""
 _PARENT = "SLUGS_PARENT"
-"""Environment variable of safenav's synthesizer: the process that it must not outlive (Linux)."""
+"""Environment variable of slugs: the process that it must not outlive (Linux). A wrapper that sees
+to it would take as long as a small synthesis."""
 
 
 class Finished(Struct, frozen=True):
@@ -74,27 +71,26 @@ class ProcessGroup:
 
     def run(
         self,
-        binary: Binary,
+        binary: Path,
         options: Sequence[str],
         given: bytes,
         seconds: float | None,
         memory_mb: int | None = None,
     ) -> Finished:
         """Run a binary with ``given`` on its standard input, at most ``seconds``. Its output is
-        kept in memory, so ``memory_mb`` limits that also, and a foreign program as a whole.
+        kept in memory, so ``memory_mb`` limits that also.
 
         Raises SynthesizerError if it cannot be started, ResourceLimitError if its output is larger,
         and DismissedError after ``dismiss``.
         """
         begun = time.monotonic()
         most = _MOST_OUTPUT if memory_mb is None else memory_mb << 20
-        foreign = memory_mb is not None and not binary.native
         with _file() as out, _file() as err:
             process = self._start(binary, options, out, err)
             timer = threading.Timer(seconds or 0, _kill, [process])
             timer.daemon = True
             try:
-                _bound(process.pid, most, most if foreign else None)
+                _bound(process.pid, most)
                 if seconds is not None:
                     timer.start()
                 process.communicate(given)
@@ -108,7 +104,7 @@ class ProcessGroup:
                 raise DismissedError
             if max(file.seek(0, os.SEEK_END) for file in (out, err)) >= most:
                 raise ResourceLimitError(
-                    f"the synthesizer {binary.path} printed more than {most >> 20} MiB, the limit "
+                    f"the synthesizer {binary} printed more than {most >> 20} MiB, the limit "
                     "of its memory (limits.synthesis_memory in the scenario); it was stopped"
                 )
             out.seek(0)
@@ -126,26 +122,23 @@ class ProcessGroup:
                 _kill(process)
 
     def _start(
-        self, binary: Binary, options: Sequence[str], out: IO[bytes], err: IO[bytes]
+        self, binary: Path, options: Sequence[str], out: IO[bytes], err: IO[bytes]
     ) -> subprocess.Popen[bytes]:
-        """Start the process. safenav's own program arranges itself to end with this thread: a
-        wrapper would take as long as a small synthesis."""
-        command = [str(binary.path), *options]
         with self._lock:
             if self._dismissed:
                 raise DismissedError
             try:
                 process = subprocess.Popen(
-                    command if binary.ours else die_with_parent(command),
+                    [str(binary), *options],
                     stdin=subprocess.PIPE,
                     stdout=out,
                     stderr=err,
                     start_new_session=True,
-                    env={**os.environ, _PARENT: str(os.getpid())} if binary.ours else None,
+                    env={**os.environ, _PARENT: str(os.getpid())},
                 )
             except OSError as error:
                 raise SynthesizerError(
-                    f"the synthesizer {binary.path} cannot be started: {error.strerror}"
+                    f"the synthesizer {binary} cannot be started: {error.strerror}"
                 ) from error
             self._running.add(process)
             return process
@@ -159,43 +152,6 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
-@contextlib.contextmanager
-def orderly_termination() -> Iterator[None]:
-    """Within this context, SIGTERM raises SystemExit instead of ending this process immediately, so
-    that running commands are killed and reaped. An application's own handler stays."""
-
-    def end(number: int, _: object) -> None:
-        raise SystemExit(128 + number)
-
-    main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
-    signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-
-
-def die_with_parent(command: Sequence[str]) -> Sequence[str]:
-    """Return ``command`` so that the kernel kills it when this process dies, even of SIGKILL
-    (Linux; elsewhere it runs to its end)."""
-    setpriv = _setpriv()
-    if setpriv is None or not os.access(command[0], os.X_OK):
-        return command  # a command that cannot be started raises its own error
-    # This process may die before the kernel is asked: then the command must not begin.
-    begin = ["/bin/sh", "-c", '[ "$PPID" = "$0" ] && exec "$@"', str(os.getpid())]
-    return [setpriv, "--pdeathsig", "KILL", "--", *begin, *command]
-
-
-@cache
-def _setpriv() -> str | None:
-    from shutil import which  # imported here: it loads the modules of all archives
-
-    return which("setpriv") if sys.platform.startswith("linux") else None
-
-
 def _file() -> IO[bytes]:
     """Return an empty file that is deleted after its use; in memory on Linux, which saves a
     millisecond of each synthesis."""
@@ -204,60 +160,23 @@ def _file() -> IO[bytes]:
     return tempfile.TemporaryFile()
 
 
-def _bound(pid: int, output: int, memory: int | None) -> None:
-    """Limit the bytes of each output of a process, and its address space (Linux)."""
+def _bound(pid: int, output: int) -> None:
+    """Limit the bytes of each output of a process (Linux)."""
     if sys.platform == "linux":
-        from resource import RLIMIT_AS, RLIMIT_FSIZE, prlimit
+        from resource import RLIMIT_FSIZE, prlimit
 
         with contextlib.suppress(ProcessLookupError, PermissionError):  # it has ended
             prlimit(pid, RLIMIT_FSIZE, (output, output))
-            if memory is not None:
-                prlimit(pid, RLIMIT_AS, (memory, memory))
 
 
 VARIABLE = "SAFENAV_SLUGS"
-"""Environment variable that names another binary, for instance upstream's."""
+"""Environment variable that names another build of slugs."""
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _INSIDE_PACKAGE = Path("_bin") / "slugs"
-_NATIVE_VERSION = re.compile(rb"\Aslugs (\d+\.\d+\.\d+\S*)", re.MULTILINE)
-_VERSION_SECONDS = 5.0
 
 
-class Binary(Struct, frozen=True, dict=True):
-    """A slugs binary. ``ours``: known to be safenav's, without a query."""
-
-    path: Path
-    ours: bool = False
-
-    @cached_property
-    def digest(self) -> str:
-        """Hex sha256 of the file: cached results are valid for this program only. Raises
-        SynthesizerError if it cannot be read."""
-        try:
-            return hashlib.sha256(self.path.read_bytes()).hexdigest()
-        except OSError as error:
-            raise SynthesizerError(
-                f"the synthesizer {self.path} cannot be read: {error.strerror}"
-            ) from error
-
-    @property
-    def native(self) -> bool:
-        """Whether it is safenav's own slugs (else only upstream's options may be used)."""
-        return self.ours or self.version is not None
-
-    @cached_property
-    def version(self) -> str | None:
-        """The version that it prints; None if it has no such option, as upstream's binary."""
-        try:
-            answer = ProcessGroup().run(self, ["--version"], b"", _VERSION_SECONDS)
-        except SynthesizerError:
-            return None
-        match = _NATIVE_VERSION.search(answer.stdout)
-        return match[1].decode() if match and answer.status == 0 else None
-
-
-def find_binary() -> Binary:
+def find_binary() -> Path:
     """Return the binary to use: ``SAFENAV_SLUGS`` if set, else the one installed with safenav.
 
     Raises SynthesizerError, with advice, if none can be executed.
@@ -274,10 +193,10 @@ def find_binary() -> Binary:
     )
 
 
-def find_own_binary() -> Binary | None:
+def find_own_binary() -> Path | None:
     """Return safenav's own binary: in the installed package, else built in the source tree."""
-    found = (Binary(place, ours=True) for place in _own_places() if _executable(place))
-    return next(found, None)
+    usable = (place for place in _own_places() if place.is_file() and os.access(place, os.X_OK))
+    return next(usable, None)
 
 
 def _own_places() -> Iterator[Path]:
@@ -290,19 +209,14 @@ def _own_places() -> Iterator[Path]:
     yield _PACKAGE.parent / "slugs" / "build" / "slugs"
 
 
-def _named_by_environment(named: str) -> Binary:
+def _named_by_environment(named: str) -> Path:
     from shutil import which  # imported here: it loads the modules of all archives
 
-    on_path = None if os.sep in named else which(named)
-    path = Path(on_path or named).expanduser()
-    if _executable(path):
-        return Binary(path.resolve())
+    if found := which(named):
+        return Path(found).resolve()
+    path = Path(named)
     problem = "is not executable" if path.exists() else "does not exist"
     raise SynthesizerError(
         f"the synthesizer {named!r} {'is a directory' if path.is_dir() else problem}\n"
         f"    fix or unset {VARIABLE}, which selects this binary"
     )
-
-
-def _executable(path: Path) -> bool:
-    return path.is_file() and os.access(path, os.X_OK)

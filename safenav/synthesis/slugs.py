@@ -11,11 +11,11 @@ import hashlib
 import os
 import re
 import signal
-import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy
+from contextlib import suppress
 from enum import IntEnum
+from functools import cached_property
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -28,12 +28,10 @@ from safenav.spec.specification import Section, Specification, read_specificatio
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.program import (
     VARIABLE,
-    Binary,
     Finished,
     ProcessGroup,
     find_binary,
     find_own_binary,
-    orderly_termination,
 )
 from safenav.synthesis.strategy import Strategy
 
@@ -41,7 +39,7 @@ PRINTED: Mapping[Verdict, str] = {
     Verdict.REALIZABLE: "--explicitStrategy",
     Verdict.UNREALIZABLE: "--counterStrategy",
 }
-"""Options that print the automaton of a verdict; every binary has them."""
+"""Options that print the automaton of a verdict."""
 
 
 class SynthesisResult(Struct, frozen=True):
@@ -110,10 +108,10 @@ class Job(Struct, frozen=True):
 
 _HEARTBEAT_SECONDS = 0.5
 OVERTIME_SECONDS = 1.0
-"""safenav's own binary keeps the time limit and reports its progress; this long after the limit it
-is killed."""
+"""The binary keeps the time limit and reports its progress; this long after the limit it is
+killed."""
 _MOST_STATES = 200_000
-"""Limit of a strategy by safenav's own binary. Those of single robots have tens to thousands."""
+"""Limit of a strategy. Those of single robots have tens to thousands."""
 
 Verifier = Callable[[Specification, Strategy, bool], str | None]
 """Check of an automaton against its specification (the flag: it is a counterstrategy). Returns its
@@ -133,7 +131,7 @@ class Synthesizer:
 
     def __init__(
         self,
-        binary: Binary | Path | None = None,
+        binary: Path | None = None,
         *,
         seconds: float | None = 60.0,
         memory_mb: int | None = 2048,
@@ -141,7 +139,7 @@ class Synthesizer:
         verifier: Verifier | None = None,
         at_once: int | None = None,
     ) -> None:
-        self.binary = Binary(binary) if isinstance(binary, Path) else binary or find_binary()
+        self.binary = binary or find_binary()
         self.seconds = seconds
         self.memory_mb = memory_mb
         self.cache = Cache.from_environment() if cache is None else cache
@@ -156,14 +154,8 @@ class Synthesizer:
         return self.synthesize_all([spec], strategy)[0]
 
     def counterstrategy(self, spec: Specification) -> SynthesisResult:
-        """Return the verdict, and for an unrealizable specification the environment's strategy.
-
-        A foreign binary does not print it as JSON; then safenav's own is used.
-        """
-        native = copy(self)
-        if not self.binary.native:
-            native.binary = self._own("prints no counterstrategies as JSON")
-        return native._ask_all([spec], Verdict.UNREALIZABLE, None)[0]
+        """Return the verdict, and for an unrealizable specification the environment's strategy."""
+        return self._ask_all([spec], Verdict.UNREALIZABLE, None)[0]
 
     def synthesize_all(
         self,
@@ -174,8 +166,8 @@ class Synthesizer:
         """Return the results in the order of ``specs``, computed in parallel on the machine's
         processors.
 
-        ``progress`` is called in the caller's thread. On an error, Ctrl-C or SIGTERM all
-        running syntheses are killed before the exception leaves.
+        ``progress`` is called in the caller's thread. On an error or Ctrl-C all running syntheses
+        are killed before the exception leaves.
         """
         return self._ask_all(specs, Verdict.REALIZABLE if strategy else None, progress)
 
@@ -195,14 +187,12 @@ class Synthesizer:
             results[index] = remembered
             report(SynthesisProgress(index, spec.robot, time.monotonic() - begun, remembered))
         if jobs:
-            with orderly_termination():
-                results |= self._worked_off(jobs, report)
+            results |= self._worked_off(jobs, report)
         return [results[index] for index in range(len(specs))]
 
     def _worked_off(self, jobs: Sequence[Job], report: Listener) -> dict[int, SynthesisResult]:
         """Return the results of jobs by their indices. Threads run the program; its results are
         read, and reported, in the caller's thread. Any exception also ends the programs."""
-        run = self._run_native if self.binary.native else self._run_foreign
         crew = ProcessGroup()
         waiting, running = iter(jobs), dict[int, tuple[Job, float]]()
         ended = SimpleQueue[tuple[Job, Finished | BaseException]]()
@@ -212,7 +202,7 @@ class Synthesizer:
             for job in waiting:  # each thread takes the next one
                 running[job.index] = job, time.monotonic()
                 try:
-                    ended.put((job, run(crew, job)))
+                    ended.put((job, self._run(crew, job)))
                 except BaseException as error:
                     ended.put((job, error))
 
@@ -241,8 +231,8 @@ class Synthesizer:
                 thread.join()
         return results
 
-    def _run_native(self, crew: ProcessGroup, job: Job) -> Finished:
-        """Run safenav's own program, which reads standard input and enforces its limits itself."""
+    def _run(self, crew: ProcessGroup, job: Job) -> Finished:
+        """Run the program, which reads standard input and enforces its limits itself."""
         options = [*(job.options or ("--realizability",))]
         if job.wanted is Verdict.REALIZABLE:
             options += ["--nodes", str(_MOST_STATES)]
@@ -252,42 +242,12 @@ class Synthesizer:
         given = job.text.encode()
         return crew.run(self.binary, [*options, "-"], given, deadline, self.memory_mb)
 
-    def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
-        """Run upstream's program, which reads slugsin files only and has no limits."""
-        own = self._own("reads no structured slugs")
-        translated = crew.run(own, _TRANSLATE, job.text.encode(), self.seconds)
-        if translated.timed_out:
-            return translated
-        if translated.status != 0:
-            raise failure("does not translate the specification", translated, own, job.spec.robot)
-        with tempfile.NamedTemporaryFile(prefix="safenav-", suffix=".slugsin") as file:
-            file.write(translated.stdout)
-            file.flush()
-            options = [*job.options, file.name]
-            return crew.run(self.binary, options, b"", self.seconds, self.memory_mb)
-
-    def _own(self, problem: str) -> Binary:
-        """Return safenav's own binary, for what a foreign one cannot do."""
-        own = find_own_binary()
-        if own is None:
-            raise SynthesizerError(
-                f"the synthesizer {self.binary.path} {problem}, and safenav's own binary is "
-                "missing: run `make slugs` or `pip install .`"
-            )
-        return own
-
     def _remembered(self, job: Job) -> SynthesisResult | None:
         """Return the cached result, if it exists and passes every check of a fresh one."""
-        if self.cache.directory is None:
-            return None
-        key = self._key(job)
-        if (entry := self.cache.load(key)) is None:
-            return None
-        try:
-            return self._checked(job, entry, cached=True)
-        except SynthesizerError:
-            self.cache.drop(key)
-            return None
+        entry = self.cache.load(self._key(job))
+        with suppress(SynthesizerError):
+            return None if entry is None else self._checked(job, entry, cached=True)
+        return None
 
     def _result(self, job: Job, finished: Finished) -> SynthesisResult:
         robot = job.spec.robot
@@ -304,8 +264,7 @@ class Synthesizer:
         except SynthesizerError as error:
             problem = f"gave a wrong result: {error}"
             raise failure(problem, finished, self.binary, robot) from error
-        if self.cache.directory is not None:
-            self.cache.store(self._key(job), entry)
+        self.cache.store(self._key(job), entry)
         return result
 
     def _checked(
@@ -333,20 +292,26 @@ class Synthesizer:
             verified=checked,
         )
 
+    @cached_property
+    def _digest(self) -> str:
+        """Hex sha256 of the binary: cached results are valid for this program only."""
+        try:
+            return hashlib.sha256(self.binary.read_bytes()).hexdigest()
+        except OSError as error:
+            problem = f"cannot be read: {error.strerror}"
+            raise SynthesizerError(f"the synthesizer {self.binary} {problem}") from error
+
     def _key(self, job: Job) -> str:
-        return key_of(job.text, self.binary.digest, job.options)
+        return key_of(job.text, self._digest, job.options)
 
 
 _RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", re.MULTILINE)
-_OUT_OF_MEMORY = re.compile(
-    rb"bad_alloc|out of memory|memory (limit|exhausted|allocation)|cannot allocate", re.IGNORECASE
-)
+_LIMITS = {b"time limit reached": Verdict.TIMEOUT, b"memory limit reached": Verdict.OUT_OF_MEMORY}
 _TOO_MANY_NODES = b"slugs: node limit reached"
-_TOO_LATE = b"time limit reached"
 
 
 class ExitStatus(IntEnum):
-    """Exit statuses of safenav's binary (``slugs --help``)."""
+    """Exit statuses of slugs (``slugs --help``)."""
 
     REALIZABLE = 0
     UNREALIZABLE = 10
@@ -354,20 +319,16 @@ class ExitStatus(IntEnum):
     RESOURCE_LIMIT = 3
 
 
-def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
-    """Return the verdict: the RESULT line on standard error, whatever the exit status (upstream's
-    binary exits with 0 on both verdicts, safenav's with 0 and 10). Raises SynthesizerError, with
-    the last messages, if there is none."""
+def verdict_of(finished: Finished, binary: Path, robot: str) -> Verdict:
+    """Return the verdict: the RESULT line on standard error, which the exit status confirms.
+    Raises SynthesizerError, with the last messages, if there is none."""
     if finished.timed_out:
         return Verdict.TIMEOUT
-    status, ours = finished.status, binary.native
-    printed = _RESULT.findall(finished.stderr)
-    limited = ours and status == ExitStatus.RESOURCE_LIMIT
-    # Foreign programs abort when memory is short.
-    if (limited or status < 0 or not printed) and _OUT_OF_MEMORY.search(finished.stderr):
-        return Verdict.OUT_OF_MEMORY
-    if limited and _TOO_LATE in finished.stderr:
-        return Verdict.TIMEOUT
+    status, printed = finished.status, _RESULT.findall(finished.stderr)
+    limited = status == ExitStatus.RESOURCE_LIMIT
+    for words, verdict in _LIMITS.items():
+        if limited and words in finished.stderr:
+            return verdict
     if status == -signal.SIGKILL:
         problem = "was killed from outside (SIGKILL: perhaps the machine ran out of memory)"
     elif status < 0:
@@ -375,27 +336,27 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
         problem = f"crashed ({next(names, f'signal {-status}')})"
     elif limited:
         problem = "was interrupted from outside"
-    elif ours and status == ExitStatus.BAD_INPUT:
+    elif status == ExitStatus.BAD_INPUT:
         problem = "rejects the specification"
     elif not printed:
         problem = f"printed no verdict (exit status {status})"
     else:
         verdict = Verdict(printed[-1].decode())
-        if not ours or status == ExitStatus[verdict.name]:
+        if status == ExitStatus[verdict.name]:
             return verdict
         problem = f"printed {verdict}, but ended with exit status {status}"
     raise failure(problem, finished, binary, robot)
 
 
-def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
+def failure(problem: str, finished: Finished, binary: Path, robot: str) -> SynthesizerError:
     """Return an error with the problem, the synthesizer's last messages, and advice."""
-    lines = [f"the synthesizer {binary.path} {problem} (robot '{robot}')"]
+    lines = [f"the synthesizer {binary} {problem} (robot '{robot}')"]
     words = finished.last_words.splitlines()
     lines.append("    its last output:" if words else "    it printed nothing")
     lines += [f"      {line}" for line in words]
-    advice = f"check the binary that {VARIABLE} names, or unset it to use safenav's own"
-    if binary.native:
-        advice = "`safenav synth -o DIR` writes the specification, to try and to report this"
+    advice = "`safenav synth -o DIR` writes the specification, to try and to report this"
+    if os.environ.get(VARIABLE):
+        advice = f"check the binary that {VARIABLE} names, or unset it to use safenav's own"
     return SynthesizerError("\n".join([*lines, f"    {advice}"]))
 
 

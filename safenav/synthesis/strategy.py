@@ -11,7 +11,7 @@ same strategy always gives the same bytes.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Annotated
@@ -72,8 +72,8 @@ class Field(Struct, frozen=True):
 
 class _Node(Struct):
     rank: Annotated[int, Meta(ge=0)]
-    state: list[int]
-    trans: list[int]
+    state: list[Annotated[int, Meta(ge=0, le=1)]]
+    trans: list[Annotated[int, Meta(ge=0)]]
 
 
 class _Document(Struct):
@@ -182,20 +182,15 @@ def _malformed(what: str) -> SynthesizerError:
 
 def locate(names: Sequence[str], specification: Specification) -> tuple[Field, ...]:
     """Find each variable's bits among the printed names."""
+    known = [*chain.from_iterable(map(bit_names, specification.variables))]
+    if sorted(names) != sorted(known):
+        wrong = ", ".join(sorted({*names} ^ {*known})) or "a duplicate"
+        raise _malformed(f"its variables are not those of the specification: {wrong}")
     column = {name: i for i, name in enumerate(names)}
-    fields = []
-    for variable in specification.variables:
-        bits = bit_names(variable)
-        missing = [bit for bit in bits if bit not in column]
-        if missing:
-            raise _malformed(f"it has no variable '{missing[0]}'")
-        fields.append(Field(variable, tuple(column[bit] for bit in bits)))
-    known = sum(len(field.columns) for field in fields)
-    if known != len(names):
-        expected = {bit for v in specification.variables for bit in bit_names(v)}
-        stray = [name for name in names if name not in expected]
-        raise _malformed(f"'{stray[0]}' is not a variable" if stray else "duplicate variable")
-    return tuple(fields)
+    return tuple(
+        Field(variable, tuple(column[bit] for bit in bit_names(variable)))
+        for variable in specification.variables
+    )
 
 
 def _in_order(nodes: Mapping[str, _Node]) -> list[_Node]:
@@ -206,17 +201,12 @@ def _in_order(nodes: Mapping[str, _Node]) -> list[_Node]:
 
 
 def _check_columns(states: list[list[int]], transitions: list[list[int]], bits: int) -> None:
-    """Check all ranges, a column at a time: there may be a million edges."""
+    """Check all lengths and targets, a column at a time: there may be a million edges."""
     for node, state in enumerate(states):
         if len(state) != bits:
             raise _malformed(f"node {node} has {len(state)} bits, there are {bits} variables")
-    if not set(chain.from_iterable(states)) <= {0, 1}:
-        raise _malformed("a 'state' has something other than bits 0 and 1")
-    targets = set(chain.from_iterable(transitions))
-    if targets and not (min(targets) >= 0 and max(targets) < len(states)):
-        node = next(
-            n for n, t in enumerate(transitions) if t and not 0 <= min(t) <= max(t) < len(states)
-        )
+    if max(chain.from_iterable(transitions), default=-1) >= len(states):
+        node = next(n for n, targets in enumerate(transitions) if max(targets) >= len(states))
         raise _malformed(f"node {node} leads to a node that does not exist")
 
 
@@ -229,8 +219,8 @@ def to_dot(strategy: Strategy) -> str:
     initial = frozenset(strategy.initial())
     lines = [f"digraph {_quoted(spec.robot)} {{", f"  label={_quoted(spec.title)};"]
     lines += ["  rankdir=LR;", "  node [shape=box, style=rounded];"]
-    for node, values in _decoded(strategy):
-        label = f"{node}: goal {strategy.ranks[node]}"
+    for node, rank in enumerate(strategy.ranks):
+        label, values = f"{node}: goal {rank}", strategy.values(node)
         for owner in (Owner.OUTPUT, Owner.INPUT):
             words = in_words(strategy, values, owner)
             label += f"\n{words}" if words else ""
@@ -260,12 +250,13 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
     graph.graph["robot"] = spec.robot
     graph.graph["title"] = re.sub(_NOT_XML, "?", spec.title)
     inputs = []
-    for node, values in _decoded(strategy):
+    for node, rank in enumerate(strategy.ranks):
+        values = strategy.values(node)
         inputs.append(in_words(strategy, values, Owner.INPUT))
         graph.add_node(
             node,
             label=in_words(strategy, values),
-            goal=strategy.ranks[node],
+            goal=rank,
             initial=node in initial,
             **{f"value_{name}": value for name, value in values.items()},
         )
@@ -288,10 +279,6 @@ def _value_in_words(variable: Variable, value: int) -> str:
     if variable.bounds == (0, len(Heading) - 1) and variable.name.endswith("heading"):
         return f"{variable.name}={Heading(value).label}"
     return f"{variable.name}={value}"
-
-
-def _decoded(strategy: Strategy) -> Iterator[tuple[int, dict[str, int]]]:
-    return ((node, strategy.values(node)) for node in range(len(strategy.states)))
 
 
 def _quoted(text: str) -> str:

@@ -40,10 +40,7 @@ def test_doctor_accepts_a_working_installation(safenav: Command, tmp_path: Path)
     assert list((tmp_path / "cache").iterdir()) == [], "the questions are not cached"
 
 
-LIAR = """\
-case "$*" in *version*) exit 1;; esac
-cat >/dev/null; echo "RESULT: Specification is unrealizable." >&2
-"""
+LIAR = 'cat >/dev/null; echo "RESULT: Specification is unrealizable." >&2; exit 10\n'
 
 
 @pytest.mark.parametrize(
@@ -60,7 +57,7 @@ cat >/dev/null; echo "RESULT: Specification is unrealizable." >&2
 def test_doctor_reports_what_does_not_work(
     variables: Any, code: int, subject: str, words: str, safenav: Command, tmp_path: Path
 ) -> None:
-    for name, body in (("refusing", "exit 3\n"), ("liar", LIAR)):
+    for name, body in (("refusing", "exit 5\n"), ("liar", LIAR)):
         (tmp_path / name).write_text(f"#!/bin/sh\n{body}", encoding="utf-8")
         (tmp_path / name).chmod(0o755)
     found, shown = safenav("doctor", "--json", **variables), safenav("doctor", **variables)

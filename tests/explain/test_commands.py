@@ -74,11 +74,11 @@ def test_without_time_only_proven_results_are_printed(monkeypatch: pytest.Monkey
 @pytest.fixture
 def wrapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     """Lets a script stand before the synthesizer, which is "$slugs" there."""
-    own = Synthesizer().binary.path
+    own = Synthesizer().binary
 
     def wrap(script: str) -> None:
         file = tmp_path / "wrapped"
-        file.write_text(f'#!/bin/sh\nslugs="{own}"\n{script}\n')
+        file.write_text(f'#!/bin/sh\nunset SLUGS_PARENT\nslugs="{own}"\n{script}\n')
         file.chmod(0o755)
         monkeypatch.setenv("SAFENAV_SLUGS", str(file))
 
@@ -92,9 +92,8 @@ def test_checks_without_a_verdict_are_reported(
     """A request without one of these lines reaches a limit."""
     there = " && ".join(f"""echo "$given" | grep -qx "{line}\"""" for line in lines)
     wrapped(
-        'given=$(cat)\nif [ "$1" != --version ]; then\n'
-        f"  {{ {there}; }} || {{ echo time limit reached >&2; exit 3; }}\n"
-        'fi\necho "$given" | "$slugs" "$@"'
+        f"given=$(cat)\n{there} || {{ echo time limit reached >&2; exit 3; }}\n"
+        'echo "$given" | "$slugs" "$@"'
     )
     (file := tmp_path / "s").write_text("[OUTPUT]\na\n[SYS_TRANS]\na'\n!a'\n")
     status, output, _ = invoke("explain", file)

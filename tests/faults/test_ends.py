@@ -24,6 +24,7 @@ import warm
 from children import gone, ran
 from once import SCENARIOS
 from safenav import Mission, Outcome, Synthesizer, check_trace, load_scenario
+from slugs.conftest import ENDLESS
 
 HELLO, WAREHOUSE = SCENARIOS / "hello.yaml", SCENARIOS / "warehouse.yaml"
 INTERRUPTED = 130
@@ -189,10 +190,8 @@ def test_the_checker_process_of_a_bundle_ends_with_its_parent(number: int, tmp_p
 
 def test_no_synthesizer_outlives_a_killed_run(tmp_path: Path) -> None:
     slugs, pids = tmp_path / "slugs", tmp_path / "pids"
-    slugs.write_text(
-        '#!/bin/sh\n[ "$1" = --version ] && { echo "slugs 9.9.9 (safenav)"; exit; }\n'
-        f'echo $$ >> "{pids}"; exec sleep 900\n'
-    )
+    (endless := tmp_path / "endless").write_text(ENDLESS)
+    slugs.write_text(f'#!/bin/sh\necho $$ >> "{pids}"\nexec "{Synthesizer().binary}" "{endless}"\n')
     slugs.chmod(0o755)
     words, killed = ("run", HELLO, "--no-map"), [signal.SIGKILL]
     ended(*words, ready=pids, signals=killed, SAFENAV_SLUGS=str(slugs))

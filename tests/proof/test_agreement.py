@@ -211,7 +211,7 @@ def disagreements(proved: Proved, cases: list[Case], folder: Path) -> list[tuple
 
 
 def test_random_games_are_judged_as_by_the_verifier(proved: Proved, tmp_path: Path) -> None:
-    duel = Duel(Synthesizer().binary.path, tmp_path)  # for counterstrategies
+    duel = Duel(Synthesizer().binary, tmp_path)  # for counterstrategies
     cases = [case for seed in range(COUNT) for case in random_cases(seed, duel)]
     assert disagreements(proved, cases, tmp_path) == []
     refused = [case for case in cases if case.checked]

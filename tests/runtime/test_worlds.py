@@ -366,7 +366,7 @@ def test_a_run_continues_although_an_obsolete_synthesis_never_ends(tmp_path: Pat
     """The synthesizer does not answer from when a robot has seen the door that a person opens."""
     flag, slow = tmp_path / "flag", tmp_path / "slugs"
     slow.write_text(
-        f'#!/bin/sh\n[ -e "{flag}" ] && exec sleep 1000\nexec "{Synthesizer().binary.path}" "$@"\n'
+        f'#!/bin/sh\n[ -e "{flag}" ] && exec sleep 1000\nexec "{Synthesizer().binary}" "$@"\n'
     )
     slow.chmod(0o755)
     scenario, run = loaded(case("outside/opened_during_the_action")), Run()

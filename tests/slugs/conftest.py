@@ -32,7 +32,7 @@ def binary_under_test() -> Path:
     """The binary that came with safenav, or that SAFENAV_SLUGS names. Without one the test is
     skipped, unless one was asked for."""
     try:
-        return Synthesizer().binary.path.resolve()
+        return Synthesizer().binary.resolve()
     except SynthesizerError as error:
         if "SAFENAV_SLUGS" in os.environ:
             pytest.fail(str(error))
@@ -55,15 +55,6 @@ def failure(file: Path, automaton: Path, *, counter: bool = False) -> str | None
 @pytest.fixture(scope="session")
 def slugs_binary() -> Path:
     return binary_under_test()
-
-
-@pytest.fixture(scope="session")
-def own_slugs(slugs_binary: Path) -> Path:
-    """The binary, for tests of what upstream's does not have."""
-    said = ran([slugs_binary, "--version"])
-    if said.returncode != 0 or not said.stdout.startswith("slugs "):
-        pytest.skip(f"{slugs_binary} is not the slugs of this repository")
-    return slugs_binary
 
 
 @pytest.fixture(scope="session")

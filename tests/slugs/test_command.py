@@ -21,22 +21,22 @@ FILE = "follow.structuredslugs"
 OUT = (*STRATEGY, FILE, "out.json")
 
 
-def test_strategy_goes_to_the_file_or_to_standard_output(own_slugs: Path, folder: Path) -> None:
+def test_strategy_goes_to_the_file_or_to_standard_output(slugs_binary: Path, folder: Path) -> None:
     """The same bytes either way, and whatever way the specification comes."""
-    whole = run(own_slugs, folder, *STRATEGY, FILE).stdout
+    whole = run(slugs_binary, folder, *STRATEGY, FILE).stdout
     assert json.loads(whole)["variables"] == ["light@0.0.2", "light@1", "at@0.0.2", "at@1"]
-    assert run(own_slugs, folder, *OUT).stdout == ""
+    assert run(slugs_binary, folder, *OUT).stdout == ""
     assert (folder / "out.json").read_text() == whole
     for words in ((*STRATEGY, "-"), ("-", "-", *STRATEGY)):
-        assert run(own_slugs, folder, *words, text=FOLLOW).stdout == whole
+        assert run(slugs_binary, folder, *words, text=FOLLOW).stdout == whole
 
 
 def test_with_both_options_there_is_a_certificate_for_either_verdict(
-    own_slugs: Path, folder: Path
+    slugs_binary: Path, folder: Path
 ) -> None:
     for name, status in (("follow", 0), ("stuck", 10)):
         file = f"{name}.structuredslugs"
-        done = run(own_slugs, folder, *STRATEGY, "--counterStrategy", file, "out.json")
+        done = run(slugs_binary, folder, *STRATEGY, "--counterStrategy", file, "out.json")
         assert done.returncode == status
         assert failure(folder / file, folder / "out.json", counter=status == 10) is None
 
@@ -52,11 +52,11 @@ def test_with_both_options_there_is_a_certificate_for_either_verdict(
     ],
 )
 def test_output_that_cannot_be_written_is_an_error(
-    own_slugs: Path, folder: Path, output: str, said: str
+    slugs_binary: Path, folder: Path, output: str, said: str
 ) -> None:
     """Exit status 4 and the reason; without a verdict no file gets a strategy."""
     command = f'"$0" {" ".join(STRATEGY)} {FILE} {output}'
-    done = ran(["/bin/sh", "-c", command, own_slugs], cwd=folder)
+    done = ran(["/bin/sh", "-c", command, slugs_binary], cwd=folder)
     assert done.returncode == 4
     assert said in done.stderr
     assert not (folder / "out.txt").exists()
@@ -70,28 +70,28 @@ def _limited(kind: int, size: int) -> Callable[[], None]:
     return limit
 
 
-def test_a_file_that_grows_too_large_leaves_nothing(own_slugs: Path, folder: Path) -> None:
+def test_a_file_that_grows_too_large_leaves_nothing(slugs_binary: Path, folder: Path) -> None:
     """The older strategy stays when the new one does not fit."""
     (folder / "out.json").write_text("older")
     before = sorted(folder.iterdir())
-    done = run(own_slugs, folder, *OUT, preexec_fn=_limited(resource.RLIMIT_FSIZE, 100))
+    done = run(slugs_binary, folder, *OUT, preexec_fn=_limited(resource.RLIMIT_FSIZE, 100))
     assert done.returncode == 4
     assert "cannot write 'out.json': File too large" in done.stderr
     assert sorted(folder.iterdir()) == before
     assert (folder / "out.json").read_text() == "older"
 
 
-def test_the_file_keeps_its_mode_and_links(own_slugs: Path, folder: Path) -> None:
+def test_the_file_keeps_its_mode_and_links(slugs_binary: Path, folder: Path) -> None:
     """Renaming over a link would cut it; a new file has the mode that the umask gives."""
     (folder / "real.json").write_text("older")
     (folder / "real.json").chmod(0o600)
     (folder / "link.json").symlink_to("real.json")
-    assert run(own_slugs, folder, *STRATEGY, FILE, "link.json").returncode == 0
+    assert run(slugs_binary, folder, *STRATEGY, FILE, "link.json").returncode == 0
     assert (folder / "link.json").is_symlink()
     assert (folder / "real.json").read_text().startswith("{")
     assert (folder / "real.json").stat().st_mode & 0o777 == 0o600
     (folder / "plain").touch()
-    run(own_slugs, folder, *OUT)
+    run(slugs_binary, folder, *OUT)
     assert (folder / "out.json").stat().st_mode == (folder / "plain").stat().st_mode
 
 
@@ -106,25 +106,25 @@ def test_the_file_keeps_its_mode_and_links(own_slugs: Path, folder: Path) -> Non
     ids=["solving", "building", "reading", "translating"],
 )
 def test_a_limit_ends_the_run_cleanly(
-    own_slugs: Path, folder: Path, limit: tuple[str, str], words: tuple[str, ...], message: str
+    slugs_binary: Path, folder: Path, limit: tuple[str, str], words: tuple[str, ...], message: str
 ) -> None:
     """Exit status 3, how far it got, and no strategy."""
     long = "[OUTPUT]\na\nb\n[SYS_TRANS]\n" + "| a & b " * 1_000_000 + "a\n"
     (folder / "long.slugsin").write_text(long)
     before = sorted(folder.iterdir())
-    done = run(own_slugs, folder, *limit, *words)
+    done = run(slugs_binary, folder, *limit, *words)
     assert (done.returncode, done.stdout) == (3, "")
     assert done.stderr.splitlines()[-1].startswith(f"slugs: {message} reached while ")
     assert sorted(folder.iterdir()) == before
 
 
-def test_a_strategy_with_too_many_nodes_is_given_up(own_slugs: Path, folder: Path) -> None:
+def test_a_strategy_with_too_many_nodes_is_given_up(slugs_binary: Path, folder: Path) -> None:
     """The verdict stands, and nothing is written; as many nodes as there are may be listed."""
-    whole = run(own_slugs, folder, *STRATEGY, FILE).stdout
+    whole = run(slugs_binary, folder, *STRATEGY, FILE).stdout
     count = len(json.loads(whole)["nodes"])
-    enough = run(own_slugs, folder, "--nodes", str(count), *STRATEGY, FILE)
+    enough = run(slugs_binary, folder, "--nodes", str(count), *STRATEGY, FILE)
     assert (enough.returncode, enough.stdout) == (0, whole)
-    done = run(own_slugs, folder, "--nodes", str(count - 1), *OUT)
+    done = run(slugs_binary, folder, "--nodes", str(count - 1), *OUT)
     assert done.returncode == 3
     verdict, limit = done.stderr.splitlines()[-2:]
     assert verdict.startswith("RESULT: Specification is realizable")
@@ -142,7 +142,7 @@ def test_a_strategy_with_too_many_nodes_is_given_up(own_slugs: Path, folder: Pat
     ],
 )
 def test_an_interrupt_ends_the_run_cleanly(
-    own_slugs: Path,
+    slugs_binary: Path,
     folder: Path,
     number: signal.Signals | None,
     words: tuple[str, ...],
@@ -154,7 +154,7 @@ def test_an_interrupt_ends_the_run_cleanly(
     before = sorted(folder.iterdir())
     pipe = subprocess.PIPE
     with subprocess.Popen(
-        [own_slugs, *words], cwd=folder, stdin=pipe, stderr=pipe, text=True
+        [slugs_binary, *words], cwd=folder, stdin=pipe, stderr=pipe, text=True
     ) as process:
         assert process.stderr is not None
         assert process.stderr.readline().startswith("slugs ")
@@ -168,29 +168,29 @@ def test_an_interrupt_ends_the_run_cleanly(
     assert (folder / "out.json").read_text() == "older"
 
 
-def test_a_sum_takes_only_the_bits_of_its_value(own_slugs: Path, folder: Path) -> None:
+def test_a_sum_takes_only_the_bits_of_its_value(slugs_binary: Path, folder: Path) -> None:
     """3,000 terms: the formulas of their sum stay in 40 MB, as diagrams and before."""
     total = " + ".join(["x"] * 3000)
     text = f"[OUTPUT]\nx: 0...7\n[SYS_INIT]\nx = 7\n[SYS_TRANS]\n{total} = 21000\nx' = x\n"
-    assert run(own_slugs, folder, "--memory", "40", "-", text=text).returncode == 0
+    assert run(slugs_binary, folder, "--memory", "40", "-", text=text).returncode == 0
 
 
 def test_the_default_memory_limit_is_half_of_the_memory_available(
-    own_slugs: Path, folder: Path
+    slugs_binary: Path, folder: Path
 ) -> None:
     """A text of 60 MB where a process may have 100 MB; `--memory` lifts the limit."""
     (folder / "large.slugsin").write_text("[OUTPUT]\na\n" + ("#" * 999 + "\n") * 60_000)
     allowed = {"preexec_fn": _limited(resource.RLIMIT_AS, 100 << 20)}
-    done = run(own_slugs, folder, "large.slugsin", **allowed)
+    done = run(slugs_binary, folder, "large.slugsin", **allowed)
     assert done.returncode == 3
     assert done.stderr.splitlines()[-1] == (
         "slugs: memory limit reached while reading the specification; the limit is half of what "
         "this machine allows, 50 MB: --memory MB sets another"
     )
-    assert run(own_slugs, folder, "--memory", "90", "large.slugsin", **allowed).returncode == 0
+    assert run(slugs_binary, folder, "--memory", "90", "large.slugsin", **allowed).returncode == 0
 
 
-def test_deep_diagrams_need_no_deep_stack(own_slugs: Path, folder: Path) -> None:
+def test_deep_diagrams_need_no_deep_stack(slugs_binary: Path, folder: Path) -> None:
     """Diagrams of 4,000 levels, and a strategy of 1,500 bits, on a stack of 128 KB."""
 
     def text(count: int, *, stays: bool) -> str:
@@ -201,9 +201,9 @@ def test_deep_diagrams_need_no_deep_stack(own_slugs: Path, folder: Path) -> None
         return "\n".join([*sections, "[SYS_LIVENESS]", product, ""])
 
     small = {"preexec_fn": _limited(resource.RLIMIT_STACK, 128 << 10)}
-    done = run(own_slugs, folder, "-", text=text(4_000, stays=False), **small)
+    done = run(slugs_binary, folder, "-", text=text(4_000, stays=False), **small)
     assert done.returncode == 0, done.stderr
-    done = run(own_slugs, folder, *STRATEGY, "-", text=text(1_500, stays=True), **small)
+    done = run(slugs_binary, folder, *STRATEGY, "-", text=text(1_500, stays=True), **small)
     assert done.returncode == 0, done.stderr
     assert [node["trans"] for node in json.loads(done.stdout)["nodes"].values()] == [[0]]
 
@@ -240,10 +240,10 @@ A = b"[OUTPUT]\na\n[SYS_TRANS]\n"
         pytest.param(b"[SYS_TRANS]\n" + b"nonsense\n" * 5000, 2, id="thousands of errors"),
     ],
 )
-def test_unusual_texts_are_read_or_refused(own_slugs: Path, text: bytes, status: int) -> None:
+def test_unusual_texts_are_read_or_refused(slugs_binary: Path, text: bytes, status: int) -> None:
     """Line ends, marks, depth and length that a person or a generator may produce; of a file that
     is not text an error, no crash, and nothing on the terminal that is not printable."""
-    done = subprocess.run([own_slugs, "--translate", "-"], input=text, capture_output=True)
+    done = subprocess.run([slugs_binary, "--translate", "-"], input=text, capture_output=True)
     said = done.stderr.decode()
     assert (done.returncode, "error" in said) == (status, status == 2), said
     assert status == 2 or not said
@@ -258,23 +258,25 @@ TRANSCRIPTS = Path(__file__).with_name("transcripts")
 
 
 @pytest.mark.parametrize("file", sorted(TRANSCRIPTS.glob("*.txt")), ids=lambda file: file.stem)
-def test_the_synthesizer_prints_its_transcript(own_slugs: Path, folder: Path, file: Path) -> None:
+def test_the_synthesizer_prints_its_transcript(
+    slugs_binary: Path, folder: Path, file: Path
+) -> None:
     def run(words: list[str], variables: Mapping[str, str]) -> tuple[int, str]:
         del variables
         before = sorted(folder.iterdir())
-        done = ran(["sh", "-c", '"$0" "$@" 2>&1', own_slugs, *words[1:]], cwd=folder)
+        done = ran(["sh", "-c", '"$0" "$@" 2>&1', slugs_binary, *words[1:]], cwd=folder)
         assert sorted(folder.iterdir()) == before, "a command without OUTFILE writes nothing"
         return done.returncode, done.stdout
 
     check(file, folder, run)
 
 
-def test_the_example_runs_as_shown(own_slugs: Path, tmp_path: Path) -> None:
+def test_the_example_runs_as_shown(slugs_binary: Path, tmp_path: Path) -> None:
     """The specification, the command, and all that it says."""
     pattern = r"```\n\$ cat (\S+)\n(.*?)\$ slugs (.*?)\n(.*?)```"
     example = re.search(pattern, (ROOT / "slugs" / "README.md").read_text(), re.DOTALL)
     assert example is not None
     name, text, words, expected = example.groups()
     (tmp_path / name).write_text(text)
-    done = ran(["sh", "-c", f'"$0" {words} 2>&1', own_slugs], cwd=tmp_path)
+    done = ran(["sh", "-c", f'"$0" {words} 2>&1', slugs_binary], cwd=tmp_path)
     assert (done.returncode, done.stdout) == (0, expected)

@@ -68,11 +68,11 @@ def batches() -> list[object]:
 
 @pytest.mark.parametrize(("kind", "seeds"), batches())
 def test_random_games_are_played_as_by_the_oracle(
-    kind: str, seeds: range, own_slugs: Path, tmp_path: Path, request: pytest.FixtureRequest
+    kind: str, seeds: range, slugs_binary: Path, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     """Both languages; both flags, alone and together; every counterstrategy checked."""
     other = request.getfixturevalue("sanitized") if kind in SLOW else None
-    duel = Duel(own_slugs, tmp_path, other, translations=1.0 if kind == "deep" else 0.3)
+    duel = Duel(slugs_binary, tmp_path, other, translations=1.0 if kind == "deep" else 0.3)
     for seed in (FIRST + each for each in seeds):
         difference = duel.disagreement(KINDS[kind][1](Random(seed), seed), seed)
         assert difference is None, f"seed {seed}: {difference}"

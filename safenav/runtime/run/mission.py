@@ -8,6 +8,7 @@ Nothing here depends on a simulation: an implementation of ``World`` can drive r
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
+from pathlib import Path
 from threading import get_ident
 from typing import Any, NoReturn
 
@@ -31,8 +32,6 @@ from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import unsafe_live, unsafe_lockstep
 from safenav.solve.reasons import Shortfall
-from safenav.synthesis.cache import Cache
-from safenav.synthesis.program import Binary
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.team.team import team_of
@@ -285,8 +284,7 @@ def first_results(
 def default_synthesizer(
     scenario: Scenario,
     *,
-    binary: Binary | None = None,
-    cache: Cache | None = None,
+    binary: Path | None = None,
     at_once: int | None = None,
 ) -> Synthesizer:
     """Return the synthesizer with the scenario's settings; it verifies every strategy."""
@@ -295,7 +293,6 @@ def default_synthesizer(
         binary,
         seconds=limits.synthesis_seconds,
         memory_mb=limits.synthesis_memory,
-        cache=cache,
         verifier=first_failure,
         at_once=at_once,
     )
