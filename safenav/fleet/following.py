@@ -187,8 +187,7 @@ class Following:
         """Continue the plan from the robot's position, if it deviates; return why that is
         impossible, else an empty text."""
         at = follower.place
-        if at is None:
-            return "no odometry"
+        assert at is not None
         off = _off(resting_place(follower.mover, self._places), at)
         if off <= follower.tolerance and not follower.gone:
             return ""
@@ -229,11 +228,12 @@ class Following:
             self._post(message)
             return
         with self._lock:
+            if isinstance(message, transport.Located):
+                follower.place = message
             self._post(message)
             if isinstance(message, transport.Performed) and message.number == follower.action:
                 follower.action = None
             if isinstance(message, transport.Located):
-                follower.place = message
                 self._judge(follower, message)
 
     def _judge(self, follower: Follower, at: transport.Located) -> None:

@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from safenav.fleet.following import Follower, Following
 
 
-SET_BACK = 0.5
-"""Seconds by which odometry must be older than the newest to show that the robot's clock was set;
-otherwise it is only late."""
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading taken after it."""
 LATE = 1.8
@@ -57,7 +54,13 @@ class Goals:
         self.scenario = scenario
         self.places = Places(scenario.map, frame_of(scenario))
         self.recording = recording
-        self.following = _following(scenario, self.places, stations, transport)
+        self.following: Following | None = None
+        if any(station.follow is not None for station in stations.values()):
+            try:
+                from safenav.fleet.following import Following
+            except ImportError as error:
+                raise missing_package("'follow' of a robot", "numpy", "motion") from error
+            self.following = Following(transport, scenario.robots, self.places, stations)
         self.transport = self.following or transport
         self.begun = transport.now()
         """Time of the clock at which this world's time is 0."""
@@ -281,20 +284,3 @@ class Goals:
             return None
         turns = body.robot.model.mobility is Mobility.HEADING
         return Pose(region, self.places.heading(at.yaw) if turns else None)
-
-
-def _following(
-    scenario: Scenario,
-    places: Places,
-    stations: Mapping[str, Station],
-    transport: Transport,
-) -> Following | None:
-    """Return the generator of references if a robot follows them; its libraries are loaded only
-    then."""
-    if all(station.follow is None for station in stations.values()):
-        return None
-    try:
-        from safenav.fleet.following import Following
-    except ImportError as error:
-        raise missing_package("'follow' of a robot", "numpy", "motion") from error
-    return Following(transport, scenario.robots, places, stations)

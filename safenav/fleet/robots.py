@@ -98,8 +98,7 @@ class DrivenRobot(Struct):
     newest arrival, since when it stands still; ``view``: its reading of the adjacent regions since
     then, received at ``viewed``; ``trail``: its last seconds, oldest first; ``unread``: scans newer
     than its odometry, each with the time of its receipt, ``newest`` the stamp of its newest scan;
-    until ``deaf`` its scans are ignored; ``lost``: the regions in one of which it is, until a
-    person places it."""
+    ``lost``: the regions in one of which it is, until a person places it."""
 
     robot: Robot
     station: Station
@@ -113,7 +112,6 @@ class DrivenRobot(Struct):
     trail: deque[TrailPoint] = field(default_factory=deque)
     unread: deque[tuple[float, Scanned]] = field(default_factory=lambda: deque(maxlen=UNREAD))
     newest: float = -inf
-    deaf: float = -inf
     lost: frozenset[Region] = frozenset()
     task: FleetTask | None = None
 
@@ -145,8 +143,6 @@ class DrivenRobot(Struct):
         newer: Located | None = None
         for point in reversed(self.trail):
             at = point.place
-            if newer is not None and at.stamp > newer.stamp:
-                return None  # its clock was set in between
             if at.stamp <= stamp:
                 after = newer or at
                 still = hypot(at.x - after.x, at.y - after.y) <= STILL
@@ -207,8 +203,6 @@ class FleetProgress:
         """Return the robots that fulfil the next need of an obstacle now, if this one is among
         them."""
         floor, stages = self._floor(obstacle)
-        if not floor.open(stages):
-            return ()
         need, members = floor.need(0, stages), self._team.members
         there = [
             members[i].name

@@ -67,11 +67,6 @@ class Sensing:
         self._resolved_at[region] = dict(stamps)
         self._resolved[region] = now
 
-    def clock_was_set(self, robot: str, stamp: float) -> None:
-        """Adapt to a robot's clock that was set back to ``stamp``."""
-        for stamps in self._resolved_at.values():
-            stamps[robot] = min(stamps.get(robot, -inf), stamp)
-
     def report(self, message: Reported, stamp: float, now: float) -> None:
         """Process a report, ``door@47`` or ``-door@47``; ignore any other text."""
         there = not message.text.startswith("-")
@@ -89,11 +84,9 @@ class Sensing:
             self._saw(message.robot, region, kind, stamp)
 
     def off(self, body: DrivenRobot) -> float:
-        """Return the metres by which a robot is outside the regions that it occupies; 0 without
-        odometry."""
+        """Return the metres by which a robot is outside the regions that it occupies."""
         at = body.place
-        if at is None:
-            return 0.0
+        assert at is not None
         return min(self._places.outside(region, at.x, at.y) for region in body.regions)
 
     def is_astray(self, body: DrivenRobot) -> bool:
@@ -134,8 +127,8 @@ class Sensing:
 
     def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
         """Keep a scan until odometry shows where it was taken: either may be late."""
-        if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
-            return  # this also drops scans of a clock that was set back, until odometry shows it
+        if body.station.scan is None or scan.stamp <= body.newest:
+            return
         body.newest = scan.stamp
         body.unread.append((heard, scan))
 

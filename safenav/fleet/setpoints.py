@@ -22,7 +22,7 @@ from safenav.world.map import Frame
 Array = NDArray[np.float64]
 TABLE = 0.01
 """Seconds between the samples of a whole reference, which is interpolated linearly."""
-VELOCITY, ACCELERATION, MOVING, YAW = slice(3, 6), slice(6, 9), slice(3, 9), 9
+ACCELERATION, MOVING, YAW = slice(6, 9), slice(3, 9), 9
 """Columns of a row: x, y, z, their velocities, their accelerations, the yaw."""
 
 

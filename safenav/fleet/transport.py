@@ -200,10 +200,6 @@ def result_of(success: bool, text: str) -> ActResult:
     return ActResult.DONE if success else ActResult.FAILED
 
 
-def ignore(message: Message) -> None:
-    """Drop a message: no receiver is connected before ``open`` or after ``close``."""
-
-
 class SentGoal(Struct):
     """A goal of a robot that navigates by itself; ``ended``: None while it is under way."""
 

@@ -15,7 +15,7 @@ from math import inf
 from safenav.errors import UsageError, missing_package
 from safenav.fleet import robots, transport
 from safenav.fleet.file import FleetFile, Station, TransportKind
-from safenav.fleet.goals import FRESH, LATE, SET_BACK, SETTLING, Goals, frame_of
+from safenav.fleet.goals import FRESH, LATE, SETTLING, Goals, frame_of
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
@@ -265,13 +265,8 @@ class FleetWorld:
                 self._performed(message)
 
     def _located(self, body: robots.DrivenRobot, place: transport.Located, heard: float) -> None:
-        newest = body.place
-        if newest is not None and place.stamp < newest.stamp:
-            if newest.stamp - place.stamp < SET_BACK:
-                return
-            body.looked, body.newest, body.arrived = -inf, -inf, place.stamp
-            body.deaf = heard + robots.STALE  # scans in transmission may have been taken before
-            self._sensing.clock_was_set(body.robot.name, place.stamp)
+        if body.place is not None and place.stamp < body.place.stamp:
+            return  # it is late
         body.place, body.heard = place, heard
         body.trail.append(robots.TrailPoint(heard, place, body.regions))
         while len(body.trail) > 2 and heard - body.trail[0].at > robots.PASSED + robots.STALE:

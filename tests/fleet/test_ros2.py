@@ -113,7 +113,7 @@ def test_fields_agree_with_the_definitions_of_another_library() -> None:
 def test_bytes_are_those_of_another_serializer(name: str, values: int = 200) -> None:
     """A request or reply begins with its header, after which CDR restarts its count by 8."""
     rng = random.Random(name)
-    kind = getattr(node, DEFINED["kinds"][name])
+    kind = node.message(DEFINED["kinds"][name])
     for _ in range(values):
         theirs = bytes(typestore().serialize_cdr(drawn(name, rng), name))
         client, number = rng.getrandbits(64), rng.getrandbits(62)
@@ -200,7 +200,7 @@ def test_a_server_of_other_middleware_gets_no_request(guid: str, other: str) -> 
         write=written.append,
     )
     peer: Any = Message(client=1, listen=lambda *_: None, writer=lambda *_: writer)
-    client = Client(peer, "/push", lambda **fields: fields, object)
+    client = Client(peer, "/push", "std_srvs/srv/Trigger")
     client.call(print)
     assert (client.foreign, client.connected, len(written)) == (other, not other, int(not other))
 
@@ -267,11 +267,11 @@ class Ideal(streams.Ros2Transport):
         super().open(posted)
         for name in self.places:
             take = partial(self.follow_to, name)
-            self._node.listen(f"rt/{name}/reference", node.Trajectory, take, node.RELIABLE)
+            self._node.listen(f"rt/{name}/reference", node.TRAJECTORY, take, node.RELIABLE)
         take = self.feet.append
-        self._node.listen("rt/digit/reference_steps", node.Trajectory, take, node.RELIABLE)
+        self._node.listen("rt/digit/reference_steps", node.TRAJECTORY, take, node.RELIABLE)
         self.odometry = {
-            name: self._node.writer(f"rt/{name}/odom", node.Odometry, node.RELIABLE)
+            name: self._node.writer(f"rt/{name}/odom", "nav_msgs/Odometry", node.RELIABLE)
             for name in self.places
         }
 
@@ -291,8 +291,9 @@ class Ideal(streams.Ros2Transport):
         for name, (x, y, yaw) in self.places.items():
             turn = node.Quaternion(0.0, 0.0, *streams.facing(yaw))
             pose = node.PlacedPose(node.Point(x, y, 0.0), turn)
-            body = node.PoseWithCovariance(pose)
-            self.odometry[name].write(node.Odometry(header, "base_link", body))
+            body = node.message("geometry_msgs/PoseWithCovariance")(pose)
+            odometry = node.message("nav_msgs/Odometry")(header, "base_link", body)
+            self.odometry[name].write(odometry)
         self.waits(self.located, self.places)
         self.time += PERIOD
         self.waits(self.streamed, self._streams._references)
@@ -368,22 +369,23 @@ def test_goals_and_actions_without_a_server_fail_and_a_goal_is_cancelled_once_ac
     assert ros.missing() == [action]
     asked, served = SimpleQueue[Any](), f"{action}/_action"
     for service, kind in (
-        ("send_goal", "Navigate"),
-        ("get_result", "Result"),
-        ("cancel_goal", "Cancel"),
+        ("send_goal", sends := f"{streams.NAVIGATE}_SendGoal"),
+        ("get_result", asks := f"{streams.NAVIGATE}_GetResult"),
+        ("cancel_goal", cancels := "action_msgs/srv/CancelGoal"),
     ):
-        request = getattr(node, f"{kind}Request")
+        request = f"{kind}_Request"
         ros._node.listen(f"rq{served}/{service}Request", request, asked.put, node.SERVICE)
-    accept = ros._node.writer(f"rr{served}/send_goalReply", node.NavigateReply, node.SERVICE)
+    accept = ros._node.writer(f"rr{served}/send_goalReply", f"{sends}_Response", node.SERVICE)
     while ros.missing():
         time.sleep(0.01)
     ros.navigate("digit", goal)
     sent = asked.get(timeout=300)
     ros.cancel("digit")
     assert asked.get(timeout=300).goal_info.goal_id == sent.goal_id
-    accept.write(node.NavigateReply(sent.client, sent.number, True, node.Time()))
+    accepted = node.message(f"{sends}_Response")
+    accept.write(accepted(sent.client, sent.number, True, node.Time()))
     kinds = {type(asked.get(timeout=300)) for _ in range(2)}
-    assert kinds == {node.ResultRequest, node.CancelRequest}
+    assert kinds == {node.message(f"{kind}_Request") for kind in (asks, cancels)}
     ros._robots["digit"].cancel = cancel = Mock()  # type: ignore[method-assign]
     ros.close()
     cancel.assert_called_once_with()

@@ -145,7 +145,7 @@ def shown(event: protocol.WorldEvent | None) -> str:
 
 
 def placed(pose: Pose) -> str:
-    return f"{pose.region}{pose.heading.label[0].upper() if pose.heading else ''}"
+    return f"{pose.region}{'' if pose.heading is None else pose.heading.label[0].upper()}"
 
 
 class Case:
@@ -160,7 +160,7 @@ class Case:
         station = Station(
             "",
             speed=10.0,
-            act={"push": "push", "lift": "grip", "unlock": "key"},
+            act={} if "bare" in first else {"push": "push", "lift": "grip", "unlock": "key"},
             scan=ScanUse("door") if "scan" in first else None,
             report="obstacles" if "report" in first else None,
         )
@@ -205,10 +205,10 @@ class Case:
             at = next((float(word) for word in rest if word[0] != "x"), None)
             self.robots.script += [(None if end == "silent" else end, at)] * times
 
-    def at(self, name: str, x: str, y: str = "") -> None:
+    def at(self, name: str, x: str, y: str = "", yaw: str = "0") -> None:
         self.robots.x[name] = float(x)
         self.robots.y[name] = float(y) if y else self.robots.y[name]
-        self.robots.locate(name)
+        self.robots.locate(name, float(yaw))
 
     def locate(self, name: str, *words: str) -> list[str]:
         """Send odometry: once, with a yaw, or until an event comes."""

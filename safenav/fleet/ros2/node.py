@@ -15,12 +15,12 @@ from html import escape
 from itertools import count
 from pathlib import Path
 from threading import Lock
-from typing import Any, TypeVar
+from typing import Any
 from uuid import uuid4
 
 from cyclonedds.core import DDSException, Listener, Policy, Qos
 from cyclonedds.domain import Domain, DomainParticipant
-from cyclonedds.idl import IdlStruct, make_idl_struct, types
+from cyclonedds.idl import make_idl_struct, types
 from cyclonedds.idl.annotations import final
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -34,8 +34,9 @@ idl: Any = types
 
 
 @cache
-def _message(kind: str) -> Any:
-    """Return the class of a message. Fields default to zero, empty, or a new message."""
+def message(kind: str) -> Any:
+    """Return the class of a message by its name in ``INTERFACES``. Fields default to zero, empty,
+    or a new message."""
     package, *folder, name = kind.split("/")
     fields: dict[str, Any] = {}
     if name.endswith(("_Request", "_Response")):
@@ -52,7 +53,7 @@ def _type(of: str) -> Any:
     """Return the type of a field: ``float64``, ``float64[36]``, ``geometry_msgs/Pose[]``."""
     base, bracket, count = of.removesuffix("]").partition("[")
     plain = {"string": str, "bool": bool}
-    inner = _message(base) if "/" in base else plain.get(base) or getattr(idl, base)
+    inner = message(base) if "/" in base else plain.get(base) or getattr(idl, base)
     if not bracket:
         return inner
     return idl.array[inner, int(count)] if count else idl.sequence[inner]
@@ -68,46 +69,24 @@ def _default(of: Any) -> Any:
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """Final states of a goal (action_msgs/msg/GoalStatus)."""
 
-Time = _message("builtin_interfaces/Time")
-Duration = _message("builtin_interfaces/Duration")
-MessageHeader = _message("std_msgs/Header")
-String = _message("std_msgs/String")
-Bool = _message("std_msgs/Bool")
-UUID = _message("unique_identifier_msgs/UUID")
+Time = message("builtin_interfaces/Time")
+Duration = message("builtin_interfaces/Duration")
+MessageHeader = message("std_msgs/Header")
+UUID = message("unique_identifier_msgs/UUID")
+Point = message("geometry_msgs/Point")
+Quaternion = message("geometry_msgs/Quaternion")
+PlacedPose = message("geometry_msgs/Pose")
+PoseStamped = message("geometry_msgs/PoseStamped")
+Vector3 = message("geometry_msgs/Vector3")
+Twist = message("geometry_msgs/Twist")
+Transform = message("geometry_msgs/Transform")
+MultiDOFJointTrajectoryPoint = message("trajectory_msgs/MultiDOFJointTrajectoryPoint")
+TRAJECTORY = "trajectory_msgs/MultiDOFJointTrajectory"
+Trajectory = message(TRAJECTORY)
+GoalInfo = message("action_msgs/GoalInfo")
+"""With an empty id and stamp, a cancellation ends every goal of the server."""
+NavigateGoal = message("nav2_msgs/action/NavigateToPose_Goal")
 
-Point = _message("geometry_msgs/Point")
-Quaternion = _message("geometry_msgs/Quaternion")
-PlacedPose = _message("geometry_msgs/Pose")
-PoseStamped = _message("geometry_msgs/PoseStamped")
-Vector3 = _message("geometry_msgs/Vector3")
-Twist = _message("geometry_msgs/Twist")
-Transform = _message("geometry_msgs/Transform")
-PoseWithCovariance = _message("geometry_msgs/PoseWithCovariance")
-TwistWithCovariance = _message("geometry_msgs/TwistWithCovariance")
-TransformStamped = _message("geometry_msgs/TransformStamped")
-TFMessage = _message("tf2_msgs/TFMessage")
-Odometry = _message("nav_msgs/Odometry")
-LaserScan = _message("sensor_msgs/LaserScan")
-MultiDOFJointTrajectoryPoint = _message("trajectory_msgs/MultiDOFJointTrajectoryPoint")
-Trajectory = _message("trajectory_msgs/MultiDOFJointTrajectory")
-
-GoalInfo = _message("action_msgs/GoalInfo")
-CancelRequest = _message("action_msgs/srv/CancelGoal_Request")
-"""An empty id and stamp cancel every goal of the server."""
-CancelReply = _message("action_msgs/srv/CancelGoal_Response")
-
-NAVIGATE = "nav2_msgs/action/NavigateToPose_"
-NavigateGoal = _message(NAVIGATE + "Goal")
-NavigateResult = _message(NAVIGATE + "Result")
-NavigateRequest = _message(NAVIGATE + "SendGoal_Request")
-NavigateReply = _message(NAVIGATE + "SendGoal_Response")
-ResultRequest = _message(NAVIGATE + "GetResult_Request")
-ResultReply = _message(NAVIGATE + "GetResult_Response")
-
-TriggerRequest = _message("std_srvs/srv/Trigger_Request")
-TriggerReply = _message("std_srvs/srv/Trigger_Response")
-
-M = TypeVar("M", bound=IdlStruct)
 _RELIABLY = Policy.Reliability.Reliable(duration(seconds=1))
 _NEW, _LAST = Policy.Durability.Volatile, Policy.History.KeepLast(10)
 _CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
@@ -208,18 +187,18 @@ class Participant:
         self._readers: list[Any] = []
         self.client = uuid4().int & (2**63 - 1)
 
-    def _topic(self, name: str, kind: type[M], qos: Qos) -> Any:
+    def _topic(self, name: str, kind: str, qos: Qos) -> Any:
         if name not in self._topics:
-            self._topics[name] = Topic(self._participant, name, kind, qos=qos)
+            self._topics[name] = Topic(self._participant, name, message(kind), qos=qos)
         return self._topics[name]
 
-    def listen(self, name: str, kind: type[M], take: Callable[[M], None], qos: Qos) -> None:
+    def listen(self, name: str, kind: str, take: Callable[[Any], None], qos: Qos) -> None:
         """Call ``take`` for every message of a topic (by its name on the wire), in another
         thread."""
         topic = self._topic(name, kind, qos)
         self._readers.append(DataReader(self._participant, topic, qos=qos, listener=Taking(take)))
 
-    def writer(self, name: str, kind: type[M], qos: Qos) -> Any:
+    def writer(self, name: str, kind: str, qos: Qos) -> Any:
         """Return a writer for a topic (by its name on the wire)."""
         return DataWriter(self._participant, self._topic(name, kind, qos), qos=qos)
 
@@ -233,17 +212,15 @@ class Participant:
 
 
 class Client:
-    """A client of one service. Replies for other clients are not passed on."""
+    """A client of one service of a kind. Replies for other clients are not passed on."""
 
-    def __init__(
-        self, node: Participant, service: str, request: type[IdlStruct], reply: type[IdlStruct]
-    ) -> None:
+    def __init__(self, node: Participant, service: str, kind: str) -> None:
         self._node = node
-        self._request = request
+        self._request = message(f"{kind}_Request")
         self._numbers = count(1)
         self._calls: dict[int, Callable[[Any], None]] = {}
-        node.listen(f"rr{service}Reply", reply, self._answered, SERVICE)
-        self._writer = node.writer(f"rq{service}Request", request, SERVICE)
+        node.listen(f"rr{service}Reply", f"{kind}_Response", self._answered, SERVICE)
+        self._writer = node.writer(f"rq{service}Request", f"{kind}_Request", SERVICE)
 
     def call(self, take: Callable[[Any], None], **fields: Any) -> None:
         """Send a request, unless a server of other middleware would receive it; ``take`` is called
@@ -251,8 +228,7 @@ class Client:
         number = next(self._numbers)
         if not self.foreign:
             self._calls[number] = take
-            make: Any = self._request
-            self._writer.write(make(client=self._node.client, number=number, **fields))
+            self._writer.write(self._request(client=self._node.client, number=number, **fields))
 
     @property
     def foreign(self) -> str:

@@ -29,7 +29,6 @@ from safenav.fleet.transport import (
     Performed,
     Reported,
     Scanned,
-    ignore,
     result_of,
 )
 from safenav.trace.vocabulary import ActResult
@@ -189,7 +188,7 @@ def facing(yaw: float | None) -> tuple[float, float]:
     return sin(half), cos(half)
 
 
-ACTION = "navigate_to_pose"
+ACTION, NAVIGATE = "navigate_to_pose", "nav2_msgs/action/NavigateToPose"
 
 _ENDS = {
     ros.SUCCEEDED: GoalEnd.SUCCEEDED,
@@ -217,11 +216,11 @@ class _Robot:
         self._lock = Lock()
         self._current: _Sent | None = None
         action = station.path(f"{ACTION}/_action")
-        self._send = Client(node, f"{action}/send_goal", ros.NavigateRequest, ros.NavigateReply)
-        self._result = Client(node, f"{action}/get_result", ros.ResultRequest, ros.ResultReply)
-        self._cancel = Client(node, f"{action}/cancel_goal", ros.CancelRequest, ros.CancelReply)
+        self._send = Client(node, f"{action}/send_goal", f"{NAVIGATE}_SendGoal")
+        self._result = Client(node, f"{action}/get_result", f"{NAVIGATE}_GetResult")
+        self._cancel = Client(node, f"{action}/cancel_goal", "action_msgs/srv/CancelGoal")
         self._acts = {
-            service: Client(node, station.path(service), ros.TriggerRequest, ros.TriggerReply)
+            service: Client(node, station.path(service), "std_srvs/srv/Trigger")
             for service in dict.fromkeys(station.act.values())
         }
 
@@ -299,7 +298,7 @@ class Ros2Transport:
         self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
     ) -> None:
         self._network, self._stations, self._inputs = network, stations, inputs
-        self._post: Callable[[Message], None] = ignore
+        self._post: Callable[[Message], None] = print  # until ``open``
         self._streams = Streams(self._send)
         self._lock = Lock()
         self._robots: dict[str, _Robot] = {}
@@ -314,7 +313,7 @@ class Ros2Transport:
             if station.follow is not None:
                 for joints, ending in TOPICS.items():
                     topic = _topic(station.path(station.follow.topic) + ending)
-                    self._references[name, joints] = node.writer(topic, ros.Trajectory, RELIABLE)
+                    self._references[name, joints] = node.writer(topic, ros.TRAJECTORY, RELIABLE)
         for topic, kind, quality, take in self._topics():
             node.listen(_topic(topic), kind, take, quality)
 
@@ -353,25 +352,25 @@ class Ros2Transport:
             self._node.close()
         self._robots, self._references, self._node = {}, {}, None
 
-    def _topics(self) -> Iterator[tuple[str, Any, Any, Callable[[Any], None]]]:
+    def _topics(self) -> Iterator[tuple[str, str, Any, Callable[[Any], None]]]:
         """Yield the topics to subscribe to: name, type, quality of service and message handler."""
         for name, topic in self._inputs.items():
-            yield topic, ros.Bool, RELIABLE, partial(self._heard, InputHeard, name)
+            yield topic, "std_msgs/Bool", RELIABLE, partial(self._heard, InputHeard, name)
         for name, station in self._stations.items():
             if station.tf is None:
                 odometry = partial(self._stamped, located, name)
-                yield station.pose_topic, ros.Odometry, SENSOR, odometry
+                yield station.pose_topic, "nav_msgs/Odometry", SENSOR, odometry
             else:
                 frames = Transforms(name, station.tf.frame.strip("/"))
                 for ending, quality in (("", RELIABLE), ("_static", LATCHED)):
                     take = partial(self._transformed, frames, static=bool(ending))
-                    yield station.pose_topic + ending, ros.TFMessage, quality, take
+                    yield station.pose_topic + ending, "tf2_msgs/TFMessage", quality, take
             if station.scan is not None:
                 scan = partial(self._stamped, scanned, name)
-                yield station.path(station.scan.topic), ros.LaserScan, SENSOR, scan
+                yield station.path(station.scan.topic), "sensor_msgs/LaserScan", SENSOR, scan
             if station.report is not None:
                 report = partial(self._heard, Reported, name)
-                yield station.path(station.report), ros.String, RELIABLE, report
+                yield station.path(station.report), "std_msgs/String", RELIABLE, report
 
     def _heard(self, meaning: Callable[[str, Any], Message], name: str, message: Any) -> None:
         """Pass on a text of a robot, or the value of an input."""
