@@ -181,9 +181,15 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
 
 
 def mission(bound: Bound, tick: int) -> int:
-    """Return a tick before which the mission cannot be completed."""
+    """Return a tick before which the mission cannot be completed: the present one if the scenario
+    still gives a robot another objective."""
     s, ends = bound.s, [tick]
-    wanted = s.scenario.until.rounds
+    wanted, inputs = s.scenario.until.rounds, s.scenario.inputs
+    changes = [one.at for one in s.scenario.changes if one.objective is not None]
+    if any(robot.data.when for robot in s.robots.values()):
+        changes += [at for each in inputs for first, last in each.spans for at in (first, last + 1)]
+    if any(at > tick for at in changes):
+        return tick
     for name, robot in s.robots.items():
         own, start = robot.own, robot.pose[0]
         if not own.ordered:
