@@ -377,7 +377,6 @@ def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
     # Imported here: it loads the modules of all archives, which takes 2 ms.
     from tempfile import TemporaryDirectory
 
-    missing = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=folder, prefix=".") as scratch:
@@ -387,7 +386,4 @@ def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
                 for part in Path(scratch).iterdir():
                     part.replace(folder / part.name)
     except OSError as error:
-        for each in missing:
-            with contextlib.suppress(OSError):
-                each.rmdir()
         raise _failure(folder, error) from error

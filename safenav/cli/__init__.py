@@ -135,11 +135,9 @@ def main() -> None:
             if signal.getsignal(number) is signal.SIG_DFL:
                 signal.signal(number, signal.default_int_handler)
         warnings.showwarning = lambda message, *_, **__: warn(message)
-        status = group.main(prog_name="safenav", standalone_mode=False, color=_coloured())
+        words = sys.argv[1:] or ["--help"]
+        status = group.main(words, "safenav", standalone_mode=False, color=_coloured())
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
-    except click.exceptions.NoArgsIsHelpError as error:
-        error.show()
-        sys.exit(error.exit_code)
     except SystemExit:
         raise
     except BaseException as error:

@@ -26,19 +26,16 @@ def attended(wanted: bool, plan: Scenario, as_json: bool) -> bool:
 
 
 def run_with_operator(mission: Mission) -> None:
-    """Run a mission; when it waits, prompt for interventions. Ctrl-C ends the mission."""
+    """Run a mission; when it waits, prompt for interventions."""
     terminal, passes = _Terminal(mission), 0
     mission.start()
-    try:
-        while mission.result is None:
-            passes = passes + 1 if mission.waiting is not None else 0
-            if mission.waiting is not None and (mission.still or passes > PASSES):
-                passes = 0
-                _ask(mission, terminal)
-            if mission.result is None:
-                mission.step()
-    except KeyboardInterrupt:
-        mission.give_up()
+    while mission.result is None:
+        passes = passes + 1 if mission.waiting is not None else 0
+        if mission.waiting is not None and (mission.still or passes > PASSES):
+            passes = 0
+            _ask(mission, terminal)
+        if mission.result is None:
+            mission.step()
 
 
 class _Terminal:

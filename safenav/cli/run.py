@@ -214,9 +214,9 @@ def drive(
     first = None
     if begun is not None:
         before = read_trace(begun)
-        first = _continued(before, plan)
         if not rehearse and before.header.world == "simulated":
             raise UsageError(f"{begun}: no real robot has run it; add --rehearse")
+        first = _continued(before, plan)
     if motion is not None and rehearse:
         hint = "use safenav export TRACE --motion FILE"
         raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")
