@@ -174,7 +174,7 @@ def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterat
     from the end of a row to the beginning of the next one."""
     item = f"{task.item}.mobility"
     open_map = replace(world, walls=frozenset())
-    rules = list(stepping("region", Section.SYS_TRANS, open_map, item))
+    rules = list(stepping(open_map, item))
     for constraint in spec.constraints:
         if constraint == rules[0]:
             yield from (replace(rule, origin=constraint.origin) for rule in rules)

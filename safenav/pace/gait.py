@@ -39,15 +39,14 @@ SETTLE_SECONDS = 0.6
 class Walker(Struct, frozen=True):
     """The parameters of a walker, in metres, seconds and metres per second.
 
-    ``foot``: how far each foot is from the centre line; ``speed``: at apex; ``clearance``: of
-    the swing foot; ``size``: diameter of the circle that its body fits in, seen from above.
+    ``foot``: how far each foot is from the centre line; ``speed``: at apex; ``size``: diameter of
+    the circle that its body fits in, seen from above.
     """
 
     size: float = 0.6
     speed: float = 0.45
     height: float = 0.8
     foot: float = 0.18
-    clearance: float = 0.12
 
 
 class Gait(Struct, frozen=True):

@@ -104,7 +104,7 @@ RESERVE = 0.5
 AT_ONCE = 1e-9
 """Delays in seconds below this are rounding: sums of the same durations in another order."""
 
-WALKER = ("size", "speed", "height", "foot", "clearance")
+WALKER = ("size", "speed", "height", "foot")
 """The parameters of a walker that its gait depends on."""
 
 YAW: Mapping[str, float] = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}

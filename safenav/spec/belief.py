@@ -21,7 +21,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -40,9 +39,6 @@ from safenav.spec.specification import (
 from safenav.spec.task import Observed, Task
 from safenav.world.map import Heading, Partition, Region, RegionMap, rooms
 from safenav.world.poses import Mask, Mobility, bits, plain_graph, region_mask
-
-if TYPE_CHECKING:
-    from safenav.world.sight import Visibility
 
 Belief = frozenset[int]
 """The cells that may hold a robot that is out of sight; never empty."""
@@ -68,15 +64,23 @@ class Outlook(Struct, frozen=True):
 
 
 class Tracker:
-    """Tracking of other robots on a map, by the cells of a partition, with the robot's visibility.
-    ``live``: they make any number of steps between two observations, else at most one."""
+    """Tracking of other robots on a map, by the cells of a partition, with the robot's visibility
+    (``radius`` and ``closed`` as there). ``live``: they make any number of steps between two
+    observations, else at most one."""
 
     def __init__(
-        self, world: RegionMap, partition: Partition, visibility: Visibility, live: bool = False
+        self,
+        world: RegionMap,
+        partition: Partition,
+        radius: float | None,
+        closed: frozenset[Region] = frozenset(),
+        live: bool = False,
     ) -> None:
+        from safenav.world.sight import visible_from  # few robots have beliefs
+
         self.world = world
         self.partition = partition
-        self.visibility = visibility
+        self.visibility = visible_from(world, radius, closed)
         self.live = live
         self._graph = plain_graph(world, Mobility.FREE)
         self._free = self._graph.free_regions
@@ -132,18 +136,8 @@ class Tracker:
         return Outlook(reach, tuple((belief or None, owns) for belief, owns in groups))
 
 
-@lru_cache(maxsize=64)
-def watch(
-    world: RegionMap,
-    partition: Partition,
-    radius: float | None,
-    closed: frozenset[Region] = frozenset(),
-    live: bool = False,
-) -> Tracker:
-    """Return the tracker, made once; ``radius`` and ``closed`` as in ``visible_from``."""
-    from safenav.world.sight import visible_from  # few robots have beliefs
-
-    return Tracker(world, partition, visible_from(world, radius, closed), live)
+watch = lru_cache(maxsize=64)(Tracker)
+"""The tracker, made once."""
 
 
 class TooManyBeliefsError(ValueError):

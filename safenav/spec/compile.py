@@ -17,13 +17,11 @@ game stays small: it does not grow with the team, and with the map only as the r
 does. It has no foresight: the robot cannot plan around future positions of others.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import combinations
 
-from msgspec import Struct
-
 from safenav.formula.syntax import one_of
-from safenav.scenario.objective import Ltl, Objective, Patrol, describe, on_steps
+from safenav.scenario.objective import Ltl, Patrol, describe, on_steps
 from safenav.spec import assignable, belief
 from safenav.spec.specification import (
     Constraint,
@@ -39,7 +37,7 @@ from safenav.spec.specification import (
     walls,
 )
 from safenav.spec.task import Memory, Task
-from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.map import Heading, RegionMap
 from safenav.world.poses import Mobility
 
 
@@ -50,9 +48,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     """
     robot = task.robot
     avoiding = bool(task.avoids)
-    objective = encode(
-        task.objective, f"{task.item}.objective", task.pose.region, task.memory, task.assignable
-    )
+    own, goals = encode(task)
     steered = task.assignable
     variables = [
         *(assignable.inputs(world) if steered else ()),
@@ -65,14 +61,14 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     if robot.model.mobility is Mobility.HEADING:
         note = f"which way {robot.name} faces: 0 north, 1 east, 2 south, 3 west"
         variables.append(Variable("heading", Owner.OUTPUT, (0, 3), note))
-    variables += objective.variables
+    variables += own
     constraints = [
         *(assignable.assumptions(task, world) if steered else ()),
         *_assumptions(task, world),
         *_beginning(task),
         *_motion(task, world),
         *(assignable.guarantees(task, world) if steered else ()),
-        *objective.constraints,
+        *goals,
     ]
     title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
     return Specification(robot.name, title, tuple(variables), tuple(constraints))
@@ -117,10 +113,10 @@ def _beginning(task: Task) -> Iterator[Constraint]:
 
 def _motion(task: Task, world: RegionMap) -> Iterator[Constraint]:
     mobility = task.robot.model.mobility
-    yield from stepping("region", Section.SYS_TRANS, world, f"{task.item}.mobility")
+    yield from stepping(world, f"{task.item}.mobility")
     if mobility is Mobility.HEADING:
         yield from heading_rules(world, f"{task.item}.mobility")
-    yield from walls("region", Section.SYS_TRANS, world, "map")
+    yield from walls(world)
     for known in task.blocked:
         origin = Origin(known.item, known.reason, "paper, eq. (3)")
         formula = f"region' != {known.region}"
@@ -142,67 +138,41 @@ SOURCE_HOLD = "paper, Section VI, Patrol(s, s)"
 SOURCE_OBJECTIVE = "design, objectives"
 
 
-class ObjectiveEncoding(Struct, frozen=True):
-    """An objective's share of a specification."""
-
-    variables: tuple[Variable, ...]
-    constraints: tuple[Constraint, ...]
-
-
-def encode(
-    objective: Objective, item: str, region: Region, memory: Memory, assigned: bool = False
-) -> ObjectiveEncoding:
-    """Encode an objective for a robot that stands in ``region`` and remembers ``memory``.
-
-    ``item`` is the scenario item that the constraints' origins name; ``assigned``: goals can be
-    assigned to the robot at runtime; while one is, its own goals are excused.
-    """
+def encode(task: Task) -> tuple[list[Variable], list[Constraint]]:
+    """Return the variables and constraints of a task's objective. While a goal is assigned to the
+    robot at runtime, its own goals are excused."""
+    objective, item = task.objective, f"{task.item}.objective"
     if isinstance(objective, Ltl):
-        variables = tuple(
+        variables = [
             Variable(name, Owner.OUTPUT, bounds, "memory of the objective")
             for name, bounds in objective.memory.items()
-        )
-        return ObjectiveEncoding(variables, _excused(_ltl(objective, item, memory), assigned))
-    goal = objective.turn if objective.remembers(assigned) else ""
-    variables, constraints = _about_targets(objective, item, region, memory, goal, assigned)
+        ]
+        found = _ltl(objective, item, task.memory)
+    elif isinstance(objective, Patrol) and len(objective.targets) == 2:  # the paper's formula
+        variables = [Variable("scout", Owner.OUTPUT, None, "true: the second target is next")]
+        found = _patrol(task, item)
+    else:
+        goal = objective.turn if objective.remembers(task.assignable) else ""
+        bounds = (0, len(objective.targets) - 1)
+        following = Variable(goal, Owner.OUTPUT, bounds, "the target whose turn it is")
+        variables, found = [following] if goal else [], _pursuit(task, item, goal)
+    constraints = [
+        assignable.excused(each)
+        if task.assignable and each.section is Section.SYS_LIVENESS
+        else each
+        for each in found
+    ]
     rule = Origin(f"{item}.always", "on each step that it takes", SOURCE_OBJECTIVE)
-    steps = (Constraint(Section.SYS_TRANS, on_steps(text), rule) for text in objective.always)
-    return ObjectiveEncoding(variables, (*_excused(constraints, assigned), *steps))
+    for text in objective.always:
+        constraints.append(Constraint(Section.SYS_TRANS, on_steps(text), rule))
+    return variables, constraints
 
 
-def _excused(constraints: Iterable[Constraint], assigned: bool) -> tuple[Constraint, ...]:
-    """Return the constraints of an objective; its goals are excused if ``assigned``."""
-    goal = Section.SYS_LIVENESS
-    return tuple(
-        assignable.excused(each) if assigned and each.section is goal else each
-        for each in constraints
-    )
-
-
-def _about_targets(
-    objective: Objective,
-    item: str,
-    region: Region,
-    memory: Memory,
-    goal: str,
-    assigned: bool,
-) -> tuple[tuple[Variable, ...], Iterator[Constraint]]:
-    if _is_the_papers(objective):
-        scout = Variable("scout", Owner.OUTPUT, None, "true: the second target is next")
-        return (scout,), _patrol(objective, item, region, memory)
-    bounds = (0, len(objective.targets) - 1)
-    next_ = Variable(goal, Owner.OUTPUT, bounds, "the target whose turn it is")
-    return (next_,) if goal else (), _pursuit(objective, item, region, memory, goal, assigned)
-
-
-def _is_the_papers(objective: Objective) -> bool:
-    """Return whether it is a patrol between two targets, the paper's formula."""
-    return isinstance(objective, Patrol) and len(objective.targets) == 2
-
-
-def _patrol(patrol: Objective, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
+def _patrol(task: Task, item: str) -> Iterator[Constraint]:
+    patrol = task.objective
     what, places = describe(patrol), [one_of("region", target) for target in patrol.targets]
-    scout = "scout" if patrol.begin(region, memory.index) == 1 else "!scout"
+    first = patrol.begin(task.pose.region, task.memory.index)
+    scout = "scout" if first == 1 else "!scout"
 
     def origin(rule: str) -> Origin:
         return Origin(item, f"{what}: {rule}", SOURCE_PATROL)
@@ -225,27 +195,20 @@ def _patrol(patrol: Objective, item: str, region: Region, memory: Memory) -> Ite
     yield from (*away, *goals)
 
 
-def _pursuit(
-    objective: Objective,
-    item: str,
-    region: Region,
-    memory: Memory,
-    goal: str,
-    assigned: bool,
-) -> Iterator[Constraint]:
+def _pursuit(task: Task, item: str, goal: str) -> Iterator[Constraint]:
     """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
     infinitely often. Without it the next one is the first: a strategy takes its goals in their
     order, and infinitely often at each is infinitely often at each in turn."""
+    objective, region = task.objective, task.pose.region
     targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
-    settles = objective.settles
+    settles, first = objective.settles, objective.begin(region, task.memory.index)
     source = SOURCE_HOLD if settles and not goal else SOURCE_OBJECTIVE
 
     def origin(rule: str) -> Origin:
         return Origin(item, f"{what}: {rule}", source)
 
     if goal:
-        begin = f"{goal} = {objective.begin(region, memory.index)}"
-        yield Constraint(Section.SYS_INIT, begin, origin("which target comes first"))
+        yield Constraint(Section.SYS_INIT, f"{goal} = {first}", origin("which target comes first"))
         turn = origin("at the target whose turn it is, on to the next")
         for index, target in enumerate(targets):
             there, about = one_of("region", target), tuple(sorted(target))
@@ -262,13 +225,13 @@ def _pursuit(
         now = f"{goal} = {last} & region = {place}" if goal else f"region = {place}"
         rule = origin("at the last one, stay" if goal else "once there, stay")
         rest = Constraint(Section.SYS_TRANS, f"{now} -> region' = {place}", rule, (place,))
-        yield assignable.excused(rest) if assigned else rest
+        yield assignable.excused(rest) if task.assignable else rest
     ordered = objective.in_turn and not goal
     recur = "at each target in turn" if goal else "at each target"
     recur += ", beginning with the next" if ordered and last else ""
     if settles:
         recur = "at the last one" if goal else "there"
-    first = objective.turned(objective.begin(region, memory.index), region) if ordered else 0
+    first = objective.turned(first, region) if ordered else 0
     for index in (*range(first, len(targets)), *range(first)):
         target = targets[index]
         if index == last or not settles:

@@ -245,19 +245,19 @@ def headings(world: RegionMap) -> tuple[Heading, ...]:
     return tuple(h for h in Heading if h in vertical or h in sideways)
 
 
-def stepping(variable: str, section: Section, world: RegionMap, item: str) -> Iterator[Constraint]:
+def stepping(world: RegionMap, item: str) -> Iterator[Constraint]:
     """Stay or step to a 4-neighbour on the map; never around the map's edge."""
+    section = Section.SYS_TRANS
     origin = Origin(item, "stay, or step to a neighbouring region", SOURCE_MOBILITY)
-    atoms = [f"{variable}' = {variable}"]
-    atoms += [step_formula(variable, heading, world) for heading in headings(world)]
-    yield Constraint(section, " | ".join(atoms), origin)
+    steps = (step_formula("region", heading, world) for heading in headings(world))
+    yield Constraint(section, " | ".join(["region' = region", *steps]), origin)
     if world.cols == 1:
         return
     for heading in (Heading.EAST, Heading.WEST):
         if open_edge := wrapping(heading, world):
             origin = Origin(item, f"no step {heading.label} from the map's edge", SOURCE_MOBILITY)
-            step = step_formula(variable, heading, world)
-            yield Constraint(section, f"{one_of(variable, open_edge)} -> !({step})", origin)
+            step = step_formula("region", heading, world)
+            yield Constraint(section, f"{one_of('region', open_edge)} -> !({step})", origin)
 
 
 def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
@@ -268,19 +268,19 @@ def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
     return [region for region in edge if world.is_free(region) and world.is_free(region + on)]
 
 
-def walls(variable: str, section: Section, world: RegionMap, item: str) -> Iterator[Constraint]:
+def walls(world: RegionMap) -> Iterator[Constraint]:
     """Yield the constraints that forbid walls: one for each run of walls within a row."""
-    origin = Origin(item, "walls are never entered", SOURCE_MAP)
+    origin = Origin("map", "walls are never entered", SOURCE_MAP)
     for first, last in _runs(world):
         if first == last:
-            formula = f"{variable}' != {first}"
+            formula = f"region' != {first}"
         elif first == 0:
-            formula = f"{variable}' > {last}"
+            formula = f"region' > {last}"
         elif last == world.size - 1:
-            formula = f"{variable}' < {first}"
+            formula = f"region' < {first}"
         else:
-            formula = f"{variable}' < {first} | {variable}' > {last}"
-        yield Constraint(section, formula, origin, tuple(range(first, last + 1)))
+            formula = f"region' < {first} | region' > {last}"
+        yield Constraint(Section.SYS_TRANS, formula, origin, tuple(range(first, last + 1)))
 
 
 def _runs(world: RegionMap) -> Iterator[tuple[Region, Region]]:

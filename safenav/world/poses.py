@@ -393,7 +393,5 @@ class PoseGraph:
         return (regions & ~self._west) >> 1
 
 
-@lru_cache(maxsize=64)
-def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
-    """Return the poses of a mobility on a map and its steps, made once."""
-    return PoseGraph(world, mobility)
+plain_graph = lru_cache(maxsize=64)(PoseGraph)
+"""The poses of a mobility on a map and its steps, made once."""

@@ -43,7 +43,7 @@ def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionM
     except InputError as error:
         findings.include(error, path, node)
         return None
-    if misread(item):
+    if item.flawed:
         return None
     blocked = np.array(rows, dtype=np.bool_)
     layout = Layout.of_count(blocked, *(count_of(item) or blocked.shape))
@@ -53,7 +53,7 @@ def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionM
 def read_image_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map of an image with ``rows`` and ``cols``; None after an error was reported."""
     image = read_pixels(node, findings)
-    if image is None or misread(item):
+    if image is None or item.flawed:
         return None
     walls = dark(image)
     if (count := count_of(item)) is None:
@@ -81,13 +81,6 @@ def read_pixels(node: Scalar, findings: Reading) -> Image | None:
 def count_of(item: MapKeys) -> tuple[int, int] | None:
     """Return ``rows`` and ``cols``; None unless both are given."""
     return None if item.rows is None or item.cols is None else (item.rows, item.cols)
-
-
-def misread(item: MapKeys) -> bool:
-    """Return whether a number of the map was reported, or the lack of one."""
-    numbers = ("rows", "cols", "share", "resolution")
-    wrong = any(item.at(key) is not None and getattr(item, key) is None for key in numbers)
-    return wrong or (item.rows is None) != (item.cols is None)
 
 
 def with_walls(
@@ -219,7 +212,7 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
         )
         findings.add(node, NO_SIZE, hint)
     side = item.resolution
-    if len(findings) > before or misread(item) or (side and item.rows):
+    if len(findings) > before or item.flawed:
         return None
     if side is not None:
         rows, cols = ceil(height / side), ceil(width / side)

@@ -317,14 +317,12 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
 
 
 def flow(data: object) -> str:
-    """Return mappings, lists, numbers and truth values as YAML; texts must be YAML already. A key
-    whose value is None is left out."""
+    """Return mappings, lists, whole numbers and truth values as YAML; texts must be YAML already. A
+    key whose value is None is left out."""
     match data:
         case bool():
             return "true" if data else "false"
-        case float():
-            return f"{data:g}"
-        case list() | tuple():
+        case list():
             return f"[{', '.join(map(flow, data))}]"
         case dict():
             entries = (f"{key}: {flow(value)}" for key, value in data.items() if value is not None)
