@@ -360,8 +360,6 @@ def _crossing(task: Task, world: RegionMap) -> Target | None:
     blocked = {known.region for known in task.blocked}
     targets = task.objective.targets
     for target in targets:
-        if task.pose.region in target:
-            continue
         reach = Reachability(task.robot.model.mobility, task.pose, world, blocked | target)
         if not all(reach.reaches(other) for other in targets if other != target):
             return target

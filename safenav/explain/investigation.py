@@ -259,9 +259,6 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
     part = with_guarantees(spec, core.constraints)
     play = confinement(found, core, task) or play_out(spec, part, task, world, ask)
     cause = found.cause or _cause(core, task)
-    closed = {member.origin.item for member in core.members}
-    if cause is not found.cause and cause is _C.OBSTACLE:
-        found = replace(found, culprits=tuple(k for k in task.blocked if k.item in closed))
     deadline = time.monotonic() + REPAIR_SECONDS
     problem = RepairProblem(scenario, task, cause, found, deadline)
     repairs = find_repairs(problem, judge)
@@ -278,14 +275,9 @@ def _cause(core: Core, task: Task) -> NoStrategyCause:
         return _C.CONFLICT
     if core.together:
         return _C.KEPT_AWAY if Section.SYS_LIVENESS in sections else _C.CORNERED
-    known = {k.item for k in task.blocked}
-    items = [member.origin.item for member in core.members]
-    if any(item in known for item in items):
-        return _C.OBSTACLE
     own = (f"{task.item}.objective", f"{task.item}.start")
-    if isinstance(task.objective, Ltl) and all(item in own for item in items):
-        return _C.CONTRADICTION
-    return _C.FORBIDDEN_WAY
+    itself = all(member.origin.item in own for member in core.members)
+    return _C.CONTRADICTION if isinstance(task.objective, Ltl) and itself else _C.FORBIDDEN_WAY
 
 
 def confinement(found: Diagnosis, core: Core, task: Task) -> LosingPlay | None:

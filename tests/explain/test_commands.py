@@ -66,9 +66,11 @@ def test_a_shipped_scenario_is_explained_and_repaired(file: Path) -> None:
 
 def test_without_time_only_proven_results_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("safenav.explain.play.BUDGET_SECONDS", 0.0)
+    monkeypatch.setattr("safenav.explain.investigation.REPAIR_SECONDS", 0.0)
     status, output, _ = invoke("explain", FOLDER / "forbidden_way.yaml")
     assert status == 1 and "because its guarantees conflict\n" in output
     assert "What happens" not in output and "cooperated" not in output
+    assert output.endswith("\nNo repair was found among the simple ones.\n")
 
 
 @pytest.fixture

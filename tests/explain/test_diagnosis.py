@@ -1,5 +1,5 @@
-"""Graph search against the synthesizer, which must agree on what a robot alone can do; and causes
-that only arise within a run."""
+"""Graph search against the synthesizer, which must agree on what a robot alone can do; starts
+that are proposed."""
 
 import re
 from random import Random
@@ -11,15 +11,12 @@ from once import SCENARIOS
 from safenav import RegionMap, Synthesizer, Task, Verdict, compile_task, load_scenario_text
 from safenav.explain.explanation import (
     NoStrategyCause,
-    PlayEnd,
     RepairProblem,
     diagnose,
     explain_unrealizable,
     play,
 )
-from safenav.explain.investigation import explain
 from safenav.explain.repair import find_repairs
-from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.objective import Ltl, describe
 from safenav.spec.task import NO_MEMORY, Known
 
@@ -50,30 +47,6 @@ def test_the_diagnosis_of_a_lone_robot_agrees_with_the_synthesizer() -> None:
         assert (diagnose(task, world).cause is None) == solo.winnable, said
         assert describe(task.objective) in explain_unrealizable(task.robot, task, world)
     assert {result.verdict for result in verdicts} == {Verdict.REALIZABLE, Verdict.UNREALIZABLE}
-
-
-def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
-    scenario = load_scenario_text("""
-safenav: 1
-map: {grid: ["#########", "#.......#", "#########"]}
-robots:
-  rover:
-    model: r
-    start: 10
-    objective:
-      ltl:
-        safety: ["region = 10 -> region' != 10", "region = 11 -> region' != 11"]
-        liveness: [region = 16]
-  blocker: {model: r, start: 14, objective: {visit: [14, 15]}}
-catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
-""")
-    rover = scenario.robots[0]
-    task = Task(rover, rover.start, rover.objective, avoids=("blocker",))
-    found = explain(scenario, task, Synthesizer(), lambda _: False)
-    assert found.cause is NoStrategyCause.CORNERED
-    assert found.play is not None and found.play.ending is PlayEnd.STUCK
-    said = cause_words(found, scenario.map)
-    assert said == "blocker can force it into a state where every move breaks a guarantee"
 
 
 def test_no_start_is_proposed_that_the_loader_refuses() -> None:

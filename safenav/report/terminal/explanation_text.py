@@ -91,8 +91,7 @@ def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> st
     if member.origin.item == "map" and member.regions:
         verb = "is a wall" if len(member.regions) == 1 else "are walls"
         return f"{_regions(member.regions, world)} {verb}"
-    one_goal = len(member.constraints) == 1 and member.regions
-    about = f" [{_regions(member.regions, world)}]" if one_goal else ""
+    about = _about(member.regions, world) if len(member.constraints) == 1 else ""
     return _constraint_words(member.constraints[0], found, world, about)
 
 
@@ -149,10 +148,7 @@ def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterat
     yield from moments
     if play.ending is PlayEnd.STUCK:
         happens = _inputs_words(play.pressure, world)
-        if happens:
-            yield f"Then {happens}, and no move is left:"
-        else:
-            yield "Then no move is left:"
+        yield f"Then {happens}, and no move is left:" if happens else "Then no move is left:"
         for dilemma in play.dilemmas:
             stays = dilemma.region == play.walk[-1]["region"]
             move = "staying" if stays else f"going to {world.label(dilemma.region)}"
@@ -175,7 +171,7 @@ def _rule(rule: str, found: Explanation, world: RegionMap) -> str:
 def _goal_words(goal: Constraint, found: Explanation, world: RegionMap) -> str:
     if goal.origin.rule.startswith("ltl"):
         return f"{goal.origin.rule} ({_named(goal.formula, world)})"
-    return f"{_rule(goal.origin.rule, found, world)} [{_regions(goal.regions, world)}]"
+    return _rule(goal.origin.rule, found, world) + _about(goal.regions, world)
 
 
 def _named(formula: str, world: RegionMap) -> str:
@@ -184,12 +180,10 @@ def _named(formula: str, world: RegionMap) -> str:
 
 
 def _others(found: Explanation) -> str:
-    """Return the environment of the robot: the other robots that it may encounter, and inputs."""
-    names = [*found.task.avoids]
+    """Return the environment of the robot: the inputs of its objective, or else other robots."""
     inputs = [each.name for each, _ in found.task.inputs]
-    if inputs:
-        names.append(f"the input{'s' if len(inputs) > 1 else ''} {listed(inputs)}")
-    return " or ".join(names) or "other robots"
+    some = f"the input{'s' if len(inputs) > 1 else ''} {listed(inputs)}"
+    return some if inputs else "other robots"
 
 
 def _in_order(core: Core) -> list[CoreMember]:
@@ -203,11 +197,13 @@ def _in_order(core: Core) -> list[CoreMember]:
 
 
 def _regions(regions: Sequence[Region], world: RegionMap) -> str:
-    if not regions:
-        return "no region"
     if len(regions) == 1:
         return f"region {world.label(regions[0])}"
     return f"regions {regions_words(regions)}"
+
+
+def _about(regions: Sequence[Region], world: RegionMap) -> str:
+    return f" [{_regions(regions, world)}]" if regions else ""
 
 
 def _moment_words(values: Values, play: LosingPlay, found: Explanation, world: RegionMap) -> str:
