@@ -73,6 +73,22 @@ def test_without_time_only_proven_results_are_printed(monkeypatch: pytest.Monkey
     assert output.endswith("\nNo repair was found among the simple ones.\n")
 
 
+def test_a_repair_whose_run_takes_too_long_is_not_offered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "door.yaml").write_text("""
+safenav: 1
+map: {grid: ["..."]}
+robots: {quad: {model: quadcopter, start: 0, objective: {patrol: [0, 2]}}}
+obstacles: [{type: door, region: 1}]
+until: {rounds: 1}
+""")
+    for seconds, ending in ((5.0, "ticks)\n"), (-1.0, "completes a run (4 runs).\n")):
+        monkeypatch.setattr("safenav.review.postmortem.RUN_SECONDS", seconds)
+        status, output, _ = invoke("explain", tmp_path / "door.yaml")
+        assert (status, output.endswith(ending)) == (1, True), output
+
+
 @pytest.fixture
 def wrapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     """Lets a script stand before the synthesizer, which is "$slugs" there."""
