@@ -62,6 +62,7 @@ def run_of(trace: Trace) -> Run:
         for record in trace.records:
             line = record.line
             reader.append(record)
+        _refuse_gaps(reader.run)
     except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
     run, last = reader.run, reader.run.last
@@ -70,6 +71,14 @@ def run_of(trace: Trace) -> Run:
     for track in run.robots:
         del track.regions[last + 1 :], track.headings[last + 1 :]
     return run
+
+
+def _refuse_gaps(run: Run) -> None:
+    """Raise ContradictionError if the moves of a robot are missing."""
+    longest = max((len(track.regions) for track in run.robots), default=0)
+    for track in run.robots:
+        if len(track.regions) < longest - 1:
+            raise ContradictionError(f"{track.name} has no move in tick {len(track.regions)}")
 
 
 class RunReader:
@@ -99,12 +108,10 @@ class RunReader:
             exclusions=scenario.never_together,
             interrupts=None if scenario.flat is None else scenario.flat.name,
         )
-        for each in scenario.obstacles:
+        # Several can appear in a region one after the other, in any order.
+        for each in sorted(scenario.obstacles, key=lambda each: each.appears is not None):
             if each.name not in self.run.hidden:
                 self._add(each)
-            elif each.appears is None:  # one of several that appear in a region one after the other
-                first = values.ObstacleStatus.HIDDEN
-                self.run.hidden[each.name].status = values.Changes.of(first)
 
     def _add(self, each: Obstacle) -> None:
         actions = [need.action for need in each.needs]
@@ -232,9 +239,6 @@ class RunReader:
         if line.tick != due:
             expected = f"the next move of {line.robot} is that of tick {due}"
             raise ContradictionError(f"{expected}, not of tick {line.tick}")
-        for other in self.run.robots:
-            if len(other.regions) < due:
-                raise ContradictionError(f"{other.name} has no move in tick {due - 1}")
         track.move(to, line.heading, None if line.toward is None else self._on_map(line.toward))
 
     def _end(self, line: records.End) -> None:

@@ -65,8 +65,7 @@ class Charge(Struct):
 
     def put(self, region: Region, now: float) -> None:
         """Move it to the region into which an operator has put it."""
-        if self.since is not None:
-            self.level, self.charging, self.since = self.at(now), region in self.chargers, now
+        self.level, self.charging, self.since = self.at(now), region in self.chargers, now
 
     def replace(self, now: float) -> None:
         """Give it a full battery."""

@@ -34,8 +34,8 @@ def lonely(objective: str, more: str = "until: {rounds: 2}") -> str:
     return LONELY.replace("OBJECTIVE", objective).replace("MORE", more)
 
 
-TWICE = "obstacles: [{type: door, region: 22, %s until: 5}, {type: door, region: 22, from: 8, \
-until: 10}]\nuntil: {rounds: 4}"
+TWICE = "obstacles: [{type: door, region: 22, from: 8, until: 10}, {type: door, region: 22, %s \
+until: 5}]\nuntil: {rounds: 4}"
 ALARM = "inputs: {alarm: {at: [3-8]}}\nuntil: {rounds: 3}"
 TIMED = "until: {rounds: 2, by: 60}\nlate: go_on"
 
@@ -48,6 +48,7 @@ TOLD: dict[str, Callable[[], str]] = {
     "detour": lambda: own("scouting"),
     "meeting": lambda: own("meeting"),
     "slow": lambda: own("slow"),
+    "live": lambda: own("live"),
     "charges": lambda: own("cart"),
     "battery": lambda: shipped("battery_delivery"),
     "two_needs": lambda: own("two_needs"),

@@ -52,12 +52,20 @@ def test_a_cut_off_trace_ends_with_its_last_complete_tick(tmp_path: Path) -> Non
         assert all(event.tick <= run.last for event in run.events)
 
 
+STEP = {"robot": "quad", "command": 1, "tick": 1}
+DEPARTED = STEP | {"type": "depart", "from": 14, "to": 15, "heading": None, "by": "plan"}
+
+
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
         ({"line": ["move"], "fields": {"to": 91}}, "91 is not a region of the map"),
         ({"line": ["move"], "fields": {"robot": "nobody"}}, "no robot nobody"),
+        ({"line": ["request"], "fields": {"requester": "nobody"}}, "no robot nobody"),
         ({"line": ["move"]}, "the next move of quad is that of tick 1, not of tick 2"),
+        ({"line": ["move", {"robot": "digit"}], "every": True}, "digit has no move in tick 1"),
+        ({"line": ["move"], "insert": DEPARTED}, "a run without a clock has no steps in seconds"),
+        ({"line": 1, "fields": {"scenario.robots.quad.model.vision": 0.5}}, "the next region"),
         ({"line": ["violation"], "fields": {"obstacle": "door@48"}}, "no obstacle door@48"),
         ({"line": ["move"], "fields": {"tick": "soon"}}, "`tick`"),
         ({"line": 1}, "header"),
@@ -75,10 +83,14 @@ def test_broken_traces_are_refused_with_file_and_line(
     assert first.file == str(path) and first.line >= 1
 
 
+BATTERY = {"capacity": 100, "start": 90, "move": 1, "stay": 1, "charge": 5}
+
+
 def events(folder: Path, *lines: damage.Line, clock: str = "lockstep") -> list[str]:
     """What a run in a room with a door says of these lines."""
     whole = damage.read(trace_of("room"))
-    whole[0]["scenario"]["clock"] = clock
+    whole[0]["scenario"] |= {"clock": clock, "chargers": [10]}
+    whole[0]["scenario"]["robots"][0]["model"]["battery"] = BATTERY
     last = whole[-1] | {"tick": lines[-1]["tick"], "ticks": lines[-1]["tick"]}
     (trace := folder / "told.jsonl").write_text("\n".join(damage.text([whole[0], *lines, last])))
     return [event.text for event in read_run(trace).events[:-1]]
@@ -88,10 +100,18 @@ PUT_BACK = {"type": "operator", "tick": 1, "intervention": "put_back", "robot": 
 
 
 def test_a_robot_that_an_operator_puts_back_is_there(tmp_path: Path) -> None:
-    """Pages drew it where it was lost until its next step."""
-    said = events(tmp_path, PUT_BACK | {"region": 10}, clock="live")
-    assert said == ["an operator intervenes: put back quad at 10"]
-    assert read_run(tmp_path / "told.jsonl").track("quad").regions[:2] == [7, 10]
+    """Pages drew it where it was lost until its next step. It charges from then on."""
+    back = {"robot": "quad", "active": True, "cause": "world"}
+    later = back | {"type": "service", "tick": 2, "t": 4.0}
+    said = events(tmp_path, PUT_BACK | {"region": 10}, later, clock="live")
+    assert said[0] == "an operator intervenes: put back quad at 10"
+    quad = read_run(tmp_path / "told.jsonl").track("quad")
+    assert (quad.regions[:2], quad.charge) == ([7, 10], [(-1, 90), (1, 88), (2, 98)])
+
+
+def test_a_step_ends_only_after_it_has_begun(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="quad arrives without a departure"):
+        events(tmp_path, CAME, clock="live")
 
 
 def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) -> None:
@@ -120,6 +140,10 @@ def ended(reason: str) -> list[damage.Line]:
     return [{"type": "acted", "tick": 4} | done]
 
 
+LEFT = DEPARTED | {"t": 1.0, "from": 7, "to": 8, "seconds": 1.0}
+CAME = STEP | {"type": "arrive", "tick": 2, "t": 2.0, "at": 8, "heading": None, "result": "arrived"}
+
+
 def lost(earliest: int | None) -> list[damage.Line]:
     due = {"of": "door@9", "due": 15, "verdict": "lost", "earliest": earliest}
     return [{"type": "deadline", "tick": 4} | due]
@@ -138,13 +162,15 @@ def lost(earliest: int | None) -> list[damage.Line]:
         (ended("it jams"), "the action of quad ends (door@gate: failed, it jams)"),
         (lost(16), "door@gate cannot be resolved before tick 16, and is due at tick 15"),
         (lost(None), "door@gate can never be resolved, and is due at tick 15"),
+        ([LEFT, CAME | {"reason": "slips"}], "quad is at 8, after another attempt (slips)"),
     ],
 )
 def test_failures_name_their_reason_once(
     lines: list[damage.Line], said: str, tmp_path: Path
 ) -> None:
     """And no lacking capability."""
-    assert events(tmp_path, *lines) == [said]
+    clock = "live" if "t" in lines[0] else "lockstep"
+    assert events(tmp_path, *lines, clock=clock) == [said]
 
 
 def test_names_are_marked_in_a_terminal(tmp_path: Path) -> None:
