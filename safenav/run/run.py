@@ -227,15 +227,12 @@ class Run(Struct):
         return row + (to_row - row) * part, col + (to_col - col) * part, degrees
 
     def doing(self, track: RobotTrack, objective: Objective | None) -> str:
-        """Return an objective of a robot in words; also whether it only charges its battery, or is
-        moved by a joint plan while it waits."""
-        place = None if objective is None else station(objective)
-        words = "no objective" if objective is None else describe(objective, self.map.word)
-        if place is None:
-            return words
-        if track.charge is not None and place <= {*self.chargers}:
-            return f"{words}, to charge"
-        waits = track.driven and objective in track.waits
+        """Return an objective of a robot in words; also whether a joint plan moves it while it
+        waits."""
+        if objective is None:
+            return "no objective"
+        words = describe(objective, self.map.word)
+        waits = track.driven and station(objective) is not None and objective in track.waits
         return f"{words}, unless its joint plan moves it" if waits else words
 
 

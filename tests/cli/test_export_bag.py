@@ -131,6 +131,10 @@ def test_foxglove_gets_bodies_names_and_the_plan(
     assert plans
     assert {marker.text for marker in shown[0] if marker.ns == "targets"} == frames
     assert shown[0][0].action == 3, "each message replaces the plan before"
+    drawn = [*robots.markers, *places.markers, *(one for each in shown.values() for one in each)]
+    kinds = {m.ns: m.type for m in drawn if m.action == 0}  # of visualization_msgs/Marker
+    shapes = {"bodies": 3, "headings": 0, "names": 9, "places": 9, "targets": 6, "ways": 4}
+    assert kinds == shapes
 
 
 def test_robots_are_at_the_positions_of_the_motion(

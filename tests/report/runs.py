@@ -49,6 +49,7 @@ TOLD: dict[str, Callable[[], str]] = {
     "meeting": lambda: own("meeting"),
     "slow": lambda: own("slow"),
     "live": lambda: own("live"),
+    "itself": lambda: own("itself"),
     "charges": lambda: own("cart"),
     "battery": lambda: shipped("battery_delivery"),
     "two_needs": lambda: own("two_needs"),

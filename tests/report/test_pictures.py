@@ -98,6 +98,21 @@ def test_figures_can_be_read(name: str, tmp_path: Path) -> None:
     assert min(map(float, re.findall('font-size="([0-9.]+)"', svg))) >= 8
 
 
+LARGE = f"""\
+safenav: 1
+map: {{grid: ["{"." * 100}"], names: {{dock: 7}}}}
+robots: {{{"rover_" * 12}: {{model: husky, start: 2, objective: {{hold: dock}}}}}}
+obstacles: [{{type: door, region: 5}}]
+"""
+
+
+def test_small_regions_have_no_words_and_long_words_are_broken(tmp_path: Path) -> None:
+    _, svg = drawn(LARGE, tmp_path)
+    assert [text for text, _ in _texts(svg, f"{SVG}svg/")] == ["R"] and "scale(5)" in svg
+    assert "".join(text for text, _ in _texts(svg) if "rover_" in text) == "rover_" * 12
+    assert max(right - left for text, (left, _, right, _) in _texts(svg) if "rover_" in text) < 240
+
+
 def _rgb(colour: str) -> tuple[int, ...]:
     return tuple(int(colour[i : i + 2], 16) for i in (1, 3, 5))
 

@@ -8,6 +8,7 @@ import pytest
 
 from report.runs import picture_of, run_of
 from safenav import UsageError
+from safenav.report.bag import write_mcap
 from safenav.report.picture.film import Film
 from safenav.report.picture.svg import png_of
 
@@ -41,11 +42,22 @@ def test_white_stays_white_in_a_large_film(tmp_path: Path, monkeypatch: pytest.M
         assert gif.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
 
 
+def test_what_is_too_large_is_refused(tmp_path: Path) -> None:
+    svg, slow = picture_of("door", tmp_path).read_text(), Film(run_of("door"), range(46), 0.1)
+    with pytest.raises(UsageError, match="more than 48,000,000 pixels; use at most --width"):
+        png_of(svg, 8000)
+    with pytest.raises(UsageError, match="a GIF of 4504 frames is too large: at most 2000"):
+        slow.write_gif(tmp_path / "x.gif")
+
+
 def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     svg = picture_of("door", tmp_path).read_text()
     monkeypatch.setitem(sys.modules, "resvg_py", None)
     with pytest.raises(UsageError, match="resvg-py>="):
         png_of(svg)
+    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    with pytest.raises(UsageError, match="mcap"):
+        write_mcap(tmp_path / "x.mcap", ())
     monkeypatch.setitem(sys.modules, "PIL", None)
     with pytest.raises(UsageError, match="pillow"):
         Film(run_of("door"), range(2)).write_gif(tmp_path / "x.gif")

@@ -114,6 +114,13 @@ def test_a_step_ends_only_after_it_has_begun(tmp_path: Path) -> None:
         events(tmp_path, CAME, clock="live")
 
 
+def test_a_robot_whose_step_fails_turns_back(tmp_path: Path) -> None:
+    events(tmp_path, LEFT, CAME | {"at": 7, "result": "failed"}, clock="live")
+    run = read_run(tmp_path / "told.jsonl")
+    rows = [run.place(run.track("quad"), *run.moment(time)) for time in (1.25, 1.5, 1.75, 2.0)]
+    assert [round(col - 1, 3) for _, col, _ in rows] == [0.2, 0.4, 0.2, 0.0]
+
+
 def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) -> None:
     seeing = {"line": 1, "fields": {"scenario.robots.quad.model.vision": 4}}
     run = read_run(changed("door", [seeing], tmp_path))
@@ -174,17 +181,20 @@ def test_failures_name_their_reason_once(
 
 
 def test_names_are_marked_in_a_terminal(tmp_path: Path) -> None:
+    """Where it is narrow, the robots stand below the map."""
     (tmp_path / "room.yaml").write_text(own("room"))
     reader, terminal = os.openpty()
-    started("run", tmp_path / "room.yaml", "--no-map", out=terminal)
+    started("run", tmp_path / "room.yaml", out=terminal, env=os.environ | {"COLUMNS": "40"})
     os.close(terminal)
     said = b""
     with suppress(OSError):  # of a terminal that no process has open any longer
         while read := os.read(reader, 1 << 16):
             said += read
     os.close(reader)
+    words = " ".join(said.decode().split())
     marked = r"\x1b\[36mquad\x1b\[0m requests help with \x1b\[1mdoor@gate\x1b\[0m: "
-    assert re.search(marked + r"\x1b\[33mdigit\x1b\[0m needs", said.decode()), said
+    assert re.search(marked + r"\x1b\[33mdigit\x1b\[0m needs", words), words
+    assert "Q \x1b[36mquad\x1b[0m at 7 [1, 1] D \x1b[33mdigit" in words
 
 
 @pytest.mark.parametrize(("rows", "large"), [(277, False), (278, True)])
@@ -203,17 +213,20 @@ def test_many_strategies_share_one_sentence(tmp_path: Path) -> None:
     cache = os.environ | {"SAFENAV_CACHE": str(tmp_path / "cache")}
 
     def synthesized(count: int) -> str:
-        """The words about the strategies of robots in rooms of their own."""
+        """The story of robots in rooms of their own."""
         rooms = f'map: {{grid: ["{"#" * 28}", "#{"..#" * 9}", "{"#" * 28}"]}}'
         robots = [
-            f"q{k}: {{model: quadcopter, start: {at}, objective: {{patrol: [{at}, {at + 1}]}}}}"
+            f"q{k}: {{model: quadcopter, start: {at}, objective: {{ltl: {{liveness: [region = {at} "
+            f"| fog]}}}}}}"
             for k, at in enumerate(range(29, 29 + 3 * count, 3))
         ]
         text = f"safenav: 1\n{rooms}\nrobots: {{{', '.join(robots)}}}\n"
+        text += "inputs: {fog: {at: 2, always_eventually: off}}\nuntil: {rounds: 1}\n"
         (tmp_path / "rooms.yaml").write_text(text)
-        done = safenav("run", tmp_path / "rooms.yaml", "--no-map", env=cache)
-        return re.findall(r"synthesized (.*)", done.stdout)[0].partition(" (")[2]
+        return safenav("run", tmp_path / "rooms.yaml", "--no-map", env=cache).stdout
 
-    assert synthesized(8).count(", verified") == 8
-    assert re.fullmatch(r"\d to \d states, 8 from the cache, verified\)", synthesized(9))
+    named, together = synthesized(8), synthesized(9)
+    assert named.count(", verified") == named.count(" assumes: infinitely often fog is off") == 8
+    said = r"\d to \d states, 8 from the cache, verified\)\n +9 robots assume: infinitely often fog"
+    assert re.search(said, together)
     assert "states, all from the cache, verified" in synthesized(9)

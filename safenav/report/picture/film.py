@@ -98,7 +98,7 @@ class Film:
         """Yield the moments of the frames, with caption and duration in milliseconds."""
         first, last = self._ticks[0], self._ticks[-1]
         milliseconds = round(1000 * PAUSE)
-        caption, since, shown = "", first, first - 1
+        caption, shown = "", first - 1
         for tick, part in self.moments:
             halt = 0
             if tick > shown:
@@ -106,9 +106,7 @@ class Film:
                 events = [event for now in passed for event in self._run.happened(now)]
                 texts = [event.text for event in events if event.kind in _CAPTIONS]
                 if texts:
-                    caption, since = "; ".join(texts) + ".", tick
-                elif tick - since > 8:
-                    caption = ""
+                    caption = "; ".join(texts) + "."
                 halt = 1200 if any(event.kind in _HALTS for event in events) else 0
                 halt = 2500 if tick == last else halt
                 shown = tick

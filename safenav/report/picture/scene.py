@@ -367,7 +367,3 @@ class _Drawing(Struct):
             )
             shape = svg.obstacle_pictogram(loads[0].type) or svg.GLYPHS.obstacles["crate"]
             self.page.glyph(shape, held_x, held_y, radius * 0.6, fill=floor.INK)
-            if len(loads) > 1:
-                words = f"{len(loads)} x"
-                above = {"fill": floor.INK, "text_anchor": "middle"}
-                self.page.text(held_x, held_y - side * 0.6, words, radius * 0.7, bold=True, **above)

@@ -47,11 +47,8 @@ def wrapped(text: str, size: float, width: float, bold: bool = False) -> list[st
             lines[-1] = candidate
             continue
         while text_width(word, size, bold) > width and len(word) > 1:
-            fits = next(
-                n
-                for n in range(len(word) - 1, 0, -1)
-                if n == 1 or text_width(word[:n], size, bold) <= width
-            )
+            widths = (text_width(word[:n], size, bold) for n in range(2, len(word)))
+            fits = 1 + sum(wide <= width for wide in widths)
             lines.append(word[:fits])
             word = word[fits:]
         lines.append(word)
