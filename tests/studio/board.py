@@ -37,21 +37,24 @@ class Board(Page):
             });
             """)
 
-    def click(self, region: int) -> None:
-        """Press the mouse in the middle of a region."""
-        place = self.browser.run(
+    def click(self, region: float, to: int | None = None) -> None:
+        """Press the mouse in the middle of a region, or a fraction east of it; drag to another."""
+        places = self.browser.run(
             """
             const map = document.querySelector("svg.floor"), box = map.getBoundingClientRect();
             const view = map.viewBox.baseVal, scale = box.width / view.width;
-            const [region, cols] = arguments;
-            const [col, row] = [region % cols, Math.floor(region / cols)];
-            return {x: Math.floor(box.left + ((col + 0.5) * 40 - view.x) * scale),
-                    y: Math.floor(box.top + ((row + 0.5) * 40 - view.y) * scale)};
+            const [regions, cols] = arguments;
+            return regions.map((region) => {
+                const [col, row] = [region % cols, Math.floor(region / cols)];
+                return {x: Math.floor(box.left + ((col + 0.5) * 40 - view.x) * scale),
+                        y: Math.floor(box.top + ((row + 0.5) * 40 - view.y) * scale)};
+            });
             """,
-            region,
+            [region, region if to is None else to],
             self.cols,
         )
-        for kind in ("mousePressed", "mouseReleased"):
+        kinds = ("mousePressed", "mouseMoved", "mouseReleased")
+        for kind, place in zip(kinds, (places[0], places[1], places[1]), strict=True):
             event = {"type": kind, **place, "button": "left", "buttons": 1, "clickCount": 1}
             self.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 

@@ -99,27 +99,20 @@ def test_all_robots_and_obstacles_of_the_library_can_be_drawn(desk: Desk) -> Non
     assert list(scenario.requirements) == ["always(height(quad) > 1)"]
 
 
-def test_every_robot_and_obstacle_has_a_silhouette_also_under_a_longer_name(
-    desk: Desk,
-) -> None:
+def test_every_robot_and_obstacle_has_a_silhouette_also_under_a_longer_name(desk: Desk) -> None:
     library = built_in()
     robot = {"mobility": "free", "layer": "ground", "capabilities": []}
-    own = {
-        "robots": [*library.robots, "rover"],
-        "obstacles": [*library.obstacles, "fire_door", "trapdoor"],
-    }
-    names = {kind: [f"{p}{n}" for n in own[kind] for p in ("", "my_", "my-")] for kind in own}
-    catalogue = {
-        "robots": dict.fromkeys(names["robots"], robot),
-        "obstacles": {name: {"action": "push"} for name in names["obstacles"]},
-    }
-    desk.write(f"{SMALL}catalogue: {json.dumps(catalogue)}\n")
-    for kind, known in (("robots", library.robots), ("obstacles", library.obstacles)):
+    known = [*library.robots, *library.obstacles]
+    more = [f"{before}{name}" for name in known for before in ("my_", "my-")]
+    robots = dict.fromkeys([*library.robots, *more, "rover"], robot)
+    obstacles = {name: {"action": "push"} for name in [*library.obstacles, *more, "trapdoor"]}
+    desk.write(f"{SMALL}catalogue: {json.dumps({'robots': robots, 'obstacles': obstacles})}\n")
+    for kind, names in (("robots", library.robots), ("obstacles", library.obstacles)):
         shapes = {one["name"]: one["shape"] for one in desk.shown["palette"][kind]}
-        for name in known:
+        for name in names:
             assert shapes[name] == shapes[f"my_{name}"] == shapes[f"my-{name}"] != ""
         assert shapes["rover" if kind == "robots" else "trapdoor"] == ""
-    assert shapes["fire_door"] == shapes["door"] != shapes["my_pulled_door"]
+    assert shapes["my_door"] != shapes["my_pulled_door"]
 
 
 def something(drawing: dict[str, Any], chance: random.Random) -> dict[str, Any]:

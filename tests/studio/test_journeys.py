@@ -291,10 +291,32 @@ def test_the_text_documents_completes_and_repairs(browser: Browser, tmp_path: Pa
         house.choose("Hold")
         house.choose("ward")
         house.until("objective: {hold: ward}")
+        for held, to, words in (
+            (DEN + 0.62, 19, "heading: south"),  # the handle
+            (DEN, 11, "start: [1, 2]"),
+            (22, 24, "region: [2, 6]"),
+            (34, 24, "start: [2, 6]"),
+        ):
+            house.click(held, to)
+            house.until(words)
+        browser.wait(lambda: browser.centre("eye") == pytest.approx((6, 2), abs=0.3))
+        house.click(24)  # the next item there
+        browser.wait(lambda: "Hidden spill" in browser.words(".chosen"))
+        browser.press(Keys.DELETE)
+        browser.wait(lambda: "type: spill" not in house.text)
+        house.click(24)
+        house.choose("Visit")
+        house.click(28)
+        house.click(33)
+        house.until("visit: [[3, 1], [3, 6]]")
+        browser.press(Keys.ESCAPE)
+        browser.wait(lambda: len(browser.all("text.order")) == 2)
+        house.click(28, 29)
+        house.until("visit: [[3, 2], [3, 6]]")
         assert browser.errors() == []
 
 
-def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) -> None:
+def test_a_user_changes_the_world_of_a_run(browser: Browser, tmp_path: Path) -> None:
     scenario = tmp_path / "yard.yaml"
     scenario.write_text(beside(__file__, "scenarios/yard.yaml"))
     with Served("run", scenario, "--live") as served:
@@ -309,11 +331,24 @@ def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) 
         assert orders == ["Order: parcel"]  # no robot can swap a flat battery
         board.choose("Order: parcel")
         board.click(10)
+        board.choose("Out of service")
+        board.close_with("door", 22)
+        browser.button("Next tick").click()
+        browser.wait(lambda: browser.all('[data-obstacle="door@22"]'))
+        board.choose("Back in service")
+        board.choose("Remove")
+        board.click(22)
+        board.choose("Assign")
+        board.click(18)
+        board.click(20)
+        board.choose("Visit")
         browser.one('[role="switch"][aria-label="alarm"]').click()
         board.complete()
         lines = board.sound()
     assert [r["values"]["alarm"] for r in lines if r["type"] == "inputs"] == [1, 0]
-    assert [r["obstacle"] for r in lines if r["type"] == "appeared"] == ["parcel@10"]
+    assert [r["obstacle"] for r in lines if r["type"] == "appeared"] == ["parcel@10", "door@22"]
+    assert [r["obstacle"] for r in lines if r["type"] == "gone"] == ["door@22"]
+    assert [r["active"] for r in lines if r["type"] == "service"] == [False, True]
     assert [r["robot"] for r in lines if r["type"] == "resolved"] == ["digit"]
 
 

@@ -13,7 +13,9 @@ import pytest
 
 from children import ran
 from once import SCENARIOS
+from report.browser import Browser
 from runtime.test_operator import GATE
+from studio.board import Board
 from studio.serving import Page, Served
 
 DOOR = SCENARIOS / "case_study_1.yaml"
@@ -105,16 +107,18 @@ def test_a_live_run_is_shown_in_seconds(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
+def test_the_page_can_help_a_run_that_waits(browser: Browser, tmp_path: Path) -> None:
     scenario = tmp_path / "gate.yaml"
     scenario.write_text(GATE)
     with Served("run", scenario, "--live") as served, served.opened() as page:
         page.say("speed", value=64)
         page.say("play")
-        page.hear(lambda m: "waiting" in str(m.get("news", m.get("run", {}).get("events", ""))))
+        page.state(phase="running")
+        board = Board(browser, served, cols=11)
+        browser.wait(lambda: browser.words(".badge") == "waits for an operator")
         page.say("change", kind="permanent", obstacle="gate@99")
         assert "known: gate@27" in page.refusal()
-        page.say("change", kind="resolved", obstacle="gate@27")
+        board.choose("mark resolved")
         assert page.state(phase="ended")["state"]["outcome"] == "completed"
         lines = page.sound()
     assert [r["outcome"] for r in lines if r["type"] == "waiting"] == ["operator_needed"]
