@@ -1,7 +1,7 @@
 """Shorter plans: each robot's path in turn is replaced by its earliest one past other robots."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 from safenav.components import explored
 from safenav.plan.order import plan_of, preview
@@ -76,30 +76,54 @@ def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
 def _without_loops(
     floor: Floor, best: list[Joint], served: frozenset[int]
 ) -> tuple[list[Joint], Plan] | None:
-    """Return the plan in which robots that wait for each other stay instead of all that leads them
-    back to where they were; None if that is not better. A search visits no joint state twice, but
+    """Return the plan in which robots stay instead of all that leads them back to where they were,
+    together or two of them; None if that is not better. A search visits no joint state twice, but
     in its states a robot may walk about while others go back and forth."""
     found = None
     for group in coupled(floor):
-        states = [
-            (joint.stages, tuple((joint.poses[i], joint.counts[i]) for i in group))
-            for joint in best
-        ]
-        last = {state: t for t, state in enumerate(states)}
-        ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
-        before = [[*way] for way in ways]
-        for i in group:
-            t = 0
-            while t < len(best):
-                until = last[states[t]]
-                ways[i][t:until] = [ways[i][t]] * (until - t)
-                t = until + 1
-        if ways == before:
-            continue
-        better = _better(floor, best, list(zip(*ways, strict=True)), served)
-        if better is not None:
-            found, best = better, better[0]
+        pairs = combinations(group, 2) if len(group) <= FEW else ()
+        for some in dict.fromkeys((group, *pairs)):
+            ways = _waiting(floor, best, some)
+            better = ways and _better(floor, best, list(zip(*ways, strict=True)), served)
+            if better:
+                found, best = better, better[0]
     return found
+
+
+def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list[int]] | None:
+    """Return the poses of each robot by tick if those of a group stay instead of all that leads
+    them back to where they were, as far as no other robot comes there; None if that is nothing."""
+    states = [
+        (joint.stages, tuple((joint.poses[i], joint.counts[i]) for i in group)) for joint in best
+    ]
+    last = {state: t for t, state in enumerate(states)}
+    ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
+    t, changed = 0, False
+    while t < len(best):
+        until = last[states[t]]
+        if any(_disturbed(floor, ways, i, group, t, until) for i in group):
+            t += 1
+            continue
+        for i in group:
+            changed |= any(pose != ways[i][t] for pose in ways[i][t:until])
+            ways[i][t:until] = [ways[i][t]] * (until - t)
+        t = until + 1
+    return ways if changed else None
+
+
+def _disturbed(
+    floor: Floor, ways: list[list[int]], i: int, group: Sequence[int], begin: int, end: int
+) -> bool:
+    """Return whether a robot outside ``group`` needs the place of this one at ``begin`` to
+    ``end``."""
+    member, size = floor.team.members[i], floor.team.size
+    place, times = ways[i][begin] % size, range(begin, end + 1)
+    if any(ways[k][t] % size == place for k in member.rivals.difference(group) for t in times):
+        return True
+    return bool(member.zones) and any(
+        floor.shut(i, [way[begin if k in group else t] for k, way in enumerate(ways)]) >> place & 1
+        for t in times
+    )
 
 
 def _improved(
