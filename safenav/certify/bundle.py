@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 import safenav
 import safenav.judge
 from safenav import strict_json
 from safenav.certify.check import check_bundle, page_of, sources_of
-from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError, Verdict
+from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError, Verdict
 from safenav.files import json_line, read_input
 from safenav.judge.bundle.check import VERSION, Judged
 from safenav.judge.bundle.evidence import is_planned, proof_file
@@ -86,17 +85,13 @@ def make_bundle(
 
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside the target. A full disk is an error of the target."""
+    """Yield a temporary folder beside the target. What cannot be written is an error of the
+    target."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"{target} cannot be written: {error.strerror}") from error
-    try:
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=".bundle-") as folder:
             yield Path(folder)
     except OSError as error:
-        if error.errno not in FULL_DISK:
-            raise
         raise UsageError(f"cannot write {target}: {error.strerror}") from error
 
 
@@ -275,21 +270,14 @@ def _unanswered(task: Task, node: int) -> Sequence[int]:
     return found
 
 
-def bundle_of_run(
-    scenario: Path,
-    target: Path,
-    *,
-    seed: int | None = None,
-) -> Made:
-    """Run a scenario and write its bundle. ``seed``: replaces that of the scenario.
+def bundle_of_run(scenario: Path, target: Path) -> Made:
+    """Run a scenario and write its bundle.
 
     Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
     """
     text = scenario_text(scenario)
     plan = load_scenario_text(text, str(scenario))
     _certifiable(plan)
-    if seed is not None:
-        plan = replace(plan, seed=seed)
     with tempfile.TemporaryDirectory() as directory:
         synthesizer = default_synthesizer(plan)
         trace = Path(directory) / "trace.jsonl"

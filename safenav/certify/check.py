@@ -2,7 +2,6 @@
 
 import dataclasses
 import tempfile
-import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.errors import InputError, UsageError
+from safenav.errors import InputError
 from safenav.judge.bundle.check import SOURCE, UNCOMPARED, Judged, check, open_bundle
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
@@ -22,10 +21,7 @@ from safenav.trace.records import Header
 
 def check_bundle(bundle: Path) -> Judged:
     """Check a bundle with the installed checker (not the copy in the bundle), and read its source
-    again. Raises UsageError if it is not a bundle."""
-    if not (bundle / "manifest.json").is_file() and not zipfile.is_zipfile(bundle):
-        what = "a folder with a manifest.json, or a .zip of one"
-        raise UsageError(f"{bundle} is not a bundle: {what}")
+    again."""
     found = check(bundle)
     files = open_bundle(bundle) if found.accepted else {}
     kept = {n.partition("/")[2]: f.read_bytes() for n, f in files.items() if n.startswith(SOURCE)}

@@ -67,9 +67,9 @@ UNCOMPARED = {
 
 @dataclass(frozen=True)
 class Judged:
-    """``verdict``: accepted, refused or too large; the reason if it is not; the claims that are
-    established, and what was not compared. A claim has ``id``, ``kind``, ``text`` and ``evidence``:
-    pairs of a file and a line or None."""
+    """``verdict``: accepted, refused, too large or not a bundle; the reason if it is not accepted;
+    the claims that are established, and what was not compared. A claim has ``id``, ``kind``,
+    ``text`` and ``evidence``: pairs of a file and a line or None."""
 
     verdict: str
     reason: str = ""
@@ -128,6 +128,8 @@ def examine(files: dict[str, Any], run: Evidence) -> None:
 
 def check(place: Path) -> Judged:
     """Check a bundle."""
+    if not ((place / "manifest.json").is_file() or zipfile.is_zipfile(place)):
+        return Judged("not a bundle", "expected a folder with a manifest.json, or a .zip of one")
     run, files = None, {}
     try:
         files = open_bundle(place)
@@ -151,9 +153,6 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print what is established as JSON")
     options = parser.parse_args()
     sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
-    if not (options.bundle / "manifest.json").is_file() and not zipfile.is_zipfile(options.bundle):
-        print(f"{options.bundle} is not a bundle: a folder with a manifest.json, or a .zip of one")
-        return 2
     found = check(options.bundle)
     if options.json:
         print(json.dumps(asdict(found)))
@@ -163,7 +162,7 @@ def main() -> int:
         last = f"{found.verdict}: {found.reason}" if found.reason else found.verdict
         for line in (*shown, last):  # printable
             print("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
-    return {"accepted": 0, "refused": 1, "too large": 3}[found.verdict]
+    return {"accepted": 0, "refused": 1, "not a bundle": 2, "too large": 3}[found.verdict]
 
 
 if __name__ == "__main__":
