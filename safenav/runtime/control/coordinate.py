@@ -102,8 +102,9 @@ def coordinate(
             return replace(control, **more), decided
         if control.end is None:
             told: Collection[int] = range(len(control.roles))
-        else:
-            told = control.new if before.roles and control.found.hopeless else ()
+        else:  # a robot that continues while the team waits follows its new strategy
+            made = (i for i in control.new if before.roles)
+            told = [i for i in made if (each := control.controllers[i]) and each.realizable]
         for i in told:
             role, mine, robot = control.roles[i], control.controllers[i], state.robots[i]
             new = i in control.new
