@@ -79,31 +79,26 @@ def consequences(
     """Yield what the end of a step changes that is not as commanded. A robot that has got where
     another may be needs an operator. ``before``: the state before the event."""
     i, robot = event.robot, team.members[event.robot].robot
-    if not isinstance(event, now.Lost):
-        here, place = before.robots[i].pose % team.size, event.pose % team.size
-        if place != here and is_reserved(team, before, i, place) and before.robots[i].active:
-            yield now.Served(i, False, FAILURE)
-            return
-        if isinstance(event, now.Elsewhere):
-            return
+    here, target = (pose % team.size for pose in (before.robots[i].pose, before.robots[i].next))
+    policy, tried = team.scenario.failures, (*before.robots[i].failed, target)
+    often, gives_up = False, True
     if isinstance(event, now.Lost):
         for region, others in sorted(_closed(team, before, event).items()):
             obstacle = lost(robot, others, region)
             yield from met(team, before, i, obstacle, region)
             if obstacle.name not in team.numbers:
                 team = introduced(team, obstacle)
-        if before.robots[i].active:
-            yield now.Served(i, False, FAILURE)
-        return
-    policy, target = team.scenario.failures, before.robots[i].next % team.size
-    tried = (*before.robots[i].failed, target)
-    if event.fatal or len(tried) >= policy.most:
+    else:
+        place = event.pose % team.size
+        gives_up = place != here and is_reserved(team, before, i, place)
+        if isinstance(event, now.Failed) and not gives_up:
+            often = tried.count(target) > policy.retries
+            stops = often and policy.then is FailedMoves.OUT_OF_SERVICE
+            gives_up = event.fatal or stops or len(tried) >= policy.most
+    if gives_up and before.robots[i].active:
         yield now.Served(i, False, FAILURE)
-    elif tried.count(target) > policy.retries:
-        if policy.then is FailedMoves.OUT_OF_SERVICE:
-            yield now.Served(i, False, FAILURE)
-        else:
-            yield from met(team, before, i, unknown(robot, target), before.robots[i].next)
+    elif often and not gives_up:
+        yield from met(team, before, i, unknown(robot, target), before.robots[i].next)
 
 
 def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozenset[str]]:
