@@ -54,8 +54,6 @@ def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> In
     """Return the intervention of a line of words, or of data that a page sends, read like the parts
     of a scenario. Raises UsageError for an impossible one, with the expected form."""
     data = _data(wanted) if isinstance(wanted, str) else wanted
-    if not isinstance(data, Mapping):
-        raise UsageError(f"{data!r} is not an intervention: expected a line of text or a mapping")
     reading = Reading("the change", world=scenario.map, reachable=False)
     found = _read(data, scenario, reading)
     reading.refuse_if_any()

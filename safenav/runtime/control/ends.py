@@ -15,8 +15,6 @@ from safenav.scenario.objective import Word, describe
 from safenav.solve.reasons import (
     Shortfall,
     cause_of,
-    need_words,
-    number_words,
     shortfall_words,
     shortfalls,
     without_room,
@@ -245,46 +243,31 @@ class Request:
     def why_nobody(self) -> str | None:
         """Return the reason why no robot helps now, although some could get there; None if the bids
         show it."""
-        floor, stage, g = self.floor, self.stages[self.g], self.g
+        floor, g = self.floor, self.g
         able, missing = floor.able(g, self.stages), floor.missing(g, self.stages)
         out = [i for i in self._skilled() if not self.state.robots[i].active]
-        if len(able) + len(out) < missing:
-            if loads := self._loads():
-                return loads
-            strays = [i for i in floor.skilled(g, self.stages) if i in self._strays()]
-            if strays:
-                return f"no path leads {self._names(strays)} to where it is put down"
-            need = self.need
-            actions = "' and '".join((need.action, *sorted(need.skills - {need.action})))
-            takes = need_words(actions, need.robots, together=need.together)
-            have = number_words(len(able) + len(stage.done))
-            return f"it needs {takes}, this team has {have}" if able else None
+        if len(able) + len(out) < missing:  # else it would be given up
+            return self._loads()
         if len(able) < missing:
             return f"{self._names(out)} {'is' if len(out) == 1 else 'are'} out of service"
-        duties, parts = self.found.duties, []
-        for i in able:
-            first = next((step for step in self.found.plan if i in step.group), None)
-            if i in duties and duties[i].g != g:
-                parts.append(self._doing("helps with", i, duties[i].g))
-            elif i not in duties and first is not None and first.g != g:
-                parts.append(self._doing("is to help first with", i, first.g))
-        if parts:
-            return "; ".join(parts)
+        duties, members = self.found.duties, self.team.members
+        busy = [i for i in able if i in duties and duties[i].g != g]
+        if busy:
+            pairs = ((members[i].name, self._obstacle(duties[i].g)) for i in busy)
+            return "; ".join(f"{name} helps with {other}" for name, other in pairs)
         if g not in self.found.served:
             return _UNSERVED if sum(map(self._gets_there, able)) >= missing else None
         earlier = dict.fromkeys(step.g for step in self.found.plan if step.g != g)
         return f"first {listed(map(self._obstacle, earlier))} must be resolved" if earlier else None
 
-    def why_others(
-        self, helpers: Sequence[int], before: Sequence[str], bids: Mapping[str, int | None]
-    ) -> str | None:
+    def why_others(self, helpers: Sequence[int], bids: Mapping[str, int | None]) -> str | None:
         """Return the reasons why robots that fail, are out of service, or are nearer than the
-        helpers do not help; None if the bids show it. ``before``: the helpers until now."""
+        helpers do not help; None if the bids show it."""
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
         reasons: dict[str, list[int]] = {}
         for i in self._skilled():
-            ticks, duty, why = bids.get(self.team.members[i].name), self.found.duties.get(i), ""
+            ticks, duty = bids.get(self.team.members[i].name), self.found.duties.get(i)
             if i in helpers:
                 continue
             if (i, self.k) in barred(self.team, self.state):
@@ -297,10 +280,9 @@ class Request:
                 why = f"is to help with {self._obstacle(duty.g)}"
             elif not self._returns(i):
                 why = "could not return from there"
-            elif {*names} <= {*before}:
-                why = f"is nearer, but {listed(names)} help{'s'[len(names) > 1 :]} already"
+            else:
+                continue
             reasons.setdefault(why, []).append(i)
-        reasons.pop("", None)
         parts, plural = [], {"has": "have", "is": "are"}
         for why, who in reasons.items():
             verb, what = why.split(" ", 1)
@@ -315,18 +297,15 @@ class Request:
         able = [i for i in chosen if self.need.skills <= members[i].robot.capabilities]
         return [i for i in able if i not in stage.done]
 
-    def _strays(self) -> frozenset[int]:
-        return self.floor.gate(self.g).strays[self.stages[self.g].need]
-
-    def _loads(self) -> str:
-        """Return the loads of robots that cannot take another one; empty if there are none."""
+    def _loads(self) -> str | None:
+        """Return the loads of robots that cannot take another one; None if there are none."""
         floor, parts = self.floor, []
         carrying = floor.carriers(self.stages) if self.need.takes else frozenset()
         for i in carrying.intersection(floor.skilled(self.g, self.stages)):
             taken = {g: {*stage.done, *(stage.group or ())} for g, stage in enumerate(self.stages)}
             loads = [self._obstacle(g) for g in floor.open(self.stages) if i in taken[g]]
             parts.append(f"{self.team.members[i].name} carries {listed(loads)}")
-        return "; ".join(sorted(parts))
+        return "; ".join(sorted(parts)) or None
 
     def _gets_there(self, i: int) -> bool:
         graph, allowed = self.floor.graphs[i], self.floor.allowed(i, self.stages)
@@ -345,9 +324,6 @@ class Request:
 
     def _obstacle(self, g: int) -> str:
         return obstacle_words(self.floor.gate(g).name, self.team.world.word)
-
-    def _doing(self, what: str, i: int, g: int) -> str:
-        return f"{self.team.members[i].name} {what} {self._obstacle(g)}"
 
 
 def left_words(team: Team, state: State, found: Settlement, k: int, lacks: str | None) -> str:

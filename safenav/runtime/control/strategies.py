@@ -327,17 +327,14 @@ def commanded(
         return steps(robot.node, None)
     field = graph.distances(goal, free)
 
-    def leads(step: Step, place: int | None) -> bool:
+    def leads(step: Step | None, place: int | None) -> bool:
         """Return whether the strategy comes nearer to the goal by this step and its next ones."""
         for _ in range(MOST_STEPS):
-            if not free >> number(step) & 1:
+            if step is None or not free >> number(step) & 1:
                 return False
             if field[number(step)] < field[robot.pose]:
                 return True
-            following = steps(step[2], place)
-            if not following:
-                return False
-            step = following[0]
+            step = next(iter(steps(step[2], place)), None)
         return False
 
     def near(region: Region) -> tuple[int, Region]:

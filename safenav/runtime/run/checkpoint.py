@@ -43,7 +43,6 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
     moved: int
     stack: tuple[tuple[int, int | None, tuple[str, ...]], ...] = ()
     helpers: tuple[tuple[int, tuple[str, ...]], ...] = ()
-    aside: tuple[int, ...] = ()
     planned: bool = False
     ledger: LedgerKept | None = None
 

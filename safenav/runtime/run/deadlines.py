@@ -126,7 +126,7 @@ class Ledger:
 
     def turn_ends(self, team: Team, state: State) -> None:
         """Record what follows from a turn and what was before it, and from its decisions."""
-        if not self.active or (self.tick > 0 and not self.had):
+        if not self.active:
             return
         for kind, k in sorted(self.dues):
             if kind == REQUEST and k not in state.requests:

@@ -142,17 +142,13 @@ class Operator:
                     yield now.Appeared(run.team.numbers[new.name][-1], cause=USER)
             case Intervention("open"):
                 source = self._there(name)
-                if name not in team.numbers:
-                    yield now.Introduced(source)
-                yield now.Intervened(told.RESOLVED, obstacle=run.team.numbers[name][-1])
+                yield now.Intervened(told.RESOLVED, obstacle=team.numbers[name][-1])
                 self._simulation().remove(name)
-                yield now.Gone(number(run.team, run.state, source), USER)
+                yield now.Gone(number(team, run.state, source), USER)
             case Intervention("truth"):
                 source = self._there(name)
                 self._simulation().set_truth(name, wanted.on)
-                if name not in team.numbers:
-                    yield now.Introduced(source)
-                yield now.Revealed(number(run.team, run.state, source), wanted.on)
+                yield now.Revealed(number(team, run.state, source), wanted.on)
             case Intervention("objective", objective=objective) if objective is not None:
                 i = self._robot(name)
                 yield now.Intervened(told.OBJECTIVE, i, objective=objective)

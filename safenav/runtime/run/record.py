@@ -60,7 +60,6 @@ class Recorder:
         self.time = 0.0
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
-        self.aside: set[int] = set()
         self.told = [member.objective for member in team.members]
         self.looked: list[records.Belief] = []
         self.plan = PlanLines(self.emit)
@@ -80,8 +79,7 @@ class Recorder:
 
     def kept(self) -> Memory:
         """Return the recorder's memory, for a checkpoint."""
-        helpers, aside = tuple(self.helpers.items()), tuple(sorted(self.aside))
-        memory = Memory(self.tick, self.moved, tuple(self.stack), helpers, aside)
+        memory = Memory(self.tick, self.moved, tuple(self.stack), tuple(self.helpers.items()))
         return replace(memory, planned=self.plan.said is not None, ledger=self.ledger.kept())
 
     def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> None:
@@ -91,7 +89,7 @@ class Recorder:
             self._listen(line)
         self.tick, self.moved, self.time = memory.tick, memory.moved, state.time
         self.stack, self.helpers = [*memory.stack], dict(memory.helpers)
-        self.aside, self.told = {*memory.aside}, [robot.objective for robot in state.robots]
+        self.told = [robot.objective for robot in state.robots]
         self.ledger.resume(memory.ledger, memory.tick)
         self.why = Reason.SERVICE
         self.emit(records.Resumed(self.tick))
@@ -104,7 +102,8 @@ class Recorder:
         self.ledger.happened(self.team, before, event)
 
     def _record(self, before: State, event: now.Event, after: State) -> None:
-        self.aside = {k for k in self.aside if after.obstacles[k].aside}
+        if before.requests != after.requests:
+            self.helpers = {k: who for k, who in self.helpers.items() if k in after.requests}
         dropped = before.plan is not None and after.plan is None
         if dropped and not isinstance(event, now.Met):
             self.plan.ends(self.tick, PlanEndReason.CHANGED)
@@ -165,7 +164,6 @@ class Recorder:
                 self._appeared(k, truth if another else None, ChangeCause(cause))
             case now.Gone(k, cause):
                 self.emit(records.Gone(self.tick, self._name(k), ChangeCause(cause)))
-                self.helpers.pop(k, None)
                 self.why = Reason.GONE
             case now.Flat(i, k):
                 if k is not None:
@@ -190,7 +188,6 @@ class Recorder:
                 return
             case now.Declared(k):
                 self.emit(self._blocked(k, BlockReason.OPERATOR))
-                self.helpers.pop(k, None)
                 self.why = Reason.BLOCKED
             case now.Intervened(what, i, k, pose, objective) if self.live:
                 robot = None if i is None else self._robot(i)
@@ -210,7 +207,6 @@ class Recorder:
             case now.Reopened():
                 for k in (k for k, each in enumerate(before.obstacles) if each.given_up):
                     self.emit(records.Reopened(self.tick, self._name(k)))
-                    self.helpers.pop(k, None)
                 self.waited = None
 
         moved = now.Departed | now.Stayed | now.Goes | now.Arrived
@@ -287,7 +283,6 @@ class Recorder:
         if truth is False:
             goes = obstacle.source.goes is not None
             self.emit(self._blocked(k, BlockReason.UNTRAVERSABLE, goes or None))
-        self.helpers.pop(k, None)
 
     def _blocked(
         self,
@@ -337,7 +332,6 @@ class Recorder:
         state = before
         for event in decided:
             if isinstance(event, now.GaveUp):
-                self.aside = set()
                 self._given_up(state, event.obstacle, control, coming=coming)
             state = apply(self.team, state, event)
         if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
@@ -397,15 +391,15 @@ class Recorder:
                 1 << state.robots[i].next, graph.poses_on(need.regions), allowed
             )
             bids[self._robot(i)] = None if steps is None else steps * self.team.members[i].ticks
-        asked, aside = state.obstacles[k].asked, state.obstacles[k].aside and k not in self.aside
-        aside = aside and k not in control.vain
+        asked = state.obstacles[k].asked
+        aside = state.obstacles[k].aside and k not in control.vain
         if because is None:
             request = Request(self.team, state, control.found, k)
             helping = [i for i, role in enumerate(control.roles) if role.helps == k]
             if aside:
                 because = ASIDE
             elif helping:
-                because = request.why_others(helping, self.helpers.get(k, ()), bids)
+                because = request.why_others(helping, bids)
             else:
                 because = request.why_nobody()
         return records.Request(
@@ -427,25 +421,24 @@ class Recorder:
             for i, member in enumerate(self.team.members):
                 if k not in state.requests and (i == who or member.name in helpers):
                     told[i] = member.robot.objective
-        for k in dict.fromkeys(entry[0] for entry in self.stack if entry[0] not in state.requests):
+        for k in dict.fromkeys(k for k, _, _ in self.stack if k not in state.requests):
             for entry in [e for e in reversed(self.stack) if e[0] == k]:
                 self.stack.remove(entry)
                 self._entry(records.Pop, entry, told)
-            self.aside.discard(k)
 
     def _stack(self, state: State, control: Control) -> None:
-        """Record requests with new helpers, and a push for each requester."""
+        """Record requests with new helpers, or that lose them by being set aside, and a push for
+        each requester."""
         told = [robot.objective for robot in state.robots]
         for k in state.requests:
             each = state.obstacles[k]
             helping = tuple(
                 self._robot(i) for i, role in enumerate(control.roles) if role.helps == k
             )
-            known = k in self.helpers and helping in ((), self.helpers[k])
-            if not known or (each.aside and k not in self.aside):
+            last = self.helpers.get(k)
+            if last is None or helping not in ((), last) or (last and each.aside):
                 self.emit(self._request(state, k, helping, control))
                 self.helpers[k] = helping
-            self.aside = self.aside | {k} if each.aside else self.aside - {k}
             ordered: list[int | None] = [None] if self.team.obstacles[k].ordered else []
             for who in (*ordered, *(i for i, _ in each.asked)):
                 if not any(entry[:2] == (k, who) for entry in self.stack):

@@ -96,11 +96,10 @@ class World:
         pairs = zip(members, robots, strict=True)
         poses = {member.name: member.graph.pose(robot.pose) for member, robot in pairs}
         self.commands.resume(run.state.time, poses, last)
-        if self.truth is None and truth is not None:
-            raise UsageError("the run was simulated: continue it in its simulation")
-        if self.truth is not None:
-            if truth is None:
-                raise UsageError("the run used real robots: pass their world")
+        if (self.truth is None) is not (truth is None):
+            began = "a world of its own" if truth is None else "its simulation"
+            raise UsageError(f"the run began in {began}: continue it there")
+        if self.truth is not None and truth is not None:
             self.truth.resume(truth, [robot.pose % run.team.size for robot in robots])
             self.truth.follow(run.team)
         self._set = frozenset(self.operator.inputs)
@@ -138,21 +137,8 @@ class World:
         yield from self._heard(run)
         for change in commands.changes(occupied(run.team, run.state)):
             yield from self._changed(run, change)
-        while commands.dropped:
-            dropped, why = commands.dropped.pop(0)
-            kind, who = type(dropped).__name__.lower(), self._named(run, dropped)
-            yield now.Late(kind, why, who)
-        while commands.sensed:
-            sensed = commands.sensed.pop(0)
-            name, at = sensed.obstacle.name, commands.at(sensed)
-            if at < self._opened.get(name, at):
-                why = "the obstacle was opened later"
-                yield now.Late("sensed", why, self._named(run, sensed, "by"), name)
-            elif sensed.there:
-                yield from noticed(run.team, run.state, sensed.obstacle)
-            elif sensed.obstacle.name in run.team.numbers:
-                self._opened[name] = commands.now()
-                yield now.Gone(number(run.team, run.state, sensed.obstacle), "world")
+        if isinstance(commands, Commands):
+            yield from self._reported(run, commands)
         robots = range(len(run.state.robots))
         busy = [i for i in robots if not run.state.robots[i].idle] if self.live else []
         for i in (*busy, *(i for i in robots if i not in busy)):  # robots in transit first
@@ -187,6 +173,23 @@ class World:
             self._set = frozenset(by_user)
             yield now.Inputs(on, tuple(by_user))
         yield from self.operator.selected(run)
+
+    def _reported(self, run: Running, commands: Commands) -> Iterator[now.Event]:
+        """Yield the reports that were dropped, and the obstacles that sensors show."""
+        while commands.dropped:
+            dropped, why = commands.dropped.pop(0)
+            yield now.Late(type(dropped).__name__.lower(), why, self._named(run, dropped))
+        while commands.sensed:
+            sensed = commands.sensed.pop(0)
+            name, at = sensed.obstacle.name, commands.at(sensed)
+            if at < self._opened.get(name, at):
+                why = "the obstacle was opened later"
+                yield now.Late("sensed", why, self._named(run, sensed, "by"), name)
+            elif sensed.there:
+                yield from noticed(run.team, run.state, sensed.obstacle)
+            elif name in run.team.numbers:
+                self._opened[name] = commands.now()
+                yield now.Gone(number(run.team, run.state, sensed.obstacle), "world")
 
     def _arrived(self, run: Running, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
         graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
@@ -382,7 +385,7 @@ class World:
             ("other needs are still open", early),
             ("it adds nothing to the knowledge", echoes),
         ):
-            if found and self.live:
+            if found and isinstance(self.commands, Commands):
                 self.commands.dropped.append((event, f"{why} ({', '.join(found)})"))
         return replace(event, found=tuple(told))
 
@@ -415,12 +418,10 @@ class World:
 
     def _is_met(self, run: Running, i: int, k: int) -> bool:
         """Return whether enough other robots act on an obstacle already."""
-        stage, needs = run.state.obstacles[k].stage, run.team.obstacles[k].needs
+        stage = run.state.obstacles[k].stage
+        need = run.team.obstacles[k].needs[stage.need]
         others = sum(k in works for j, works in self._works.items() if j != i)
-        if not others or stage.need >= len(needs):
-            return False
-        need = needs[stage.need]
-        return need.together or others + len(stage.done) >= need.robots
+        return others > 0 and (need.together or others + len(stage.done) >= need.robots)
 
     def _is_busy(self, run: Running, i: int) -> bool:
         """Return whether a robot leaves an obstacle beside it to others that act on it: if these

@@ -115,12 +115,8 @@ class Commands:
         self._count, self.zero = last, self._clock() - time
 
     def at(self, event: protocol.WorldEvent) -> float:
-        """Return the time of an event in seconds of the run; now for one that has none, or a later
-        one."""
-        at = getattr(event, "at", None)
-        if at is None or not is_time(at):
-            return self.now()
-        return min(float(at) - self.zero, self.now())
+        """Return the time of an event in seconds of the run: now for a later one."""
+        return min(float(event.at) - self.zero, self.now())
 
     def number(self, name: str) -> int:
         """Return the number of a robot's open command, or of its last one."""
@@ -224,8 +220,6 @@ class Commands:
             event = send()
             if not isinstance(event, protocol.WorldEvent | None):
                 raise TypeError(f"it returned {event!r}, neither None nor an event")
-        except WorldError:
-            raise
         except Exception as error:
             reason, number = f"{word}: {error}", command.command
             event = protocol.Failed(self.now(), robot.name, here, reason, True, command=number)

@@ -24,8 +24,6 @@ def asked(call: str, ask: Callable[[], T]) -> T:
     """Return the result of a call to a world. Raises WorldError if the call fails."""
     try:
         return ask()
-    except SafenavError:
-        raise
     except Exception as error:
         raise WorldError(f"World.{call} failed: {type(error).__name__}: {error}") from error
 
@@ -47,8 +45,8 @@ def inputs_of(world: object, tick: int) -> dict[str, bool]:
 
 class Lockstep:
     """The commands of a run to a blocking world: each has ended when it returns, except steps of
-    several ticks, which only a simulation makes when they end. ``dropped``, ``sensed``: no reports.
-    Raises WorldError for impossible results."""
+    several ticks, which only a simulation makes when they end. Raises WorldError for impossible
+    results."""
 
     live = simulated = pauses = idle = False
     zero = 0.0
@@ -58,8 +56,6 @@ class Lockstep:
         self._simulated = world if isinstance(world, SimulatedWorld) else None
         self._changes = protocol.optional(world, "changes")
         self._ended: dict[str, protocol.Ended] = {}
-        self.dropped: list[tuple[protocol.WorldEvent, str]] = []
-        self.sensed: list[protocol.Sensed] = []
 
     def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
         """Continue after a tick."""
@@ -72,9 +68,6 @@ class Lockstep:
 
     def now(self) -> float:
         return float(self._tick)
-
-    def at(self, event: protocol.WorldEvent) -> float:
-        return float(event.at)
 
     def hear(self, due: float | None, changed: bool) -> bool:
         """Begin the next tick."""
