@@ -10,6 +10,7 @@ from runtime.worlds import Faulty
 from safenav import Synthesizer
 from safenav.plan import search
 from safenav.runtime.control.answers import Answers
+from safenav.solve import solve
 
 
 def test_a_result_that_arrives_during_the_look_up_is_not_lost(
@@ -40,7 +41,12 @@ def test_an_exhausted_search_names_the_robot_out_of_service(
     assert outcome["explanation"].startswith("a (its steps fail) out of service; search budget")
 
 
-def test_a_proof_that_exceeds_its_budget_is_not_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "PROOF", 1)
-    monkeypatch.setattr(search, "SINGLES", 1)
+@pytest.mark.parametrize(
+    "budgets", [((search, "PROOF"), (search, "SINGLES")), ((solve, "MOST_NODES"),)]
+)
+def test_a_search_that_exceeds_its_budget_is_not_a_verdict(
+    budgets: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module, budget in budgets:
+        monkeypatch.setattr(module, budget, 1)
     assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"

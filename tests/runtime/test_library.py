@@ -76,8 +76,9 @@ def test_a_mission_refuses_calls_out_of_order() -> None:
     with pytest.raises(UsageError, match=r"'hello\.yaml' is not a Scenario"):
         safenav.Mission("hello.yaml")  # type: ignore[arg-type]
     mission = safenav.Mission(HELLO)
-    with pytest.raises(UsageError, match="before start"):
-        mission.step()
+    for call in (mission.step, mission.give_up):
+        with pytest.raises(UsageError, match="before start"):
+            call()
     with pytest.raises(TypeError, match="pickle its scenario or its result"):
         pickle.dumps(mission)
     result = mission.run()

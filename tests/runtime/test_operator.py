@@ -6,6 +6,7 @@ from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from random import Random
+from threading import Timer
 from typing import Any
 
 import pytest
@@ -69,6 +70,15 @@ def test_a_report_of_absence_changes_no_wait() -> None:
     mission.post(Sensed(world.now(), elsewhere, there=False))
     mission.step()
     assert len(run.all("waiting")) == 1 and not run.all("reopened")
+
+
+def test_a_run_waits_for_an_operator_in_another_thread() -> None:
+    def helps(record: Any) -> None:
+        if record.type == "waiting":
+            Timer(0.2, mission.intervene, ["resolved gate@27"]).start()
+
+    mission = Mission(loaded(GATE), attended=True, listeners=[helps])
+    assert mission.run().outcome == "completed"
 
 
 def whatever(mission: Mission, world: SimulatedWorld, chance: Random) -> str | dict[str, Any]:

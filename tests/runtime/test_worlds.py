@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from threading import Event
+from time import sleep
 from typing import Any
 
 import pytest
@@ -43,6 +44,7 @@ from safenav import (
     WorldEvent,
     built_in,
 )
+from safenav.runtime.control import answers
 
 SCENARIO = """
 map: {grid: ["#######", "#.....#", "#######"]}
@@ -131,6 +133,8 @@ MALFORMED: list[tuple[str, Callable[[Arrived], Any], str]] = [
         lambda e: Blocked(e.at, "a", Pose(9), Obstacle(DOOR, 26), command=e.command),
         "blocked by door@26, which is not in region 10",
     ),
+    ("lost", lambda e: Blocked(e.at, "a", Pose(10), command=e.command), "not back in region 9"),
+    ("lost", lambda e: Elsewhere(e.at, "a", Pose.of(9, "east"), command=e.command), "of free mob"),
     ("late", lambda e: Sensed(e.at, Obstacle(DOOR, 29), by="nobody"), "robot is named 'nobody'"),
     ("late", lambda e: Sensed(e.at, "door"), "`obstacle` must be an object"),  # type: ignore[arg-type]
     ("late", lambda _: Sensed(NOW, Obstacle(DOOR, 29), there=False), "its time is 'now'"),
@@ -200,6 +204,14 @@ def test_a_robot_is_lost_although_its_world_cannot_cancel_the_command() -> None:
     assert reason == "no end within 20.0 s after it was cancelled (cancel: no connection to a)"
 
 
+def test_a_mission_for_which_no_time_passes_ends() -> None:
+    class Frozen(Bare):
+        step = pause = 0.0
+
+    outcome = play(SCENARIO.replace("rounds: 1", "rounds: 999"), world=Frozen()).outcome
+    assert outcome["outcome"] == "search_limit" and "no time passes" in outcome["explanation"]
+
+
 class SinceEpoch(Bare):
     """A clock of seconds since 1970 that advances only by waits: by nothing if they are short. No
     step ends before it is cancelled."""
@@ -224,7 +236,13 @@ def test_waits_are_long_enough_for_clocks_that_advance_by_them(timeout: float) -
     assert [line["t"] for line in lost] == [pytest.approx(2 * timeout, abs=0.2)] * 2
 
 
-def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second() -> None:
+def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Nor is a robot lost while all wait for another plan, after a step that ended elsewhere."""
+    usual = answers.ask
+    monkeypatch.setattr(answers, "ask", lambda *given: sleep(0.05) or usual(*given))  # type: ignore[func-returns-value]
+
     class Sudden(Bare):
         """Each seventh step takes half a second by the world's clock, the others nothing."""
 
@@ -232,6 +250,8 @@ def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second() ->
 
         def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
             self.steps += 1
+            if self.steps == 3:
+                return Elsewhere(self.time, robot.name, pose, command=command)
             if self.steps % 7:
                 return Arrived(self.time, robot.name, command=command)
             return super().start(robot, pose, command)
@@ -383,11 +403,11 @@ def test_a_run_continues_although_an_obsolete_synthesis_never_ends(tmp_path: Pat
 def test_a_run_that_is_completed_waits_for_no_strategy() -> None:
     """The cart has done its round, and is to go around a gate that appears before it, while the
     synthesizer is kept from answering; the bee does its own meanwhile."""
-    answers = Event()
+    free = Event()
 
     class Gated(Synthesizer):
         def synthesize_all(self, *given: Any, **more: Any) -> Any:
-            answers.wait()
+            free.wait()
             return super().synthesize_all(*given, **more)
 
     def done() -> bool:
@@ -404,14 +424,14 @@ def test_a_run_that_is_completed_waits_for_no_strategy() -> None:
     scenario, run = loaded(text.replace("[[1, 9], [1, 1]]", "[[1, 1], [1, 3]]")), Run()
     (gate,) = scenario.obstacles
     mission = Mission(scenario, Gated(), world=Sudden(scenario), listeners=[run])
-    answers.set()
+    free.set()
     mission.start()
     for _ in range(1000):
         if done():
-            answers.clear()
+            free.clear()
         if mission.result is None:
             mission.step()
-    answers.set()
+    free.set()
     assert mission.result is not None and mission.result.outcome is Outcome.COMPLETED
     assert run.all("violation") and not run.findings
 

@@ -24,6 +24,8 @@ from safenav import (
     read_trace,
     resumption,
 )
+from safenav.runtime.run.checkpoint import sealed
+from safenav.trace.records import Checkpoint
 from scenario.mistakes import places, recorded
 from warm import safenav
 
@@ -88,9 +90,16 @@ def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
         with pytest.raises(UsageError, match=why):
             resumption(trace, scenario)
     # Its trace says that it was simulated, so what real robots do would break its rules.
-    mission = Mission(hello, world=Driven(hello), begun=resumption(trace, hello))
-    with pytest.raises(UsageError, match="the run was simulated"):
+    begun = resumption(trace, hello)
+    mission = Mission(hello, world=Driven(hello), begun=begun)
+    with pytest.raises(UsageError, match="began in its simulation: continue it there"):
         mission.run()
+    with pytest.raises(UsageError, match="began in a world of its own: continue it there"):
+        Mission(hello, begun=replace(begun, kept=replace(begun.kept, truth=None))).run()
+    *_, last = (line for line in trace.records if isinstance(line, Checkpoint))
+    newer = sealed(replace(last, run={**last.run, "more": 1}), trace.first)
+    with pytest.raises(UsageError, match="another version of safenav wrote its checkpoints"):
+        resumption(replace(trace, records=(*trace.records, newer)), hello)
     lines = path.read_text().splitlines()
     path.write_text("".join(line + "\n" for line in lines if '"checkpoint"' not in line))
     with pytest.raises(UsageError, match="it ends before its first checkpoint"):
