@@ -177,19 +177,12 @@ class NotCertifiedError(SafenavError):
 
 def requirements(extra: str = "") -> tuple[str, ...]:
     """Return the requirements of an extra and of the extras that it includes; ``""``: safenav's
-    own.
-
-    Empty if safenav is not installed, since there is no metadata.
-    """
+    own."""
     # Imported here: it takes longer than the rest of the command line.
     from importlib import metadata
 
-    try:
-        listed = metadata.requires("safenav") or []
-    except metadata.PackageNotFoundError:
-        return ()
     found: list[str] = []
-    for entry in listed:
+    for entry in metadata.requires("safenav") or []:
         required, _, marker = (part.strip() for part in entry.partition(";"))
         named = re.search(r"""extra == ['"]([\w-]+)['"]""", marker)
         if (named[1] if named else "") != extra:
@@ -205,10 +198,7 @@ def requirements(extra: str = "") -> tuple[str, ...]:
 def install_command(extra: str = "") -> str:
     """Return the command that installs the requirements of an extra for this Python."""
     pip = "pip" if Path(sys.executable).with_name("pip").exists() else f"{sys.executable} -m pip"
-    wanted = requirements(extra)
-    if not wanted:  # run from its sources
-        return f"{pip} install {shlex.quote(f'{Path(__file__).parents[1]}[{extra}]')}"
-    return f"{pip} install {' '.join(map(shlex.quote, wanted))}"
+    return f"{pip} install {' '.join(map(shlex.quote, requirements(extra)))}"
 
 
 def missing_package(user: str, package: str, extra: str) -> UsageError:

@@ -162,8 +162,7 @@ class ScenarioText:
         return self._splice(start, spot.end, gap + value)
 
     def _line_end(self, at: int) -> int:
-        end = self.text.find("\n", at)
-        return len(self.text) if end < 0 else end
+        return f"{self.text}\n".index("\n", at)
 
     def _splice(self, start: int, end: int, new: str) -> None:
         self.read(self.text[:start] + new + self.text[end:])
