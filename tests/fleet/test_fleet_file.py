@@ -58,15 +58,16 @@ robots: {{a: {{model: cart, start: 5, objective: {{visit: [6, 5]}}}}}}
     assert ("into the next one" in done.stderr) is (side == 0.6)
 
 
-@pytest.mark.parametrize("name", ["case_study_1", "beam", "hello"])
+@pytest.mark.parametrize("name", ["case_study_1", "beam", "hospital"])
 def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> None:
-    """It names the service of each action, and the obstacles that a lidar sees."""
+    """It names the service of each action, the obstacles that a lidar sees, and all inputs."""
     scenario = SCENARIOS / f"{name}.yaml"
     text = safenav("new", "-", "--fleet", scenario).stdout
     done = rehearsed(text, tmp_path, scenario)
     assert done.returncode in (0, 3) and "no service" not in done.stderr, done.stderr
-    data = from_yaml(text)
-    assert {*data["robots"]} == {*from_yaml(scenario.read_text())["robots"]}
+    data, plan = from_yaml(text), from_yaml(scenario.read_text())
+    assert {*data["robots"]} == {*plan["robots"]}
+    assert {*data.get("inputs", {})} == {*plan.get("inputs", {})}
     jsonschema.validate(data, json.loads(safenav("new", "-", "--schema", "fleet").stdout))
     stations = [data.get("defaults", {}) | (own or {}) for own in data["robots"].values()]
     scans = {(station.get("scan") or {}).get("obstacle") for station in stations}

@@ -57,6 +57,10 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     assert hall.goes("digit", 9) == "succeeded"
     assert hall.physics.scan("digit")[1][0] > 4.0
     assert [hall.goes("quad", region) for region in (11, 10)] == ["succeeded"] * 2
+    hall.physics.send("quad", *hall.places.centre(12), None)
+    hall.physics.step(1.0)
+    hall.physics.stop("quad")
+    assert hall.ended("quad", "end") == "canceled" and not hall.physics.moving()
 
 
 def test_a_crate_is_lifted_by_two_robots_at_once() -> None:
