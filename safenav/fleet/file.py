@@ -178,12 +178,34 @@ class Network(Struct, frozen=True):
     ] = ("127.0.0.1",)
 
 
-class SimulationUse(Struct, frozen=True):
-    """``pace``: maximum speed-up over real time; ``obstacles``: the true ones, None for those of
-    the scenario."""
+EXAMPLE = "{type: door, region: 47}"
 
-    pace: float = 1.0
-    obstacles: tuple[Obstacle, ...] | None = None
+
+class HiddenKeys(Item, frozen=True):
+    """A true obstacle of a simulation."""
+
+    one: ClassVar = "an obstacle of simulation"
+    type: values.Type | None = key("An obstacle type of the scenario.", EXAMPLE)
+    region: values.RegionValue | None = key("Its region, as in a scenario.", EXAMPLE)
+    traversable: bool | None = key("The truth that resolving it reveals.")
+
+
+class SimulationUse(Struct, frozen=True):
+    """Settings of the transport 'simulation'."""
+
+    pace: Annotated[float, Key("Upper limit of the speed-up over real time.", above=0)] = 1.0
+    obstacles: Annotated[
+        tuple[HiddenKeys, ...] | None, Key("The true obstacles. Default: those of the scenario.")
+    ] = None
+
+    @property
+    def hidden(self) -> list[Obstacle]:
+        """The true obstacles that the fleet file lists."""
+        return [
+            Obstacle(each.type, each.region, each.traversable)
+            for each in self.obstacles or ()
+            if each.type is not None and each.region is not None
+        ]
 
 
 class FleetFile(Struct, frozen=True):
@@ -199,25 +221,6 @@ class FleetFile(Struct, frozen=True):
 
 
 VERSION = 1
-EXAMPLE = "{type: door, region: 47}"
-
-
-class HiddenKeys(Item, frozen=True):
-    """A true obstacle of a simulation."""
-
-    one: ClassVar = "an obstacle of simulation"
-    type: values.Type | None = key("An obstacle type of the scenario.", EXAMPLE)
-    region: values.RegionValue | None = key("Its region, as in a scenario.", EXAMPLE)
-    traversable: bool | None = key("The truth that resolving it reveals.")
-
-
-class SimulationKeys(Item, frozen=True):
-    """Settings of the transport 'simulation'."""
-
-    pace: float = key("Upper limit of the speed-up over real time.", above=0, default=1.0)
-    obstacles: tuple[HiddenKeys, ...] | None = key(
-        "The true obstacles. Default: those of the scenario."
-    )
 
 
 class FleetKeys(Item, frozen=True):
@@ -230,7 +233,7 @@ class FleetKeys(Item, frozen=True):
         "The middleware between safenav and the robots.", "'transport: ros2' or 'simulation'"
     )
     network: Network = key(default=Network())
-    simulation: SimulationKeys | None = None
+    simulation: SimulationUse = key(default=SimulationUse())
     failures: Failures = key(default=Failures())
     inputs: dict[Scalar, RosName] | None = key("ROS: the topic (std_msgs/Bool) of each input.")
     defaults: Station | None = key("Values for robots that set no others.")
@@ -259,12 +262,11 @@ def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
         if name.text not in names:
             its = f"its robots are {', '.join(names)}"
             findings.unknown(name, "the scenario has no robot", name.text, names, its)
-    simulation = _simulation(item.simulation)
     kind = item.transport or TransportKind.ROS2
     if kind is TransportKind.ROS2:
         _check_apart(stations, item.at("robots") or item.node, findings)
     inputs = _inputs(item, kind, scenario, findings)
-    return FleetFile(kind, item.network, simulation, stations, inputs, item.failures)
+    return FleetFile(kind, item.network, item.simulation, stations, inputs, item.failures)
 
 
 def _check_apart(stations: Mapping[str, Station], node: Node, findings: Findings) -> None:
@@ -290,16 +292,6 @@ def _inputs(
             listed = f"its inputs are {', '.join(names)}" if names else "it has none"
             findings.unknown(name, "the scenario has no input", name.text, names, listed)
     return {name.text: topic for name, topic in item.inputs.items()}
-
-
-def _simulation(item: SimulationKeys | None) -> SimulationUse:
-    if item is None:
-        return SimulationUse()
-    found = []
-    for each in item.obstacles or ():
-        if each.type is not None and each.region is not None:
-            found.append(Obstacle(each.type, each.region, each.traversable))
-    return SimulationUse(item.pace, None if item.obstacles is None else tuple(found))
 
 
 def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap | None) -> Station:

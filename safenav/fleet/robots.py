@@ -162,7 +162,7 @@ GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
     """Yield warnings: actions that a named obstacle needs and a robot has, but without a service;
     services for actions that no robot has."""
-    named = [*scenario.obstacles, *(fleet.simulation.obstacles or ())]
+    named = [*scenario.obstacles, *fleet.simulation.hidden]
     types = {obstacle.type.name: obstacle.type for obstacle in named}
     for station in fleet.stations.values():
         if station.scan is not None:

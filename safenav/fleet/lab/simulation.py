@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import tau
 from typing import Any
 
@@ -35,17 +35,15 @@ class SimulationTransport:
             raise missing_package("transport simulation", "mujoco", "simulation") from error
         assert scenario.map.frame is not None
         places = Places(scenario.map, scenario.map.frame)
-        hidden = use.obstacles
-        if hidden is None:
-            hidden = scenario.obstacles
-        else:
-            hidden = (*hidden, *(o for o in scenario.obstacles if o.ordered))
+        true: Sequence[Obstacle] = scenario.obstacles
+        if use.obstacles is not None:
+            true = [*use.hidden, *(each for each in true if each.ordered)]
         begin = {
             robot.name: resting_place(mover_of(robot, places), places)
             for robot in scenario.robots
             if stations[robot.name].follow is not None
         }
-        self.physics = Physics(places, scenario.robots, hidden, begin)
+        self.physics = Physics(places, scenario.robots, true, begin)
         self._stations, self._types = stations, scenario.catalogue.obstacles
         self._pace = use.pace
         self._goals: dict[str, int] = {}

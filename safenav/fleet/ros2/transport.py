@@ -7,6 +7,7 @@ For a robot of namespace ``/digit``: the action ``/digit/navigate_to_pose``, the
 from __future__ import annotations
 
 import time
+from cmath import rect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from math import atan2, cos, inf, isfinite, isnan, nan, remainder, sin, tau
@@ -142,24 +143,20 @@ class Transforms:
             body = each.transform
             self._known[child] = parent, stamp, _planar(body.translation, body.rotation)
             fresh.add(child)
-        x = y = yaw = 0.0
+        place, yaw = 0j, 0.0
         frame, moving, seen = self._frame, "", set[str]()
         while frame != FRAME:
             if frame in seen or frame not in self._known:
                 return None
             seen.add(frame)
             parent, stamp, (east, north, turn) = self._known[frame]
-            x, y = (
-                east + x * cos(turn) - y * sin(turn),
-                north + x * sin(turn) + y * cos(turn),
-            )
-            yaw += turn
+            place, yaw = complex(east, north) + place * rect(1.0, turn), yaw + turn
             moving, frame = moving or (frame if stamp is not None else ""), parent
         if moving not in fresh:
             return None
         at = self._known[moving][1]
         assert at is not None
-        return _finite(Located(self._robot, at, x, y, remainder(yaw, tau)))
+        return _finite(Located(self._robot, at, place.real, place.imag, remainder(yaw, tau)))
 
 
 def seconds_of(stamp: Any) -> float:
