@@ -21,7 +21,6 @@ from safenav.motion.file import Moving, Segment, text_of
 from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor, turn
 from safenav.motion.making import motion_of
-from safenav.motion.mover import Crossing
 from safenav.motion.walker import WalkerMover
 from safenav.trace.file import read_bytes
 
@@ -55,7 +54,7 @@ def walking() -> None:
         heading = chance.choice(ways)
         if not (SIDE < mover.region < SIDE * (SIDE - 1) and 1 < mover.region % SIDE < SIDE - 2):
             mover.region = SIDE * SIDE // 2 + SIDE // 2
-        found += mover.move(Crossing(tick, mover.region, mover.region + steps[heading], heading))
+        found += mover.move(tick, mover.region + steps[heading])
     told("plan of a coarse move", (time.process_time() - begin) / 2000 * 1e3, "ms", 1)
     begin = time.process_time()
     for segment in found[:300]:

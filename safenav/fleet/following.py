@@ -23,7 +23,7 @@ from safenav.fleet.setpoints import YAW, Setpoints, reference_of
 from safenav.motion.file import Curve, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.making import mover
-from safenav.motion.mover import Crossing, Glider, Mover
+from safenav.motion.mover import Glider, Mover
 from safenav.motion.walker import WalkerMover, cut_off
 from safenav.scenario.model import Robot
 from safenav.world.map import Region
@@ -167,7 +167,7 @@ class Following:
             return []  # it turns by walking
         rover = isinstance(body, Glider) and body.kind == "rover"
         first = body.resume(0) if rover else []  # it drives straight on
-        return [*first, *body.move(Crossing(0, body.region, to, heading, short)), *body.halt(0)]
+        return [*first, *body.move(0, to, short=short), *body.halt(0)]
 
     def _rest(self, follower: Follower) -> None:
         """Fill the plan up to a moment from now with rest."""

@@ -12,7 +12,7 @@ from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
 from safenav.motion import file
 from safenav.motion.flyer import flown
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.mover import Crossing, Glider, Mover, flown_through
+from safenav.motion.mover import Glider, Mover, flown_through
 from safenav.motion.timing import TimedAction, actions_of, by_command, dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
 from safenav.pace.robot import KINDS
@@ -228,16 +228,19 @@ class _Schedule:
     def _step(self, depart: records.Depart, end: float | None) -> float:
         """Carry out a step until ``end``, or at the robot's own pace if the trace does not record
         it; a robot with more time than it needs rests first. Return its end."""
-        heading = self._floor.heading(depart.from_, depart.to)
+        tick, to, mover = depart.tick, depart.to, self._movers[depart.robot]
         short = depart.command in self._short
-        step = Crossing(depart.tick, depart.from_, depart.to, heading, short)
-        mover = self._movers[depart.robot]
-        self._lines += self._rest(mover, step.tick, time_of(depart))
-        if end is not None and (left := end - _time_after(mover, step)) > SLACK:
-            self._lines += mover.halt(step.tick)
-            left = end - _time_after(mover, step)
-            self._lines += mover.wait(step.tick, mover.time + left)
-        self._lines += mover.move(step)
+
+        def end_from_now() -> float:
+            ahead = copy(mover)
+            ahead.move(tick, to, short=short)
+            return ahead.time
+
+        self._lines += self._rest(mover, tick, time_of(depart))
+        if end is not None and end - end_from_now() > SLACK:
+            self._lines += mover.halt(tick)
+            self._lines += mover.wait(tick, mover.time + end - end_from_now())
+        self._lines += mover.move(tick, to, short=short)
         return mover.time
 
     def _act(self, act: records.Act, acted: records.ActionEnd) -> None:
@@ -323,13 +326,6 @@ def when(line: file.Line) -> tuple[float, int]:
         return line.rows[0].t, 2
     time = line.t0 if hasattr(line, "t0") else line.t
     return time, 1 if isinstance(line, file.Reserve) else 2
-
-
-def _time_after(mover: Mover, step: Crossing) -> float:
-    """Return the end of a step that begins now."""
-    ahead = copy(mover)
-    ahead.move(step)
-    return ahead.time
 
 
 def action_lines(

@@ -11,27 +11,12 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import atan2, hypot, pi, remainder, tau
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.motion.file import Curve, Flight, Moving
 from safenav.motion.geometry import PEAK, MetricFloor, quintic, unit_vector
 from safenav.pace.robot import AT_ONCE, RESERVE, ROOM, TURNING, YAW, glide
-
-
-class Crossing(Struct, frozen=True):
-    """A move between two regions that lie side by side.
-
-    ``heading``: after it; ``short``: an obstacle stands across the middle of ``to``, and the robot
-    is to resolve it there, so it stays in the first half of the region.
-    """
-
-    tick: int
-    origin: int
-    to: int
-    heading: str
-    short: bool = False
 
 
 class Mover(ABC):
@@ -59,8 +44,10 @@ class Mover(ABC):
         move on the floor."""
 
     @abstractmethod
-    def move(self, crossing: Crossing) -> list[Moving]:
-        """Carry out a move that begins now."""
+    def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:
+        """Move to the region ``to``, which lies beside its own, from now on. ``short``: an obstacle
+        stands across the middle of ``to``, and the robot is to resolve it there, so it stays in the
+        first half of the region."""
 
     @abstractmethod
     def rest(self, tick: int, until: float) -> list[Moving]:
@@ -112,14 +99,14 @@ class Glider(Mover):
         flies = self.kind == "flyer"
         self._pull = RESERVE * values["tilt"] if flies else values.get("acceleration")
 
-    def move(self, crossing: Crossing) -> list[Moving]:
-        x, y = self.floor.centre(crossing.to)
-        if crossing.short:
-            ahead = unit_vector(crossing.heading)
+    def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:
+        heading, (x, y) = self.floor.heading(self.region, to), self.floor.centre(to)
+        if short:
+            ahead = unit_vector(heading)
             back = self.floor.side / 2 - self.values["size"] / 2 - ROOM
             x, y = x - ahead[0] * back, y - ahead[1] * back
-        moved = self._go(crossing.tick, (x, y), YAW[crossing.heading], crossing.to)
-        self.region, self.heading = crossing.to, crossing.heading
+        moved = self._go(tick, (x, y), YAW[heading], to)
+        self.region, self.heading = to, heading
         return moved
 
     def rest(self, tick: int, until: float) -> list[Moving]:

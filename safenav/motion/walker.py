@@ -55,7 +55,7 @@ from safenav.motion.geometry import (
     unit_vector,
     values,
 )
-from safenav.motion.mover import Crossing, Mover
+from safenav.motion.mover import Mover
 from safenav.pace.gait import Apex, Gait, Stride, Walker, gait_on, starting, stopping, walking
 from safenav.pace.robot import AT_ONCE, WALKER, YAW
 
@@ -325,13 +325,14 @@ class WalkerMover(Mover):
         assert self.heading is not None, "a walker has one"
         return self.heading
 
-    def move(self, crossing: Crossing) -> list[Moving]:
-        quarters = turn(self._facing, crossing.heading)
+    def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:  # noqa: ARG002
+        heading = self.floor.heading(self.region, to)
+        quarters = turn(self._facing, heading)
         if self.foot:
             primitive = walk(self.gait, quarters, self.foot)
         else:
             primitive = start(self.gait, quarters, LEFT)
-        return [self._carried_out(primitive, crossing.tick, crossing.to, crossing.heading)]
+        return [self._carried_out(primitive, tick, to, heading)]
 
     def halt(self, tick: int) -> list[Moving]:
         if not self.foot:
@@ -400,10 +401,7 @@ def fault_of(gait: Gait) -> str | None:
     try:
         made = [stop(gait, LEFT), walk(gait, LEFT, RIGHT)]
         for quarters in (0, LEFT, RIGHT):
-            made += [
-                walk(gait, quarters, LEFT),
-                start(gait, quarters, LEFT),
-            ]
+            made += [walk(gait, quarters, LEFT), start(gait, quarters, LEFT)]
     except ValueError:  # a step of an arc whose mass never gets over its foot
         return "the mass would fall back on an arc"
     found = (words for each in made for _, _, words in walked(each, limits).broken)

@@ -26,7 +26,7 @@ from safenav.motion.file import Moving, Segment
 from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor, derivative, quintic, turn, values
 from safenav.motion.making import mover
-from safenav.motion.mover import Crossing, Mover
+from safenav.motion.mover import Mover
 from safenav.motion.timing import dated, in_time, ordered, paces_of
 from safenav.motion.walker import cut_off
 from safenav.pace.gait import Walker, gait_on
@@ -45,13 +45,13 @@ def robot(kind: str, side: float) -> Mover:
     return mover("r", MetricFloor(SIZE, SIZE, side), MIDDLE, "east", figures)
 
 
-def crossing(moved: Mover, chance: random.Random, tick: int) -> Crossing:
-    """A step to a region beside it; a walker does not turn round."""
+def beside(moved: Mover, chance: random.Random) -> int:
+    """A region beside its own; a walker does not turn round."""
     ways = [h for h in HEADINGS if moved.kind != "walker" or turn(moved.heading or h, h) != 2]
     row, col = divmod(moved.region, SIZE)
     ahead = {h: (row + HEADINGS[h].step[0], col + HEADINGS[h].step[1]) for h in ways}
     heading = chance.choice([h for h in ways if all(0 <= at < SIZE for at in ahead[h])])
-    return Crossing(tick, moved.region, ahead[heading][0] * SIZE + ahead[heading][1], heading)
+    return ahead[heading][0] * SIZE + ahead[heading][1]
 
 
 def wandering(side: float, moves: int, seed: int) -> list[Any]:
@@ -63,7 +63,7 @@ def wandering(side: float, moves: int, seed: int) -> list[Any]:
             found += moved.halt(tick)
             if chance.random() < 0.5:
                 found += moved.rest(tick, moved.time + chance.uniform(0.1, 3))
-        found += moved.move(crossing(moved, chance, tick))
+        found += moved.move(tick, beside(moved, chance))
     return found
 
 
@@ -177,15 +177,15 @@ def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) 
             moved.halt(tick)
             moved.rest(tick, max(now, moved.time))
         if dice.random() < 0.2:
-            beside = moved.region + dice.choice([-1, SIZE])
-            now += acted_by([(pace, moved.region)], now, beside)
+            at = moved.region + dice.choice([-1, SIZE])
+            now += acted_by([(pace, moved.region)], now, at)
             moved.halt(tick)
-            moved.face(tick, beside)
+            moved.face(tick, at)
             moved.rest(tick, moved.time + pace.acting)
             assert moved.time == pytest.approx(now, abs=1e-9)
-        step = crossing(moved, dice, tick)
-        now += pace.step(now, step.origin, step.to)
-        moved.move(step)
+        to = beside(moved, dice)
+        now += pace.step(now, moved.region, to)
+        moved.move(tick, to)
         pace.arrived(now)
         assert moved.time == pytest.approx(now, abs=1e-9)
 
