@@ -16,6 +16,7 @@ from typing import Any
 MOST_NUMBER = 2**53 - 1
 """Greatest whole number that all programs represent exactly."""
 _DIGITS = len(str(MOST_NUMBER)) + 1
+_PERHAPS_HALF = re.compile(r"\\u[dD][89a-fA-F]")
 _SHOWN = 40
 """Characters of a key or number in a message."""
 
@@ -26,18 +27,23 @@ class JsonError(ValueError):
 
 def read_json(text: str | bytes) -> Any:
     """Return the value of a JSON text in UTF-8. Raises ValueError (``JsonError`` for a repeated
-    key, a number beyond 2**53 - 1, and too many levels)."""
+    key, a number beyond 2**53 - 1, half of a character, and too many levels)."""
     text = text.decode("utf-8") if isinstance(text, bytes) else text
     try:
-        return json.loads(
+        value = json.loads(
             text,
             object_pairs_hook=_object,
             parse_int=_whole,
             parse_float=_fraction,
             parse_constant=_constant,
         )
+        if _PERHAPS_HALF.search(text):
+            json.dumps(value, ensure_ascii=False).encode("utf-8")
     except RecursionError:
         raise JsonError("too deeply nested") from None
+    except UnicodeEncodeError:
+        raise JsonError("a string has half of a character (a lone surrogate)") from None
+    return value
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

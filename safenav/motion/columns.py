@@ -124,8 +124,8 @@ def _walking(segment: file.Segment, times: Array, limits: Mapping[str, object]) 
                 down = (times >= foot.down) & (times <= foot.up)
                 table[down, at : at + 4] = (foot.x, foot.y, 0.0, foot.yaw)
         for swing in segment.swings:
-            if swing.side == side:
-                up = (times > swing.t0) & (times < swing.t1)
+            up = (times > swing.t0) & (times < swing.t1)
+            if swing.side == side and up.any():
                 table[up, at : at + 4] = swing_poses(swing, times[up], clearance)
     return table
 

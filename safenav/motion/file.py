@@ -23,6 +23,8 @@ VERSION = 1
 State = tuple[float, float, float, float]
 """x, y, vx, vy."""
 Numbers = tuple[float, ...]
+Polynomial = Annotated[Numbers, Meta(max_length=8)]
+"""Of few powers: a check samples a curve as often as they need."""
 SOME = Meta(min_length=1)
 Positive = Annotated[float, Meta(gt=0)]
 LONGEST = 2_000_000
@@ -94,7 +96,7 @@ class Swing(Struct, frozen=True, array_like=True):
 class PressurePhase(Struct, frozen=True, array_like=True):
     """The centre of pressure moves from ``x``, ``y`` to ``to_x``, ``to_y`` at constant speed."""
 
-    seconds: float
+    seconds: Positive
     x: float
     y: float
     to_x: float
@@ -133,10 +135,10 @@ class Curve(Struct, frozen=True, array_like=True):
     """Polynomials in the seconds since the curve's begin, lowest power first."""
 
     seconds: float
-    x: Numbers
-    y: Numbers
-    z: Numbers
-    yaw: Numbers
+    x: Polynomial
+    y: Polynomial
+    z: Polynomial
+    yaw: Polynomial
 
 
 class Flight(Moving, frozen=True, tag="flight"):

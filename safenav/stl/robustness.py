@@ -63,13 +63,13 @@ def robustness(formula: syntax.Requirement, recording: Recording) -> Robustness:
     """Return the robustness of a formula at all samples of a recording. Raises UsageError if its
     events and windows need more than MOST_SAMPLES."""
     count = int(np.floor(recording.end * recording.rate + _NEAR)) + 1
-    grid = np.append(np.arange(count) / recording.rate, recording.end)
     # Each part is evaluated at samples, so the jumps of all parts are samples.
     jumps = np.array(sorted({t for part in syntax.nodes(formula) for t in _jumps(part, recording)}))
     around = np.concatenate([jumps - SPIKE, jumps, jumps + SPIKE])
     inside = around[(around >= 0) & (around <= recording.end)]
-    if len(grid) + len(inside) > MOST_SAMPLES:
+    if count + len(inside) > MOST_SAMPLES:
         raise UsageError(f"the formula needs more than {MOST_SAMPLES} samples")
+    grid = np.append(np.arange(count) / recording.rate, recording.end)
     times = np.unique(np.concatenate([grid, inside]))
     found = _Evaluation(recording, times).of(formula)
     return Robustness(times, found.low, found.high, found.error)

@@ -284,6 +284,14 @@ def test_a_file_of_another_kind_is_not_read(damage: dict[str, Any], tmp_path: Pa
     assert done.returncode == 2 and re.search(damage["refused"], done.stderr)
 
 
+def test_a_swing_of_no_time_does_not_stop_an_export(tmp_path: Path) -> None:
+    """It divided by zero."""
+    (damage,) = [one for one in DAMAGES if one["name"] == "a swing takes no time"]
+    trace, whole = good("case_study_1")
+    file = written(damaged(whole, damage), tmp_path / "m.jsonl")
+    assert safenav("export", trace, file, "-o", tmp_path / "m.npz").returncode == 0
+
+
 def test_a_motion_of_another_trace_is_neither_shown_nor_exported(tmp_path: Path) -> None:
     trace, other = trace_of("case_study_1"), motion("hello")
     for words in (("replay", trace, "--3d", "--motion", other), ("export", trace, other)):

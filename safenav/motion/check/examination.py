@@ -11,6 +11,7 @@ from math import floor, hypot, inf
 import numpy as np
 from msgspec import Struct
 
+from safenav.data import cached_method
 from safenav.errors import UsageError
 from safenav.motion import file
 from safenav.motion.check.walk import NEAR, STEP, Array, Walked, grid, shape_of, walked
@@ -112,9 +113,6 @@ class Examination:
         self.grid = Grid(header.rows, header.cols, header.side)
         self.held: list[Holding] = []
         self._shapes: dict[tuple[str, bool, Hashable], Walked] = {}
-        self._walks: dict[int, Walked] = {}
-        self._flights: dict[int, list[tuple[Array, Array]]] = {}
-        self._discs: dict[int, list[Disc]] = {}
 
     def wrong(self, t: float, robot: str, rule: str, found: str) -> None:
         """Report that a rule is broken."""
@@ -137,38 +135,34 @@ class Examination:
         """Return the radius of the disc that its body fits in, in metres."""
         return self.numbers[robot]["size"] / 2
 
+    @cached_method
     def walked(self, segment: file.Segment) -> Walked:
         """Return the motion of a segment, or of one of its shape: a walker has few, each computed
         once."""
-        if id(segment) not in self._walks:
-            cut = (segment.robot, segment.t1) in self.resets
-            key = segment.robot, cut, shape_of(segment)
-            if key not in self._shapes:
-                self._shapes[key] = walked(segment, self.numbers[segment.robot], cut=cut)
-            self._walks[id(segment)] = self._shapes[key]
-        return self._walks[id(segment)]
+        cut = (segment.robot, segment.t1) in self.resets
+        key = segment.robot, cut, shape_of(segment)
+        if key not in self._shapes:
+            self._shapes[key] = walked(segment, self.numbers[segment.robot], cut=cut)
+        return self._shapes[key]
 
+    @cached_method
     def flown(self, piece: file.Flight) -> list[tuple[Array, Array]]:
-        """Return times and path of each part of a flight, computed once. A body at rest needs only
-        two samples."""
-        if id(piece) not in self._flights:
-            found, begin = [], piece.t0
-            for part in piece.parts:
-                terms = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw))
-                # Close enough that the curve stays near its samples.
-                step = min(STEP, part.seconds / (2 * terms**2)) if terms > 1 else inf
-                times = grid(part.seconds, step or STEP)
-                found.append((begin + times, path(part, times)))
-                begin += part.seconds
-            self._flights[id(piece)] = found
-        return self._flights[id(piece)]
+        """Return times and path of each part of a flight. A body at rest needs only two samples."""
+        found, begin = [], piece.t0
+        for part in piece.parts:
+            terms = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw))
+            # Close enough that the curve stays near its samples.
+            step = min(STEP, part.seconds / (2 * terms**2)) if terms > 1 else inf
+            times = grid(part.seconds, step or STEP)
+            found.append((begin + times, path(part, times)))
+            begin += part.seconds
+        return found
 
+    @cached_method
     def discs(self, piece: file.Moving) -> list[Disc]:
-        """Return the discs that a piece moves, computed once: the body, and of a walker its feet,
-        on the ground and in the air."""
-        if id(piece) not in self._discs:
-            self._discs[id(piece)] = [*self._made(piece)]
-        return self._discs[id(piece)]
+        """Return the discs that a piece moves: the body, and of a walker its feet, on the ground
+        and in the air."""
+        return [*self._made(piece)]
 
     def _made(self, piece: file.Moving) -> Iterator[Disc]:
         radius, own = self.radius(piece.robot), self.numbers[piece.robot]

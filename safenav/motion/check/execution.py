@@ -70,12 +70,8 @@ class TrackingError(Struct, frozen=True):
 
 def check_execution(case: Examination) -> None:
     """Check every rule for every robot that was driven."""
-    paths: dict[str, MeasuredPath] = {}
-    for name, limits in case.driven.items():
-        path = _path(case, name)
-        if path is None:
-            continue
-        paths[name] = path
+    paths = dict(_paths(case))
+    for name, path in paths.items():
         _rate(case, name, path)
         _clock(case, name, path)
         own: list[Holding] = []
@@ -90,7 +86,7 @@ def check_execution(case: Examination) -> None:
         body = Disc("measured body", case.radius(name), path.times, path.centres)
         if (found := outside(case, body, own, MEASURED_TOUCH)) is not None:
             case.wrong(found[0], name, "measured room", found[1])
-        if limits["driven"] == SETPOINTS:
+        if case.driven[name]["driven"] == SETPOINTS:
             _tracking(case, name, path)
         else:
             _arrivals(case, name, path)
@@ -108,19 +104,23 @@ def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
     """Return the tracking error of each driven robot, outside of its actions."""
     found: list[TrackingError] = []
     case = Examination(motion, trace)
-    for name, limits in case.driven.items():
-        path = _path(case, name)
-        if path is None:
-            continue
-        held = 0
-        if limits["driven"] == SETPOINTS:
+    for name, path in _paths(case):
+        held, driven = 0, str(case.driven[name]["driven"])
+        if driven == SETPOINTS:
             off = float(_errors(case, name, path).max(initial=0.0))
             held = len(_holds(case, name))
         else:
             offs = [off for _, _, off in _arrived(case, name, path) if off is not None]
             off = max(offs, default=0.0)
-        found.append(TrackingError(name, str(limits["driven"]), len(path.times), off, held))
+        found.append(TrackingError(name, driven, len(path.times), off, held))
     return found
+
+
+def _paths(case: Examination) -> Iterator[tuple[str, MeasuredPath]]:
+    """Yield the robots that were measured, with their measurements."""
+    for name in case.driven:
+        if (path := _path(case, name)) is not None:
+            yield name, path
 
 
 def _path(case: Examination, name: str) -> MeasuredPath | None:

@@ -1,7 +1,6 @@
 """The requirements of a scenario, evaluated on the motion of a run (docs/motion.md)."""
 
 from collections.abc import Mapping
-from functools import cache
 from math import ceil, inf, isfinite
 
 import numpy as np
@@ -12,7 +11,7 @@ from safenav.errors import UsageError
 from safenav.formula.parser import FormulaError
 from safenav.motion.columns import Columns, columns_at
 from safenav.motion.file import Motion, Moving
-from safenav.motion.timing import in_time
+from safenav.motion.timing import dated, paces_of
 from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.robustness import robustness
 from safenav.stl.syntax import Compound, Happens, Requirement, RobotSignal, nodes, parse_requirement
@@ -62,9 +61,8 @@ class Judgement(Struct, frozen=True):
             value = f"robustness between {self.low:.3f} and {self.high:.3f}"
         label = self.formula if self.name == self.formula else f"{self.name}: {self.formula}"
         error = f" +- {self.error:.3f}" if self.error else ""
-        return f"{label}: {self.verdict} ({value}{error})" + (
-            f"; {self.advice}" * bool(self.advice)
-        )
+        advice = f"; {self.advice}" if self.advice else ""
+        return f"{label}: {self.verdict} ({value}{error}){advice}"
 
 
 class MotionRecording:
@@ -79,8 +77,9 @@ class MotionRecording:
         self._events = _events(motion, trace)
         listed = {each.name for each in trace.header.scenario.obstacles}
         self.obstacles = frozenset(listed | {name for _, name in self._events})
-        self._columns = cache(self._sampled)
         self._times: Array = np.zeros(0)
+        self._bodies: dict[str, _Body] = {}
+        """The bodies at these times, which the signals of a formula share."""
 
     @property
     def robots(self) -> Mapping[str, object]:
@@ -89,9 +88,10 @@ class MotionRecording:
     def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
         """Return the values at the times, and a bound of their change per second."""
         if times is not self._times:
-            self._times = times
-            self._columns.cache_clear()
-        bodies = [_Body(self._columns(robot), times) for robot in which.robots]
+            self._times, self._bodies = times, {}
+        for robot in {*which.robots} - self._bodies.keys():
+            self._bodies[robot] = _Body(columns_at(self._motion, robot, times), times)
+        bodies = [self._bodies[robot] for robot in which.robots]
         first = bodies[0]
         match which.name:
             case "distance":
@@ -105,9 +105,6 @@ class MotionRecording:
     def instants(self, event: Happens) -> tuple[float, ...]:
         """Return the times of the event, in seconds of the motion."""
         return self._events.get((event.kind, event.obstacle), ())
-
-    def _sampled(self, robot: str) -> Columns:
-        return columns_at(self._motion, robot, self._times)
 
 
 _AXES = {"x": "x", "y": "y", "height": "z"}
@@ -134,7 +131,7 @@ class _Body:
 def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, ...]]:
     """Return the times of requests and resolutions, in seconds of the motion."""
     found: dict[tuple[str, str], set[float]] = {}
-    for record in in_time(trace, motion).records:
+    for record in dated(trace, paces_of(trace, motion.header)):
         if isinstance(record, Request | Resolved) and record.t is not None:
             kind = "requested" if isinstance(record, Request) else "resolved"
             found.setdefault((kind, record.obstacle), set()).add(record.t)
@@ -158,9 +155,7 @@ def readable(recording: MotionRecording, text: str) -> Requirement:
     try:
         formula = parse_requirement(text)
     except FormulaError as error:
-        hint = f"\n    {error.hint}" if error.hint else ""
-        problem = f"column {error.column}: {error.found}{hint}"
-        raise UsageError(f"requirement '{text[:80]}': {problem}") from error
+        raise UsageError(f"requirement '{text[:80]}': {error}") from error
     for node in nodes(formula):
         for robot in node.robots if isinstance(node, RobotSignal) else ():
             if robot not in recording.robots:

@@ -187,21 +187,21 @@ def check_joins(case: Examination, robot: str) -> None:
     for before, after in pairwise(pieces):
         if after.t0 not in resets:
             joined(case, before, after)
-    for piece in pieces if robot not in case.driven else ():
-        if isinstance(piece, Flight) and piece.origin != piece.to:
-            off = dist(_end(piece, last=False)[:2], case.grid.centre(piece.origin))
-            if off > STILL:
-                what = f"it begins a step {off:.3f} m from the centre of region {piece.origin}"
-                case.wrong(piece.t0, robot, "centre", what)
-    for piece in pieces if robot not in case.driven else ():
-        if isinstance(piece, Segment) and piece.origin != piece.to:
+    if robot in case.driven:
+        return
+    for piece in pieces:
+        if piece.origin == piece.to:
+            continue
+        if isinstance(piece, Segment):
             (col, row), (to_col, to_row) = map(case.grid.place, (piece.origin, piece.to))
             off = remainder(piece.turning[1] - atan2(to_row - row, to_col - col), tau)
             if abs(off) > NEAR:
                 found = f"it faces {abs(off):.3f} rad off the way of its step to region {piece.to}"
                 case.wrong(piece.t1, robot, "turning", found)
-    ends_of = ((first, first.origin, False), (last, last.to, True))
-    for piece, region, ended in ends_of if robot not in case.driven else ():
+        elif (off := dist(_end(piece, last=False)[:2], case.grid.centre(piece.origin))) > STILL:
+            what = f"it begins a step {off:.3f} m from the centre of region {piece.origin}"
+            case.wrong(piece.t0, robot, "centre", what)
+    for piece, region, ended in ((first, first.origin, False), (last, last.to, True)):
         there = np.array([_end(piece, last=ended)[:2]])
         off = float(case.grid.distance(there, case.grid.place(region))[0])
         if off > STILL:
@@ -282,10 +282,8 @@ def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
         return [Finding(0.0, "", "header", found)]
     case = Examination(motion, trace)
     for segment in motion.of(Segment):
-        spans = [phase.seconds for phase in segment.phases]
-        if min([*spans, *(swing.t1 - swing.t0 for swing in segment.swings)]) <= 0:
-            what = "a phase or a swing that takes no time"
-            case.wrong(segment.t0, segment.robot, "time", what)
+        if any(swing.t1 <= swing.t0 for swing in segment.swings):
+            case.wrong(segment.t0, segment.robot, "time", "a swing that takes no time")
             continue
         for t, rule, found in case.walked(segment).broken:
             case.wrong(segment.t0 + t, segment.robot, rule, found)

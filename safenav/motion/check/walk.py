@@ -2,7 +2,7 @@
 its mass, and feet that support it."""
 
 from cmath import rect
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping
 from itertools import combinations, pairwise
 from math import ceil, cos, hypot, inf, pi, remainder, sin, tau
 from typing import Any
@@ -85,7 +85,8 @@ def shape_of(segment: Segment) -> Hashable:
 
 
 def _rounded(value: Any) -> Hashable:
-    return tuple(map(_rounded, value)) if isinstance(value, Sequence) else round(value, ALIKE)
+    number = isinstance(value, float | int)
+    return round(value, ALIKE) if number else tuple(map(_rounded, value))
 
 
 def walked(segment: Segment, limits: Limits, *, cut: bool = False) -> Walked:
