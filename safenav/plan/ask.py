@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from safenav.plan.charged import ChargedSearch, Charges, Part, charged_plan
 from safenav.plan.order import preview
-from safenav.plan.search import Exhausted, Guide, Search
+from safenav.plan.search import PROOF_TURN, Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import coupled, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
@@ -94,10 +94,11 @@ def _ask(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
     search = _search(floor, joint, frozenset(served), seed, check)
-    answer = search.run()
+    answer = _answer(search, check)
     may_turn = any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)
     if isinstance(answer, Exhausted) and may_turn:
-        answer = _search(replace(floor, either=True), joint, frozenset(served), seed, check).run()
+        freer = _search(replace(floor, either=True), joint, frozenset(served), seed, check)
+        answer = _answer(freer, check)
         if isinstance(answer, list) and not isinstance(answer, Exhausted):
             first = tuple(_first(floor, answer))
             counts = list(joint.counts)
@@ -105,8 +106,8 @@ def _ask(
                 counts[i] = memory, 0
             begun = floor.begun(joint.poses, tuple(counts), joint.stages)
             return Found(shortened(floor, [[begun, *answer[1:]]], frozenset(served)), first)
-    if answer is None:
-        return _few(floor, joint, check)
+    if answer is None or isinstance(answer, Deadlock):
+        return answer
     if not isinstance(answer, Exhausted):
         return Found(shortened(floor, chain([answer], search.others()), frozenset(served)))
     if served:
@@ -119,6 +120,14 @@ def _ask(
         if not isinstance(alone, Exhausted):
             return Unserved(tuple(g for g in served if g not in possible))
     return _deadlock(floor, joint)
+
+
+def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
+    """Return the answer of a search, or if it is not found soon the proof for a few robots."""
+    answer = search.run(PROOF_TURN + 1)
+    if answer is not None:
+        return answer
+    return _few(search.floor, search.start, check) or search.run()
 
 
 def ask_charged(

@@ -15,6 +15,7 @@ from safenav.plan.search import (
     FARTHEST,
     FIRST_BUDGET,
     ONE,
+    ROUNDS,
     STATIC,
     Answer,
     Exhausted,
@@ -80,11 +81,11 @@ class ChargedSearch(Search):
             spare = 0 if energy.charging(joint.poses[i]) else self._spare.get(i, 0)
             yield joint.charges[i] >= needed(self.floor, joint, i) + spare
 
-    def run(self) -> Answer:
+    def run(self, until: int = ROUNDS) -> Answer:
         """Return the plan with the fewest ticks of several."""
         if self.goal(self.start):
             return [self.start]
-        given, best = self.work, super().run()
+        given, best = self.work, super().run(until)
         enough = self.work - max(BETTER, given - self.work)
         for how in islice(cycle((FARTHEST, STATIC, ONE)), TRIES):
             if best is None or self.work < enough:

@@ -59,20 +59,23 @@ class Search:
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._fields: dict[tuple[int, Mask, Stages], Field] = {}
         self._immobile = Immobile(floor, self._alive)
+        self._turn = 0
 
     def goal(self, joint: Joint) -> bool:
         self._check()
         return self.floor.completed(joint, self.served)
 
-    def run(self) -> Answer:
-        """Return the first plan that some variant finds, the cheap ones first."""
+    def run(self, until: int = ROUNDS) -> Answer:
+        """Return the first plan that some variant finds, the cheap ones first. Continues with the
+        first round that it has not tried yet."""
         if self.goal(self.start):
             return [self.start]
         few = len(self.floor.robots) <= 4
-        if len(self.floor.robots) > MANY and (found := self._rolled()) is not None:
+        if not self._turn and len(self.floor.robots) > MANY and (found := self._rolled()):
             return found
-        budget = FIRST_BUDGET
-        for turn in range(ROUNDS):
+        while self._turn < until and self.work > 0:
+            turn, budget = self._turn, FIRST_BUDGET << self._turn
+            self._turn += 1
             for how in (FARTHEST, STATIC, ONE):
                 for _ in range(1 if how is FARTHEST else max(1, budget // MOST_OF_AN_ORDER)):
                     states = budget if how is FARTHEST else min(budget, MOST_OF_AN_ORDER)
@@ -87,10 +90,7 @@ class Search:
             most = {0: SINGLES, PROOF_TURN: PROOF}.get(turn, 0)
             if few and most and (answer := self.singles(most)) is not None:
                 return answer
-            if self.work <= 0:
-                break
-            budget *= 2
-        return self.singles(PROOF) if few and turn < PROOF_TURN else None
+        return self.singles(PROOF) if few and self._turn <= PROOF_TURN else None
 
     def others(self) -> Iterator[list[Joint]]:
         """Yield the plans of other searches: one deep search often finds a long one."""

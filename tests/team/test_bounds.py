@@ -81,8 +81,8 @@ def drawn(seed: int) -> Data:
         }
     for kind in "abc"[: len(closed)]:
         needs: list[Data] = []
-        for k in range(random.choice((1, 1, 2))):
-            same = k > 0 and random.random() < 0.3
+        for k in range(random.choice((1, 2, 2))):
+            same = k > 0 and random.random() < 0.6
             robots = needs[-1].get("robots", 1) if same else random.choice((1, 1, 2))
             where = sorted({*random.choices([*free, *starts, *starts], k=random.choice((1, 2, 2)))})
             needs.append({"action": random.choice(("lift", "push")), "at": where})
@@ -133,7 +133,7 @@ def moment(seed: int) -> Moment:
             group = frozenset(random.sample(can[k - 1], most))
         mine = [i for i in can[k] if group is None or i in group]
         shared = needs[k].get("robots", 1) > 1 and not needs[k]["together"]
-        if shared and mine and random.random() < 0.3:
+        if shared and mine and random.random() < 0.5:
             done = frozenset([random.choice(mine)])
         stages.append((k, done, group))
     targets = [random.sample(free, random.choice((1, 1, 2))) for _ in range(random.randint(1, 3))]
