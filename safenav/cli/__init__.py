@@ -201,11 +201,9 @@ def _coloured() -> bool | None:
     return False if os.environ.get("NO_COLOR") else None
 
 
-def warn(message: Warning | str, *more: str) -> None:
-    """Print a warning, and lines that belong to it."""
+def warn(message: Warning | str) -> None:
+    """Print a warning."""
     click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {message}", err=True)
-    for line in more:
-        click.echo(line, err=True)
 
 
 def warn_of(lines: Iterable[str]) -> None:

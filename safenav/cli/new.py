@@ -7,7 +7,7 @@ from typing import Annotated
 import click
 from msgspec import to_builtins
 
-from safenav.cli import options, warn
+from safenav.cli import options, warn_of
 from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import write_out
@@ -141,8 +141,7 @@ def _catalogue(file: str) -> str:
 
 def _on_map(map_file: Path, file: Path, division: Division) -> str:
     world = load_map(map_file, division)
-    for note in world.notes:
-        warn(note)
+    warn_of(world.notes)
     folder = Path() if str(file) == "-" else file.parent
     text = scenario_on(world, map_lines(map_file, division, folder), map_file.stem)
     if text is None:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import click
 
-from safenav.cli import options, warn
+from safenav.cli import options, warn_of
 from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_out, write_whole
@@ -207,8 +207,7 @@ def draw(
         plan = Scenario(scenario.name, load_map(scenario, Division(rows, cols, side, share)), ())
     if output is None or output.suffix.lower() != ".png":
         options.refuse({"width": "-o FILE in .png"})
-    for note in plan.map.notes:
-        warn(note)
+    warn_of(plan.map.notes)
     if output is None:
         for line in scenario_text(plan, shutil.get_terminal_size((120, 40)).columns):
             click.echo(line)

@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.batch.case import Ledger, differences
-from safenav.cli import options, warn
+from safenav.cli import options, warn_of
 from safenav.cli.operator import attended, run_with_operator
 from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
@@ -91,8 +91,7 @@ def run(
         serve(Studio.of_run(scenario, seed, trace, clock))
         return ExitCode.OK
     plan = load_scenario(scenario)
-    for note in plan.map.notes:
-        warn(note)
+    warn_of(plan.map.notes)
     plan = plan if clock is None else replace(plan, clock=Clock(clock))
     plan = plan if seed is None else replace(plan, seed=seed)
     plan = _limited(plan, max_ticks, time_limit)
@@ -226,8 +225,7 @@ def drive(
     side = side_of(plan.map)
     tolerances = {name: station.off(side) for name, station in stations.stations.items()}
     sizes = (*oversized(plan), *imprecise(plan, tolerances))
-    for warning in (*plan.map.notes, *sizes, *unserved(plan, stations)):
-        warn(warning)
+    warn_of([*plan.map.notes, *sizes, *unserved(plan, stations)])
     moves = None if motion is None else DriveRecording()
 
     @contextmanager

@@ -9,7 +9,7 @@ import click
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.cli import options, warn
+from safenav.cli import options, warn, warn_of
 from safenav.cli.check import examined
 from safenav.cli.options import code_of, flag, option, print_json
 from safenav.errors import (
@@ -206,7 +206,7 @@ def _end_of_specification(
     if one.realizable:
         assert strategy is not None
         for vacuity in vacuities(strategy):
-            warn(*vacuity_lines(vacuity, strategy, str(file)))
+            warn_of(vacuity_lines(vacuity, strategy, str(file)))
         return ExitCode.OK
     if not one.shown.states:
         click.echo(f"it has no node: {opening_words(one.spec)}", err=printed)
