@@ -2,17 +2,16 @@
 
 ``&``, ``|`` and ``^`` are associative and hold any number of operands, so that the long
 chains of generated specifications stay flat; ``->`` and ``<->`` associate to the left.
-Columns (from 1; 0 if the tree was not parsed) do not take part in comparisons.
+Columns are from 1; 0 if the tree was not parsed.
 """
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from enum import StrEnum
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 RESERVED_WORDS = frozenset({"TRUE", "FALSE", "next", "X", "F", "G", "U", "W"})
 """Words that cannot name a variable: constants, the next operator, and the temporal
@@ -40,12 +39,6 @@ class Number(Struct, frozen=True):
     value: int
     column: int = 0
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Number) and self.value == other.value
-
-    def __hash__(self) -> int:
-        return hash(self.value)
-
 
 class Name(Struct, frozen=True):
     """A variable, Boolean or integer, now or (``primed``) in the next state."""
@@ -53,12 +46,6 @@ class Name(Struct, frozen=True):
     name: str
     primed: bool = False
     column: int = 0
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Name) and self.name == other.name and self.primed == other.primed
-
-    def __hash__(self) -> int:
-        return hash((self.name, self.primed))
 
 
 class Sum(Struct, frozen=True):
@@ -145,45 +132,37 @@ def variables(formula: Formula) -> frozenset[str]:
 
 
 def resolve_constants(
-    formula: Formula,
-    value: Callable[[Name, Comparison], int | None],
-    members: Callable[[Name], Iterable[int] | None] = lambda _: None,
+    formula: Formula, meaning: Callable[[Name, Comparison], Collection[int] | None]
 ) -> Formula:
-    """Return the formula with names in comparisons replaced by numbers where ``value`` gives one.
+    """Return the formula with names in comparisons replaced by the number that they mean, if any.
 
-    Being equal to a name with ``members`` means being equal to one of them."""
+    Being equal to a name of several numbers means being equal to one of them."""
 
-    def atom(part: Name | Number, within: Comparison) -> Name | Number:
-        number = value(part, within) if isinstance(part, Name) and not part.primed else None
-        return part if number is None else Number(number, part.column)
+    def numbers(part: Term, within: Comparison) -> list[Number]:
+        if not isinstance(part, Name) or part.primed:
+            return []
+        return [Number(value, part.column) for value in sorted(meaning(part, within) or ())]
 
     def term(whole: Term, within: Comparison) -> Term:
-        atoms = tuple(atom(part, within) for part in atoms_of(whole))
-        return Sum(atoms) if isinstance(whole, Sum) else atoms[0]
-
-    def expanded(node: Comparison) -> Formula | None:
-        if node.relation not in (Relation.EQUAL, Relation.UNEQUAL):
-            return None
-        for name, other in ((node.right, node.left), (node.left, node.right)):
-            if not isinstance(name, Name) or name.primed or value(name, node) is not None:
-                continue
-            if (numbers := members(name)) is not None:
-                parts = [Number(number, name.column) for number in sorted(numbers)]
-                each = tuple(walk(Comparison(node.relation, other, part)) for part in parts)
-                join = Connective.OR if node.relation is Relation.EQUAL else Connective.AND
-                return each[0] if len(each) == 1 else Operation(join, each)
-        return None
+        atoms = list[Name | Number]()
+        for part in atoms_of(whole):
+            found = numbers(part, within)
+            atoms += found if len(found) == 1 else [part]
+        return Sum(tuple(atoms)) if isinstance(whole, Sum) else atoms[0]
 
     def walk(node: Formula) -> Formula:
         match node:
-            case Comparison() if (whole := expanded(node)) is not None:
-                return whole
-            case Comparison(_, left, right):
-                return replace(node, left=term(left, node), right=term(right, node))
+            case Comparison(relation, left, right):
+                for name, other in ((right, left), (left, right)):
+                    several = numbers(name, node)
+                    if len(several) > 1 and relation in (Relation.EQUAL, Relation.UNEQUAL):
+                        each = (walk(Comparison(relation, other, one)) for one in several)
+                        join = Connective.OR if relation is Relation.EQUAL else Connective.AND
+                        return Operation(join, tuple(each))
+                return Comparison(relation, term(left, node), term(right, node))
             case Operation(operator, operands):
                 return Operation(operator, tuple(map(walk, operands)))
-            case _:
-                return node
+        return node
 
     return walk(formula)
 

@@ -117,7 +117,9 @@ class ModelKeys(Item, frozen=True):
         "free: steps to any neighbour; heading: straight on, or after a turn of 90 degrees.",
         "'mobility: free' or 'mobility: heading'",
     )
-    layer: str | None = key("Robots of one layer avoid each other.", "for example 'layer: ground'")
+    layer: values.Layer | None = key(
+        "Robots of one layer avoid each other.", "for example 'layer: ground'"
+    )
     capabilities: tuple[values.Action, ...] = key("Actions that it can perform.", default=())
     vision: float | Literal["unlimited"] | None = _VISION
     size: float | None = key(

@@ -102,15 +102,18 @@ Corner = tuple[_Metres, _Metres] | tuple[_Metres, _Metres, _Yaw]
 CORNER = "[x, y] or [x, y, yaw]"
 
 
-def _capability(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:
-    if word.value == OPERATOR_ACTION:
-        found = f"{what}: '{word.value}' is reserved for human operators"
-        findings.add(node, found, "use another word")
-    return word
+def _named(form: NameForm) -> Key:
+    """Return the key of a value that is such a name."""
+
+    def check(word: Scalar, _node: Node, _what: str, findings: Findings) -> Scalar | None:
+        return word if form.check(word, findings) else None
+
+    return Key(check=check, schema=form.schema)
 
 
-Action = Annotated[Scalar, Key(check=_capability, schema={"not": {"const": OPERATOR_ACTION}})]
-"""An action of robots: any word but that of the operator's."""
+_OPERATOR, _PERSON = frozenset({OPERATOR_ACTION}), "is reserved for human operators"
+Action = Annotated[Scalar, _named(NameForm("an action", taken=_OPERATOR, reserved=_PERSON))]
+Layer = Annotated[Scalar, _named(NameForm("a layer"))]
 
 Where = Annotated[
     ResolveAt | Target, Key(form=ResolveAt | tuple[Regions, ...], entries=1, by="places")

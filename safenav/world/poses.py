@@ -313,7 +313,8 @@ class PoseGraph:
 
     def _forward(self, poses: Mask) -> Mask:
         if self.blocks == 1:
-            return self._spread(poses) & self.free_regions
+            found = self._shift(poses, 0) | self._shift(poses, 1)
+            return (found | self._shift(poses, 2) | self._shift(poses, 3)) & self.free_regions
         facing = [poses >> block * self.size & self._full for block in range(4)]
         found = 0
         for heading in range(4):
@@ -374,14 +375,6 @@ class PoseGraph:
                 length *= 2
             found |= reached << block
         return found
-
-    def _spread(self, regions: Mask) -> Mask:
-        return (
-            regions >> self._cols
-            | regions << self._cols
-            | (regions & ~self._east) << 1
-            | (regions & ~self._west) >> 1
-        )
 
     def _shift(self, regions: Mask, heading: int) -> Mask:
         if heading == 0:

@@ -101,7 +101,7 @@ def _model(key: Scalar, item: language.ModelKeys, reading: Reading) -> RobotMode
     return RobotModel(
         name=key.text,
         mobility=item.mobility,
-        layer=item.layer,
+        layer=item.layer.text,
         capabilities=frozenset(word.text for word in item.capabilities),
         vision=vision_of(item.vision),
         size=item.size,

@@ -196,7 +196,7 @@ def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
         label = text if name is None else name.text
         if label in found:
             reading.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
-        formula = _formula(item, text, what, reading)
+        formula = " ".join(_formula(item, text, what, reading).split())
         found[formula if name is None else label] = formula
     return found
 

@@ -188,7 +188,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     if reading.world is None:
         return None
     scenario = Scenario(
-        name=item.name or printable(Path(reading.file).stem),
+        name=printable(" ".join((item.name or Path(reading.file).stem).split())),
         map=reading.world,
         robots=reading.team,
         obstacles=reading.obstacles,

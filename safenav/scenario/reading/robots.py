@@ -1,6 +1,6 @@
 """The ``robots:`` of a scenario, their objectives, and whether each can reach its targets."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from msgspec.structs import replace
@@ -343,19 +343,17 @@ def _line(
         reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
         return None
 
-    def constant(name: Name, within: Comparison) -> int | None:
+    def meaning(name: Name, within: Comparison) -> Collection[int] | None:
         if name.name in declared:
             return None
         terms = (within.left, within.right)
         of_heading = any(isinstance(t, Name) and t.name == "heading" for t in terms)
         if of_heading and name.name in HEADINGS:
-            return int(HEADINGS[name.name])
-        return reading.names.get(name.name)
+            return (int(HEADINGS[name.name]),)
+        region = reading.names.get(name.name)
+        return reading.areas.get(name.name) if region is None else (region,)
 
-    def members(name: Name) -> frozenset[int] | None:
-        return None if name.name in declared else reading.areas.get(name.name)
-
-    formula = resolve_constants(formula, constant, members)
+    formula = resolve_constants(formula, meaning)
     for problem in check(formula, declared, next_allowed=next_allowed):
         hint = problem.hint
         if problem.unknown == "heading":

@@ -62,10 +62,7 @@ class Findings:
 
     def add(self, where: Node | Place | None, found: str, hint: str = "") -> None:
         """Add a diagnostic: its place (None: of the whole file), ``found`` and ``hint``."""
-        if where is None:
-            self._found.append(Diagnostic(self.file, 0, 0, found, hint))
-            return
-        place = where if isinstance(where, Place) else where.place
+        place = where if isinstance(where, Place) else where.place if where else Place(0, 0)
         self._found.append(Diagnostic(self.file, place.line, place.column, found, hint))
 
     def unknown(
