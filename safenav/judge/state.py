@@ -442,6 +442,13 @@ class State:
         """Return the time of a line: its tick, or its second in a live run."""
         return float(e.tick if e.t is None or not self.live else e.t)
 
+    def ends(self, change: Line, e: Line) -> bool:
+        """Return whether a line applies a change of the scenario, or ends the service in which
+        another one has found its robot already."""
+        found = change.objective is None and change.active is not self.robots[change.robot].out
+        void = e.kind == "service" and change.robot == e.robot and change.at <= self.now(e)
+        return self.applies(change, e) or (found and void)
+
     def applies(self, change: Line, e: Line) -> bool:
         """Return whether a line applies a change of the scenario."""
         if change.robot != e.robot or e.cause != "scenario" or change.at > self.now(e):
