@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from msgspec.structs import replace
 
+from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Objective
 from safenav.team import state as now
 from safenav.team.acts import stands_for
@@ -104,7 +105,9 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             failed = (*robot.failed, robot.next % team.size)
             return _put(team, state, i, pose, failed=failed)
         case now.Lost(i):
-            return _robot(_moved(team, state, i), i, to=None, due=None, node=None, by=None)
+            undone = _undone(team, state, i, state.robots[i].pose)
+            state = _moved(team, state, i)
+            return _robot(state, i, to=None, due=None, node=None, by=None, **undone)
         case now.Flat(i, k):
             state = _robot(state, i, active=False, flat=True, node=None)
             here = state.robots[i].pose % team.size
@@ -200,6 +203,7 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
     robot = state.robots[i]
     same = pose % team.size == robot.pose % team.size
     changes |= {"pose": pose} if same else {"pose": pose, "behind": None}
+    changes |= _undone(team, state, i, pose)
     if not same:
         count = robot.own if on_own(team, state, i) else robot.task
         here = robot.objective.reached(pose % team.size)
@@ -256,6 +260,21 @@ def _stepped(
         kept = dict(robot.values) | heard | dict(_memory(team.members[i], pose))
         values = tuple(sorted(kept.items()))
     return {"came": (robot.pose, robot.values), "values": values}
+
+
+def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
+    """End a step of a robot in another pose than decided: its formulas remember what they did
+    before, unless this step makes them remember something else."""
+    robot, graph = state.robots[i], team.members[i].graph
+    formulas = robot.objective.formulas
+    if formulas is None or robot.to is None or robot.came is None:
+        return {}
+    old, found = dict(robot.came[1]), guarantees_of(formulas)
+    here, there = graph.pose(robot.came[0]), graph.pose(pose)
+    after = (old | memory for memory in ({}, *found.memories))
+    allowed = (each for each in after if found.allows_with(here, old, there, each))
+    values = old | dict(_memory(team.members[i], pose)) if graph.remembers else next(allowed, old)
+    return {"values": tuple(sorted(values.items()))}
 
 
 def _with(state: State, k: int, obstacle: ObstacleNow) -> State:
