@@ -216,6 +216,9 @@ def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
     away = [team.members[i].name for i in met if not stands(team, state, i)]
     if away:
         yield f"{some(away)} {'is' if len(away) == 1 else 'are'} not at the last target"
+    for i, robot in enumerate(state.robots):
+        if robot.mode is not None and done(team, state, i):
+            yield f"{team.members[i].name} has another objective while '{robot.mode}' is on"
     for k in state.requests:
         what = obstacle_words(team.obstacles[k].name, team.world.word)
         names = [team.members[i].name for i, _ in state.obstacles[k].asked]
