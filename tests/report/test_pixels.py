@@ -1,6 +1,7 @@
 """What no picture of this machine shows: fonts and packages of other machines, films too large."""
 
 import sys
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,11 @@ from report.runs import picture_of, run_of
 from safenav import UsageError
 from safenav.report.bag import write_mcap
 from safenav.report.picture.film import Film
+from safenav.report.picture.scene import svg_of
 from safenav.report.picture.svg import png_of
 
 resvg_py = pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
+ImageChops = pytest.importorskip("PIL.ImageChops")
 Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")
 
 
@@ -31,6 +34,16 @@ def test_letters_missing_in_the_fonts_are_drawn_by_the_system(
     monkeypatch.setattr(resvg_py, "svg_to_bytes", watched)
     png_of(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><text>{title}</text></svg>')
     assert asked == [own]
+
+
+def test_a_frame_is_the_whole_picture_although_only_what_differs_is_drawn() -> None:
+    run = run_of("door")
+    film = Film(run, range(20), width=500)
+    for tick, part, caption, _ in film._captioned():
+        frame = film._frame(tick, part, caption).convert("L")
+    whole = Image.open(BytesIO(png_of(svg_of(run, tick, part, caption=caption), 500))).convert("L")
+    apart = ImageChops.difference(frame, whole).histogram()
+    assert sum(apart[32:]) < 10, "edges of shapes may be rounded"
 
 
 def test_white_stays_white_in_a_large_film(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
