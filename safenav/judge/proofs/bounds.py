@@ -20,10 +20,12 @@ Charges = dict[Pose, float]
 
 class Bound:
     """Bounds at the end of a turn of a tick, from the pose of each robot and when it is there.
-    ``met``: for each open obstacle the earliest turn in which each unmet need can be met."""
+    ``met``: for each open obstacle the earliest turn in which each unmet need can be met. Formulas
+    of objectives that still change are ignored."""
 
     def __init__(self, s: State, tick: int) -> None:
         self.s, self.names, self.count = s, s.names, len(s.names)
+        self.changes = objectives_change(s, tick)
         had = sum(robot.moved >= tick for robot in s.robots.values()) if tick else self.count
         self.turn = tick * self.count + had - 1
         self.start: dict[str, Ticks] = {}
@@ -84,7 +86,7 @@ class Bound:
         """Return, for each pose, the earliest tick at whose end a robot is there, and in which a
         step ends there. ``ends_in``: regions where paths may end but not continue."""
         own, takes, robot = self.names.index(name), self.takes(name), self.s.robots[name]
-        formulas = robot.own.formulas
+        formulas = None if self.changes else robot.own.formulas
         best, stepped, shut = dict(seeds), Ticks(), self.sealed[name].union(avoid)
         queue = sorted((tick, str(pose), pose) for pose, tick in seeds.items())
         while queue:
@@ -163,6 +165,16 @@ class Bound:
         return {p: max(t, since) for p, t in former.items() if p[0] in earlier.regions}
 
 
+def objectives_change(s: State, tick: int) -> bool:
+    """Return whether the scenario still gives a robot another objective, perhaps with other
+    formulas."""
+    times = [one.at for one in s.scenario.changes if one.objective is not None]
+    if any(robot.data.when for robot in s.robots.values()):
+        spans = (span for each in s.scenario.inputs for span in each.spans)
+        times += [at for first, last in spans for at in (first, last + 1)]
+    return any(at > tick for at in times)
+
+
 def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
     """Yield the sequences of targets that a robot may still have to meet."""
     own, progress = robot.own, robot.progress
@@ -181,14 +193,11 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
 
 
 def mission(bound: Bound, tick: int) -> int:
-    """Return a tick before which the mission cannot be completed: the present one if the scenario
-    still gives a robot another objective."""
+    """Return a tick before which the mission cannot be completed: the present one if objectives
+    still change."""
     s, ends = bound.s, [tick]
-    wanted, inputs = s.scenario.until.rounds, s.scenario.inputs
-    changes = [one.at for one in s.scenario.changes if one.objective is not None]
-    if any(robot.data.when for robot in s.robots.values()):
-        changes += [at for each in inputs for first, last in each.spans for at in (first, last + 1)]
-    if any(at > tick for at in changes):
+    wanted = s.scenario.until.rounds
+    if bound.changes:
         return tick
     for name, robot in s.robots.items():
         own, start = robot.own, robot.pose[0]
@@ -262,6 +271,7 @@ def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
     """Return the least number of ticks of a round. ``ends_in``: the regions that the robot touches
     only in their turn (None: the targets)."""
     bound, own = Bound(s, 0), s.robots[name].own
+    bound.changes = False  # as long as it has this objective
 
     def round_from(seeds: Ticks) -> Ticks:
         for goal in own.targets:

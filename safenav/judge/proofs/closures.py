@@ -74,7 +74,7 @@ class Case:
                 for a, to in steps.items()
                 if a[0] not in sealed or a == here
             }
-        if name in self.memory and formulas is not None:
+        if name in self.memory:
             return _with_memory(formulas, steps)
         return steps, aims
 

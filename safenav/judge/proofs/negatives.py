@@ -384,9 +384,9 @@ def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:
 def _memory(name: str, stated: Mapping[str, int], s: State) -> int | None:
     """Return the number of a stated memory of a robot's formulas, if they may remember it."""
     robot = s.robots.get(name)
-    formulas = None if robot is None else robot.own.formulas
-    if robot is None or formulas is None or robot.memories is None:
+    if robot is None or robot.memories is None:
         return None
+    formulas = robot.own.formulas
     if {*stated} != {*formulas.names} - {*formulas.inputs}:
         return None
     return min(s.arriving(robot) & formulas.remembering(stated), default=None)

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.control.ends import End
 from safenav.scenario.model import Clock, LatePolicy, switching
+from safenav.scenario.objective import formulas_in
 from safenav.team import state as now
 from safenav.team.apply import on_own, own_goals, rounds
 from safenav.team.battery import Energy
@@ -185,6 +186,9 @@ class Ledger:
     def _soonest(self, bound: Bound, of: Of) -> int:
         """Return a tick before whose end a deadline cannot be met; 0 if there is no bound."""
         team, state, (kind, number) = bound.team, bound.state, of
+        ruled = any(formulas_in(member.objective) for member in team.members)
+        if (ruled or kind == THE_MISSION) and objectives_change(team, self.tick):
+            return 0
         if kind == REQUEST:
             return bound.resolved(number)
         if kind == ROUND:
@@ -192,15 +196,13 @@ class Ledger:
             ready = served and not self.dues[of].excused
             left = _orders_left(team, state, number) if ready else []
             return min((bound.rounds_done(number, goals) for goals in left), default=0)
-        if objectives_change(team, self.tick):
-            return 0
         every = (_orders_left(team, state, i, team.rounds) for i in range(len(team.members)))
         return mission_end(bound, every)
 
 
 def objectives_change(team: Team, tick: int) -> bool:
     """Return whether the scenario still gives a robot another objective, which changes the bound of
-    the mission."""
+    the mission, and perhaps its rules for steps."""
     scenario = team.scenario
     if any(change.objective is not None and change.at > tick for change in scenario.changes):
         return True
