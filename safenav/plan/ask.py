@@ -168,7 +168,7 @@ def _charged(
             search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full))
             if not search.fits(start):
                 break
-            answers += [] if (answer := search.run()) is None else [answer]
+            answers += [] if (answer := search.best()) is None else [answer]
         if answers:
             return min(answers, key=len)
         work //= 4 if search.fits(start) else 1  # a weaker request is likely to fail as well

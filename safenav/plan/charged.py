@@ -11,18 +11,7 @@ from itertools import cycle, islice, pairwise
 
 from safenav.data import cached_method
 from safenav.plan.order import plan_of
-from safenav.plan.search import (
-    FARTHEST,
-    FIRST_BUDGET,
-    ONE,
-    ROUNDS,
-    STATIC,
-    Answer,
-    Exhausted,
-    Goal,
-    Guide,
-    Search,
-)
+from safenav.plan.search import FIRST_BUDGET, ORDERS, Answer, Exhausted, Goal, Guide, Search
 from safenav.scenario.model import DECIMALS, Clock
 from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint, Stages
@@ -81,13 +70,13 @@ class ChargedSearch(Search):
             spare = 0 if energy.charging(joint.poses[i]) else self._spare.get(i, 0)
             yield joint.charges[i] >= needed(self.floor, joint, i) + spare
 
-    def run(self, until: int = ROUNDS) -> Answer:
+    def best(self) -> Answer:
         """Return the plan with the fewest ticks of several."""
         if self.goal(self.start):
             return [self.start]
-        given, best = self.work, super().run(until)
+        given, best = self.work, self.run()
         enough = self.work - max(BETTER, given - self.work)
-        for how in islice(cycle((FARTHEST, STATIC, ONE)), TRIES):
+        for how in islice(cycle(ORDERS), TRIES):
             if best is None or self.work < enough:
                 break
             found = self.deep(self.start, self.goal, FIRST_BUDGET, how, self._order(how))

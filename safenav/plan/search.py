@@ -21,7 +21,7 @@ Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """The poses to which duties send each robot (0: nowhere; None: its own next target)."""
 Goal = Callable[[Joint], bool]
 
-FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
+ORDERS = FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
 MANY, ROLLS, MOST_OF_A_ROLL = 60, 8, 2
 FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
 SINGLES, PROOF, PROOF_TURN = 4_000, 60_000, 2
@@ -76,7 +76,7 @@ class Search:
         while self._turn < until and self.work > 0:
             turn, budget = self._turn, FIRST_BUDGET << self._turn
             self._turn += 1
-            for how in (FARTHEST, STATIC, ONE):
+            for how in ORDERS:
                 for _ in range(1 if how is FARTHEST else max(1, budget // MOST_OF_AN_ORDER)):
                     states = budget if how is FARTHEST else min(budget, MOST_OF_AN_ORDER)
                     found = self.deep(self.start, self.goal, states, how, self._order(how))

@@ -32,12 +32,17 @@ def shortened(floor: Floor, answers: Iterable[Sequence[Joint]], served: frozense
     return plan
 
 
+def _ways(ticks: Sequence[Joint]) -> list[list[int]]:
+    """Return the poses of each robot by tick."""
+    return [[*way] for way in zip(*(joint.poses for joint in ticks), strict=True)]
+
+
 def _hindered(floor: Floor, best: list[Joint]) -> bool:
     """Return whether a few robots take much longer than each of them would if no robot were in
     its way."""
     if len(floor.robots) > FEW:
         return False
-    ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
+    ways = _ways(best)
     alone = (_earliest(floor, best, ways, i, None) for i in floor.robots)
     slowest = max((_moves(way)[1] for way in alone if way is not None), default=0)
     return len(best) > MUCH * (slowest + 1)
@@ -46,12 +51,12 @@ def _hindered(floor: Floor, best: list[Joint]) -> bool:
 def _shortened(
     floor: Floor, states: Sequence[Joint], served: frozenset[int]
 ) -> tuple[list[Joint] | None, Plan]:
-    shown = _shown(floor, states[0], [joint.poses for joint in states])
-    if shown is None or not floor.completed(shown[0][-1], served):
-        return None, plan_of(floor, states[0], [joint.poses for joint in states])
-    best, plan = shown
+    best, plan = _shown(floor, states[0], [joint.poses for joint in states], served)
+    if best is None:
+        return None, plan
     for _ in range(REPEATS if len(floor.robots) <= MANY else REPEATS // 2):
-        order = sorted(floor.robots, key=lambda i: -_arrival(best, i))
+        ends = [_moves(way)[1] for way in _ways(best)]
+        order = sorted(floor.robots, key=lambda i: -ends[i])
         before, together = best, [order]
         # also one by one: together they may disturb each other
         if floor.gates or len(order) <= FEW:
@@ -97,7 +102,7 @@ def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list
         (joint.stages, tuple((joint.poses[i], joint.counts[i]) for i in group)) for joint in best
     ]
     last = {state: t for t, state in enumerate(states)}
-    ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
+    ways = _ways(best)
     t, changed = 0, False
     while t < len(best):
         until = last[states[t]]
@@ -131,7 +136,7 @@ def _improved(
 ) -> tuple[list[Joint], Plan] | None:
     """Return the plan in which these robots, one after the other, follow their earliest routes;
     None if it is not better."""
-    ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
+    ways = _ways(best)
     shared: dict[frozenset[int], list[Mask]] = {}
     size = floor.team.size
     for i in who:
@@ -152,20 +157,19 @@ def _better(
 ) -> tuple[list[Joint], Plan] | None:
     """Return the plan with these joint poses; None if it does not complete the mission, or costs
     as much as ``best``."""
-    found = _shown(floor, best[0], ticks)
-    if found is None or not floor.completed(found[0][-1], served) or _cost(found[0]) >= _cost(best):
-        return None
-    return found
+    found, plan = _shown(floor, best[0], ticks, served)
+    return None if found is None or _cost(found) >= _cost(best) else (found, plan)
 
 
 def _shown(
-    floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]
-) -> tuple[list[Joint], Plan] | None:
-    """Return the plan with these joint poses, and the joint state after each tick of its
-    execution."""
+    floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]], served: frozenset[int]
+) -> tuple[list[Joint] | None, Plan]:
+    """Return the joint state after each tick of the execution of the plan with these joint poses,
+    if that completes the mission; and the plan."""
     plan = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
-    return None if shown is None else (shown, plan)
+    done = shown is not None and floor.completed(shown[-1], served)
+    return shown if done else None, plan
 
 
 def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
@@ -183,12 +187,6 @@ def _moves(way: Sequence[int]) -> tuple[int, int]:
 def _cost(ticks: Sequence[Joint]) -> tuple[int, int]:
     pairs = pairwise(ticks)
     return len(ticks), sum(a != b for x, y in pairs for a, b in zip(x.poses, y.poses, strict=True))
-
-
-def _arrival(ticks: Sequence[Joint], i: int) -> int:
-    return max(
-        (t for t in range(1, len(ticks)) if ticks[t].poses[i] != ticks[t - 1].poses[i]), default=0
-    )
 
 
 def _earliest(
