@@ -2,7 +2,6 @@
 requirements."""
 
 import csv
-import hashlib
 import json
 from collections.abc import Callable
 from itertools import pairwise
@@ -72,22 +71,6 @@ def test_a_robot_without_charge_stands_until_its_battery_is_replaced(tmp_path: P
     kept = [line for line in lines_of(trace) if line["type"] not in ("synthesis", "plan")]
     run = read_trace(written(kept, tmp_path / "undecided.jsonl"))
     assert check_motion(motion_of(run), run) == []
-
-
-@pytest.mark.parametrize("name", ["apart", "two_digits"])
-def test_times_that_ignore_conflicts_or_exclusions_are_refused(name: str, tmp_path: Path) -> None:
-    """As those of robots that heed less than the trace does."""
-    own = name == "apart"
-    text = beside(__file__, "scenarios/apart.yaml") if own else ""
-    trace = trace_of(text, tmp_path) if own else trace_of_shipped(name)
-    header, *rest = lines_of(trace)
-    scenario = header["scenario"] | {"never_together": []}
-    scenario["robots"] = [robot | {"avoids": []} for robot in scenario["robots"]]
-    heedless = written([header | {"scenario": scenario}, *rest], tmp_path / "heedless.jsonl")
-    head, *lines = lines_of(moved(heedless, tmp_path))
-    head["trace"] = hashlib.sha256(trace.read_bytes()).hexdigest()
-    (said,) = findings(trace, written([head, *lines], tmp_path / "m.jsonl"))
-    assert "clock" in {found["rule"] for found in said["findings"]}
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])

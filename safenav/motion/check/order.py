@@ -177,18 +177,18 @@ def _performed(case: Examination, action: Action, at: int | None) -> None:
     def wrong(found: str, rule: str = "action") -> None:
         case.wrong(action.t0, action.robot, rule, found)
 
+    region = case.obstacles[action.obstacle].region
+    if region != action.region:
+        wrong(f"acts on {action.obstacle} in region {action.region}, not {region}")
     path = case.body(action.robot, action.t0, action.t1)
     if len(path) == 0:
-        return  # the rule of continuity reports it
+        return  # the rule of continuity reports it, unless it finds its own way
     if (moved := _moved(path)) > STILL:
         wrong(f"moves by {moved:.3f} m while it acts on {action.obstacle}")
     if at is not None:
         off = float(case.grid.distance(path[:1], case.grid.place(at))[0])
         if off > STILL:
             wrong(f"acts on {action.obstacle} {off:.3f} m outside region {at}")
-    region = case.obstacles[action.obstacle].region
-    if region != action.region:
-        wrong(f"acts on {action.obstacle} in region {action.region}, not {region}")
     if (past := _past(case, region, action)) > STILL:
         wrong(f"passes {action.obstacle} by {past:.3f} m before it is resolved", "obstacle")
 
