@@ -128,17 +128,10 @@ class _Turns:
 
 def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[file.Moving]:
     """Return all references sent to a follower in the run, with rest before and after them."""
+    follower.end_plan(begun + over)
     sent = [replace(p, t0=p.t0 - begun, t1=p.t1 - begun) for p in follower.plan]
-    sent = [piece for piece in sent if piece.t0 < over]
     first = sent[0].t0 if sent else over
-    before = [*body.rest(0, first)] if first > 0 else []
-    after: list[file.Moving] = []
-    if sent and sent[-1].t1 < over and not follower.gone:
-        follower.mover.time = sent[-1].t1
-        after = follower.mover.rest(0, over)
-    elif sent and sent[-1].t1 > over:
-        sent[-1] = follower.until(sent[-1], over)
-    return [*before, *sent, *after]
+    return [*(body.rest(0, first) if first > 0 else ()), *sent]
 
 
 def _goal(sent: SentGoal, places: Places, body: Mover, begun: float, over: float) -> file.GoalLine:

@@ -50,13 +50,24 @@ class Follower(Struct):
     gone: bool = False
     place: transport.Located | None = None
 
-    def until(self, piece: Moving, now: float) -> Moving:
+    def _until(self, piece: Moving, now: float) -> Moving:
         """Return a piece of motion, cut off at an instant within it."""
         lasts = now - piece.t0
         if isinstance(piece, Segment):
             return cut_off(piece, lasts, self.mover.limits()["omega"])
         assert isinstance(piece, Flight)
         return replace(piece, t1=now, parts=tuple(_shorter(piece.parts, lasts)))
+
+    def end_plan(self, now: float) -> None:
+        """Discard the plan from a time on. The piece under way ends there; a robot that has
+        completed its last one rests until then, unless its plan has ended."""
+        kept = [piece for piece in self.plan if piece.t0 < now]
+        if kept and kept[-1].t1 > now:
+            kept[-1] = self._until(kept[-1], now)
+        elif kept and kept[-1].t1 < now and not self.gone:
+            self.mover.time = kept[-1].t1
+            kept += self.mover.rest(0, now)
+        self.plan = kept
 
 
 class Following:
@@ -197,7 +208,7 @@ class Following:
         """Restart the plan at the measured position, at rest; return why that is impossible."""
         body, now = follower.mover, self.now()
         region = self._places.region(at.x, at.y)
-        _cut_off(follower, now)
+        follower.end_plan(now)
         east, north = self._places.frame.on_map(at.x, at.y)
         facing = at.yaw - self._places.frame.yaw
         refused = ""
@@ -299,19 +310,6 @@ def resting_place(body: Mover, places: transport.Places) -> tuple[float, float, 
 def _off(there: Sequence[float], at: transport.Located) -> float:
     """Return the distance in metres between a place and a robot's measured position."""
     return hypot(at.x - float(there[0]), at.y - float(there[1]))
-
-
-def _cut_off(follower: Follower, now: float) -> None:
-    """Discard the plan from a time on; the piece under way ends there."""
-    if follower.gone:
-        return
-    kept = [piece for piece in follower.plan if piece.t0 < now]
-    if kept and kept[-1].t1 > now:
-        kept[-1] = follower.until(kept[-1], now)
-    elif kept and kept[-1].t1 < now:
-        follower.mover.time = kept[-1].t1
-        kept += follower.mover.rest(0, now)
-    follower.plan = kept
 
 
 def _shorter(parts: Sequence[Curve], lasts: float) -> Iterator[Curve]:

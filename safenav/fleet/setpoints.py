@@ -22,13 +22,13 @@ from safenav.world.map import Frame
 Array = NDArray[np.float64]
 TABLE = 0.01
 """Seconds between the samples of a whole reference, which is interpolated linearly."""
-ACCELERATION, MOVING, YAW = slice(6, 9), slice(3, 9), 9
+ACCELERATION, YAW = slice(6, 9), 9
 """Columns of a row: x, y, z, their velocities, their accelerations, the yaw."""
 
 
 class Setpoints(Struct, frozen=True):
-    """Rows (n, 10) every ``step`` seconds from ``begin``; before and after them it rests. ``feet``:
-    a walker's footholds in the order of landing, with ``down`` and ``up`` on the same clock."""
+    """Rows (n, 10) every ``step`` seconds from ``begin``, from rest to rest. ``feet``: a walker's
+    footholds in the order of landing, with ``down`` and ``up`` on the same clock."""
 
     begin: float
     step: float
@@ -41,13 +41,10 @@ class Setpoints(Struct, frozen=True):
 
     def at(self, now: float) -> Array:
         """Return the row at a time."""
-        last, place = len(self.rows) - 1, (now - self.begin) / self.step
-        before = int(max(0.0, min(place, last)))
-        if place < 0 or before == last:
-            row: Array = self.rows[before].copy()
-            row[MOVING] = 0.0
-        else:
-            row = self.rows[before] + (place - before) * (self.rows[before + 1] - self.rows[before])
+        last = len(self.rows) - 1
+        place = max(0.0, min((now - self.begin) / self.step, last))
+        before, after = self.rows[int(place)], self.rows[min(int(place) + 1, last)]
+        row: Array = before + place % 1 * (after - before)
         return row
 
     def ahead(self, now: float) -> Setpoints:

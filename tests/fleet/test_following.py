@@ -16,7 +16,7 @@ from once import beside
 from safenav import ActResult, UsageError, load_scenario_text
 from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Follower, Following, mover_of
-from safenav.fleet.setpoints import ACCELERATION, HORIZON, MOVING, PERIOD, YAW, Setpoints
+from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, YAW, Setpoints
 from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Located, Performed, Places
 from safenav.motion.check.walk import walked
 from safenav.motion.file import Segment
@@ -86,7 +86,7 @@ def test_the_stream_has_the_next_second_and_the_next_steps(hall: Hall) -> None:
         pressure = part.rows[0][:2] - part.rows[0][ACCELERATION][:2] * 0.8 / 9.81
         assert min(hypot(*(pressure - (f.x, f.y))) for f in feet) < 0.25
         assert [foot.yaw for foot in feet] == pytest.approx([part.rows[0][YAW]] * len(feet))
-    assert not reference.at(reference.end + 1.0)[MOVING].any()
+    assert np.allclose(reference.at(reference.end + 1.0)[3:9], 0.0)
     for segment in (piece for piece in digit.plan if isinstance(piece, Segment)):
         path = walked(segment, digit.mover.limits()).mass
         for t, state in zip(path.times[::9], path.states[::9], strict=True):
@@ -178,6 +178,8 @@ def test_cancelled_robots_end_their_step_and_others_get_goals(hall: Hall) -> Non
     hall.layer.cancel("quad")
     assert [sent.args[0] for sent in hall.inner.navigate.call_args_list] == ["spot"]
     hall.inner.cancel.assert_called_once_with("spot")
+    hall.post(ended := GoalEnded("spot", 1, GoalEnd.CANCELED))
+    assert hall.told[-1] == ended
     assert 3.0 < hall.layer.left("quad") < 6.0 and hall.layer.left("spot") == 0.0
     assert hall.passes("quad", 6.0) == [GoalEnded("quad", 2, GoalEnd.SUCCEEDED)]
 

@@ -61,6 +61,8 @@ def test_synth_writes_every_value_as_dot_and_as_graphml(
         assert data["value_request"] == values["request"]
         assert (data["goal"], data["initial"]) == (rank, node == 0)
         assert set(graph.adj[node]) == set(strategy.transitions[node])
+        same = tuple(other for other in range(9) if strategy.values(other) == values)
+        assert strategy.nodes_with(values) == same
     assert graph.nodes[3]["label"] == "region=5 !request"
     assert graph.edges[1, 4]["inputs"] == "request"
     head, *lines = (tmp_path / "carrier.dot").read_text().split("\n  ")

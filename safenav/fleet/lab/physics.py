@@ -43,9 +43,7 @@ approaches one far away, over distance and acceleration: 2 would leave no reserv
 NEAR, SLOW, ALIGNED = 0.03, 0.05, 0.05
 """Metres, metres per second, radians: within these a robot has reached its goal."""
 STUCK = 3.0
-"""Seconds without progress after which a goal is aborted."""
-PROGRESS = 0.02
-"""Metres or radians that count as progress."""
+"""Seconds after the end of its reference within which a goal is reached, or else aborted."""
 RAYS, FAR = 72, 8.0
 """Number of rays of a lidar, and their range in metres."""
 ACTING = 2.0
@@ -115,16 +113,13 @@ class Handling(Struct):
 
 class SimulatedBody(Struct):
     """One robot. ``reference``: what it tracks; ``goal``: its present goal, if any; ``end``: result
-    of the last goal, reported once; ``best``, ``since``: when it was nearest to its goal; ``acts``:
-    its present action, if any."""
+    of the last goal, reported once; ``acts``: its present action, if any."""
 
     kind: Dimensions
     dofs: tuple[int, ...]
     reference: Setpoints
     goal: Goal | None = None
     end: str | None = None
-    best: float = inf
-    since: float = 0.0
     acts: Handling | None = None
 
 
@@ -209,7 +204,7 @@ class Physics:
         goal = (x, y, start[2] if yaw is None else start[2] + turned(yaw - start[2]))
         lasts = glide(hypot(x - start[0], y - start[1]), PEAK * kind.speed, kind.pull / 2)
         body.reference = straight(self.now, start, goal, lasts)
-        body.goal, body.end, body.best, body.since = (x, y, yaw), None, inf, self.now
+        body.goal, body.end = (x, y, yaw), None
 
     def follow(self, name: str, reference: Setpoints) -> None:
         """Let a robot track a reference, on the clock of the simulation, from now on. During an
@@ -304,7 +299,7 @@ class Physics:
             self._judge(body)
 
     def _judge(self, body: SimulatedBody) -> None:
-        """End a goal that is reached, or that makes no progress; end an action."""
+        """End a goal that is reached, or that is not in time; end an action."""
         act = body.acts
         if body.goal is not None:
             x, y, yaw = self._at(body)
@@ -313,9 +308,7 @@ class Physics:
             near = self.now >= body.reference.end and far < NEAR and off < ALIGNED
             if near and hypot(*map(self._velocity, body.dofs[:2])) < SLOW:
                 body.goal, body.end = None, "succeeded"
-            elif far + off < body.best - PROGRESS:
-                body.best, body.since = far + off, self.now
-            elif self.now - body.since > STUCK:
+            elif self.now > body.reference.end + STUCK:
                 self._end(body, "aborted")
         elif act is not None and act.result is None and self.now >= act.until:
             self._worked(body.kind.name, act)
