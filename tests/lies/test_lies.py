@@ -41,7 +41,7 @@ def trace_of(files: Files) -> list[bytes]:
 
 @cache
 def is_honest(name: str) -> bool:
-    return believed(trace_of(files_of(shipped(name)))) and not refused(files_of(shipped(name)))
+    return not refused(files_of(shipped(name)))
 
 
 @pytest.mark.parametrize("says", LIES)
@@ -55,35 +55,6 @@ def test_a_lie_is_refused(says: str) -> None:
     assert believed(trace_of(files)) is ("trace" in lie)
     if lie.get("bundle", True):
         assert lie.get("told", "") in (reason := refused(files)) and reason
-
-
-REFUTED: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "it has forgotten that it may begin so": ({"init": ["!m"]}, {"memory": {"m": 1}}),
-    "the team could not continue from a pose": (
-        {"safety": ["m' <-> m", "region' != 9"]},
-        {"forbidden": [[8, None]]},
-    ),
-}
-"""Formulas for which there is a strategy; and circumstances, that the run does not have, in which
-there is none."""
-
-
-@pytest.mark.parametrize("says", REFUTED)
-def test_a_refutation_in_other_circumstances_is_refused(says: str) -> None:
-    formulas, about = REFUTED[says]
-    files = files_of(shipped("never begins"))
-    assert not refused(files)
-    changed = {f"ltl.{name}": value for name, value in formulas.items()}
-    edits = [
-        {"line": [kind], "fields": {f"{where}.{name}": value for name, value in changed.items()}}
-        for kind, where in (
-            ("header", "scenario.robots.q.objective"),
-            ("synthesis", "objective"),
-        )
-    ]
-    lines = damage(lines_of(files), [*edits, {"line": ["synthesis"], "fields": about}])
-    files = {name: data for name, data in files.items() if not name.startswith("source/")}
-    assert refused(with_lines(files, lines))
 
 
 def test_a_robot_is_not_lost_behind_what_another_one_resolves() -> None:
