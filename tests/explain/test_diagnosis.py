@@ -1,5 +1,4 @@
-"""Graph search against the synthesizer, which must agree on what a robot alone can do; starts
-that are proposed."""
+"""Graph search against the synthesizer, which must agree on what a robot alone can do."""
 
 import re
 from random import Random
@@ -8,15 +7,13 @@ from msgspec.structs import replace
 
 from explain.games import drawn_scenario
 from once import SCENARIOS
-from safenav import RegionMap, Synthesizer, Task, Verdict, compile_task, load_scenario_text
+from safenav import RegionMap, Synthesizer, Task, Verdict, compile_task
 from safenav.explain.explanation import (
     NoStrategyCause,
-    RepairProblem,
     diagnose,
     explain_unrealizable,
     play,
 )
-from safenav.explain.repair import find_repairs
 from safenav.scenario.objective import Ltl, describe
 from safenav.spec.task import NO_MEMORY, Known
 
@@ -47,32 +44,6 @@ def test_the_diagnosis_of_a_lone_robot_agrees_with_the_synthesizer() -> None:
         assert (diagnose(task, world).cause is None) == solo.winnable, said
         assert describe(task.objective) in explain_unrealizable(task.robot, task, world)
     assert {result.verdict for result in verdicts} == {Verdict.REALIZABLE, Verdict.UNREALIZABLE}
-
-
-def test_no_start_is_proposed_that_the_loader_refuses() -> None:
-    """From where a battery reaches no charger, in an obstacle, in a region to avoid."""
-    scenario = load_scenario_text(
-        """
-safenav: 1
-map: {grid: ["#########", "#...#...#", "#########"]}
-robots: {r: {model: cell, start: 10, objective: {visit: [14, 16], avoid: [11]}}}
-chargers: [12]
-obstacles: [{type: sliding_door, region: 15}]
-catalogue:
-  robots:
-    cell: {mobility: free, layer: low, capabilities: [push], battery: {capacity: 9, charge: 5}}
-""",
-        reachable=False,
-    )
-    (robot,) = scenario.robots
-    task = Task(robot, robot.start, robot.objective)
-    for chargers, starts in (({12}, []), ({14}, ["14", "16"])):
-        plan = replace(scenario, chargers=frozenset(chargers))
-        problem = RepairProblem(plan, task, NoStrategyCause.NO_WAY, diagnose(task, plan.map))
-        found = find_repairs(problem, lambda _: True)
-        assert {repair.kind for repair in found} >= {"open_wall"}
-        told = [change for repair in found for change in repair.change]
-        assert [value for item, value in told if item == "robots.r.start"] == starts
 
 
 def test_the_documentation_explains_every_cause() -> None:
