@@ -81,24 +81,6 @@ def test_an_edit_changes_only_its_lines(case: dict[str, Any], desk: Desk) -> Non
     assert changed == case.get("lines", "").splitlines()
 
 
-def test_all_robots_and_obstacles_of_the_library_can_be_drawn(desk: Desk) -> None:
-    library = built_in()
-    text = DOOR.replace("obstacles:", "requirements: [always(height(quad) > 1)]\nobstacles:")
-    free = [r for r in sorted(load_scenario_text(text).map.free) if r not in (14, 71, 47)]
-    desk.write(text)
-    for model in desk.shown["palette"]["robots"]:
-        added = {"op": "add_robot", "model": model["name"], "region": free.pop()}
-        assert desk.edit(added | ({"heading": "north"} if model["turns"] else {})) is None
-    for name in library.obstacles:
-        assert desk.edit({"op": "add_obstacle", "type": name, "region": free.pop()}) is None
-    scenario = load_scenario_text(desk.text)
-    assert {robot.model.name for robot in scenario.robots} == set(library.robots)
-    assert {obstacle.type.name for obstacle in scenario.obstacles} == set(library.obstacles)
-    run = desk.shown["drawing"]["run"]
-    assert all(item["shape"] for item in [*run["robots"], *run["obstacles"]])
-    assert list(scenario.requirements) == ["always(height(quad) > 1)"]
-
-
 def test_every_robot_and_obstacle_has_a_silhouette_also_under_a_longer_name(desk: Desk) -> None:
     library = built_in()
     robot = {"mobility": "free", "layer": "ground", "capabilities": []}

@@ -4,6 +4,7 @@ which files it reads and writes."""
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.error import HTTPError
 
 import pytest
 
@@ -86,6 +87,20 @@ def test_an_invalid_message_is_refused_and_the_next_one_served(served: Served) -
         page.post(b"[" * 100_000)
         assert page.refusal()
         page.say("speed", value=64)
+
+
+def test_a_download_that_cannot_be_made_says_why(tmp_path: Path) -> None:
+    file = tmp_path / "assigned.yaml"
+    file.write_text(f"{HELLO.read_text()}coordination: assignable\n")
+    with Served("run", file, "--live") as served, served.opened() as page:
+        page.begin()
+        for name, status, why in (
+            ("bundle", 400, b"assignable"),
+            ("nothing", 404, b"nothing to save"),
+        ):
+            with pytest.raises(HTTPError) as refused:
+                page.get(f"save/{name}")
+            assert refused.value.code == status and why in refused.value.read()
 
 
 def test_standard_input_cannot_be_watched() -> None:
