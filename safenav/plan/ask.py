@@ -69,24 +69,23 @@ def ask(
         return none
     done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in floor.robots)
     if floor.team.rounds - done > MOST_AHEAD:
-        part = replace(floor, rounds=done + AHEAD)
+        part, more = (replace(floor, rounds=done + AHEAD + k) for k in (0, 1))
         found = _ask(part, joint, served, seed, check)
-        if not isinstance(found, Found) or _goes_on(part, joint, found, seed):
+        if not isinstance(found, Found) or _goes_on(more, joint, found, seed, check):
             return found  # impossible for some rounds: impossible for all
     return _ask(floor, joint, served, seed, check)
 
 
-def _goes_on(floor: Floor, joint: Joint, found: Found, seed: int) -> bool:
-    """Return whether the team can continue after a plan for a part of its rounds: a robot that
-    cannot go back where it came from may have to turn around where there is no room."""
-    if not any(floor.graphs[i].one_way for i in floor.robots):
+def _goes_on(more: Floor, joint: Joint, found: Found, seed: int, check: Callable[[], None]) -> bool:
+    """Return whether the team can complete one round ``more`` after a plan for a part of its
+    rounds: a robot that cannot go back where it came from may have to turn around where there is
+    no room."""
+    if not any(more.graphs[i].one_way for i in more.robots):
         return True
-    ticks = None if found.first else preview(floor, found.plan, joint)
-    if ticks is None or floor.rounds is None:
+    ticks = None if found.first else preview(more, found.plan, joint)
+    if ticks is None:
         return False
-    more = replace(floor, rounds=floor.rounds + 1)
-    wanted = frozenset[int]()
-    search = Search(more, wanted, _guide(more, wanted), ticks[-1], seed, WORK)
+    search = _search(more, ticks[-1], frozenset(), seed, check)
     return not isinstance(search.run(), Exhausted | None)
 
 
@@ -131,7 +130,13 @@ def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
 
 
 def ask_charged(
-    floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, charges: Charges, time: float
+    floor: Floor,
+    joint: Joint,
+    served: tuple[int, ...],
+    seed: int,
+    charges: Charges,
+    time: float,
+    check: Callable[[], None] = lambda: None,
 ) -> Found | None:
     """Return a plan for which the charges suffice: forever after it, or at least until its end.
     Robots that cannot hinder each other are planned apart, if their charges last until the end of
@@ -141,7 +146,7 @@ def ask_charged(
     for apart in ([] if floor.open(joint.stages) else coupled(floor)), [floor.robots]:
         parts = list[Part]()
         for few in (replace(floor, robots=group) for group in apart):
-            states = _charged(few, joint, frozenset(served), seed, charges)
+            states = _charged(few, joint, frozenset(served), seed, charges, check)
             if states is None:
                 return None
             parts.append((few, states))
@@ -151,7 +156,12 @@ def ask_charged(
 
 
 def _charged(
-    floor: Floor, joint: Joint, wanted: frozenset[int], seed: int, charges: Charges
+    floor: Floor,
+    joint: Joint,
+    wanted: frozenset[int],
+    seed: int,
+    charges: Charges,
+    check: Callable[[], None],
 ) -> Sequence[Joint] | None:
     """Return the joint states of such a plan; in it one stay more is possible, if that is soon
     found."""
@@ -165,7 +175,7 @@ def _charged(
         start, answers = joint._replace(charges=begins), list[Sequence[Joint]]()
         # If a charger is near, short stops cost least; if it is far, few stops.
         for full in (False, True) if begins is late else (False,):
-            search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full))
+            search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), check)
             if not search.fits(start):
                 break
             answers += [] if (answer := search.best()) is None else [answer]

@@ -6,7 +6,7 @@ leaves it only if a run would let it: if the other one's turn is earlier, and it
 tick. So a run is never later than the plan, and no robot has less charge than planned.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import cycle, islice, pairwise
 
 from safenav.data import cached_method
@@ -46,8 +46,9 @@ class ChargedSearch(Search):
         seed: int,
         work: int,
         how: tuple[bool, bool],
+        check: Callable[[], None] = lambda: None,
     ) -> None:
-        super().__init__(floor, served, guide, start, seed, work)
+        super().__init__(floor, served, guide, start, seed, work, check)
         self.how, self.team = how, floor.team
         self.live = self.team.scenario.clock is Clock.LIVE
         self.energies = {

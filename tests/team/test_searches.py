@@ -4,8 +4,9 @@ plan helps."""
 import pytest
 
 from safenav import load_scenario_text
+from safenav.plan.ask import ask_charged
 from safenav.plan.charged import ChargedSearch
-from safenav.plan.search import STATIC, Exhausted, Immobile, Search
+from safenav.plan.search import STATIC, Immobile
 from safenav.scenario.objective import number_word
 from safenav.solve.reasons import Helper, Hindrance, Shortfall, shortfall_words
 from safenav.team.apply import initial
@@ -49,15 +50,11 @@ def test_robots_that_face_each_other_never_move_again() -> None:
     assert not immobile.robots((west + 9, west + 10)), "one follows the other"
 
 
-def test_an_exhausted_search_proposes_no_other_plan(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    floor = floor_of(FACING)
-    start = floor.begun((8, 12), ((0, 0), (0, 0)), ())
-    for name in ("deep", "singles"):
-        monkeypatch.setattr(Search, name, lambda *_: Exhausted([start, start]))
-    search = Search(floor, frozenset(), lambda *_: (None, None), start, 1, 1000)
-    assert [*search.others()] == []
+def test_searches_with_charges_end_when_they_must() -> None:
+    floor, left = floor_of(CHARGED), iter(range(5))
+    start = floor.begun((0, 2, 3), ((0, 0),) * 3, ())
+    with pytest.raises(StopIteration):
+        ask_charged(floor, start, (), 1, (30.0,) * 3, 0, lambda: next(left))
 
 
 def test_charged_robots_never_step_into_one_region_nor_exchange_theirs() -> None:

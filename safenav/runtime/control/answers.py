@@ -103,8 +103,7 @@ class Answers:
         key = floor.team, *about, floor.helping, floor.laden, joint, served, seed
 
         def charged(check: Check) -> Found | None:
-            check()
-            return ask_charged(floor, joint, served, seed, charges, time)
+            return ask_charged(floor, joint, served, seed, charges, time, check)
 
         first = charges and len(floor.robots) > FEW
         if first and (found := self._ask((*key, charges, time), charged)) is not None:
@@ -124,9 +123,8 @@ class Answers:
             return None
 
         def searched(check: Check) -> Found | Deadlock | Unserved | None:
-            check()
             if charges:
-                return ask_charged(floor, joint, (), seed, charges, time)
+                return ask_charged(floor, joint, (), seed, charges, time, check)
             return ask(floor, joint, (), seed, check)
 
         found = self._ask((about, joint), searched)
