@@ -313,13 +313,11 @@ def pace_of(
 
 def least_side(motion: Mapping[str, object], side: float) -> float | None:
     """Return the least side in metres of a region for a robot that moves by ``motion`` (as for
-    ``pace_of``), if ``side`` is too small; None if it suffices or the kind has no limit."""
+    ``pace_of``, of a kind of this package), if ``side`` is too small; None if it suffices."""
     values = _values(motion)
     if motion["kind"] == "walker":
         walker = Walker(*(values[name] for name in WALKER))
         return None if side >= (need := least_side_of(side, walker)) else need
-    if motion["kind"] not in _KINDS or "size" not in values:
-        return None
     need = values["size"] + 2 * ROOM
     return None if side >= need - AT_ONCE else need
 

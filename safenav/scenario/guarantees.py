@@ -7,7 +7,7 @@ it is met with some memory. So a path that they exclude is impossible. ``allows_
 checks each move with the robot's real memory before the robot makes it.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property, lru_cache
 from itertools import product
 from math import prod
@@ -124,13 +124,12 @@ class Guarantees:
     def memories(self) -> tuple[dict[str, int], ...]:
         """Return all values of the memory; none if there are too many."""
         count = prod(map(len, self._ranges.values()))
-        return tuple(_valuations(self._ranges)) if count <= MOST_VALUATIONS else ()
+        every = product(*self._ranges.values()) if count <= MOST_VALUATIONS else ()
+        return tuple(dict(zip(self._ranges, values, strict=True)) for values in every)
 
 
-@lru_cache(maxsize=256)
-def guarantees_of(objective: Ltl) -> Guarantees:
-    """Return the guarantees of an objective, parsed once."""
-    return Guarantees(objective)
+guarantees_of = lru_cache(maxsize=256)(Guarantees)
+"""The guarantees of an objective, parsed once."""
 
 
 def values_of(pose: Pose) -> dict[str, int]:
@@ -138,8 +137,3 @@ def values_of(pose: Pose) -> dict[str, int]:
     if pose.heading is None:
         return {"region": pose.region}
     return {"region": pose.region, "heading": int(pose.heading)}
-
-
-def _valuations(ranges: Mapping[str, Iterable[int]]) -> Iterator[dict[str, int]]:
-    for values in product(*ranges.values()):
-        yield dict(zip(ranges, values, strict=True))

@@ -253,9 +253,9 @@ def _fits(annotation: Any, node: Node) -> bool:
     origin = get_origin(annotation)
     if origin is Annotated:
         return _fits(get_args(annotation)[0], node)
-    if origin in (tuple, frozenset):
+    if origin is tuple:
         arguments = get_args(annotation)
-        any_length = origin is frozenset or arguments[-1] is Ellipsis
+        any_length = arguments[-1] is Ellipsis
         return isinstance(node, Sequence) and (any_length or len(node.items) == len(arguments))
     if origin is dict:
         return isinstance(node, document.Mapping)
