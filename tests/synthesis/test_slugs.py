@@ -67,8 +67,10 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
     assert (tmp_path / "given").read_text() == patrol.to_structuredslugs()
     limits = "--nodes 200000 --timeout 7.5 --memory 100"
     assert (tmp_path / "arguments").read_text() == f"--explicitStrategy --jsonOutput {limits} -\n"
-    synthesizer.synthesize(extended(patrol, "[ENV_LIVENESS]\nrequest\n"))
-    assert "--biasForAction" in (tmp_path / "arguments").read_text()
+    unlimited = Synthesizer(binary, seconds=None, memory_mb=None)
+    unlimited.synthesize(extended(patrol, "[ENV_LIVENESS]\nrequest\n"))
+    options = "--explicitStrategy --jsonOutput --biasForAction --nodes 200000 -\n"
+    assert (tmp_path / "arguments").read_text() == options
 
 
 @pytest.mark.parametrize(
