@@ -3,7 +3,6 @@
 import os
 from collections.abc import Callable
 from contextlib import suppress
-from itertools import pairwise
 from pathlib import Path
 from random import Random
 from threading import Timer
@@ -23,19 +22,6 @@ GATE = case("operator/gate")
 NAMED = GATE.replace("]}\ncatalogue", "], names: {doorway: [2, 5]}}\ncatalogue")
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 50 or 3
-TENFOLD = [f"{n}: &{n} [{', '.join([f'*{b}'] * 10)}]" for b, n in pairwise("abcdefgh")]
-
-
-@pytest.mark.parametrize(
-    ("objective", "message"),
-    [
-        ("{a: " * 3000, "nested more than 50 deep"),
-        (f"{{a: &a [{', '.join('1' * 10)}], {', '.join(TENFOLD)}}}", "more than 100000 values"),
-    ],
-)
-def test_an_intervention_that_expands_is_refused(objective: str, message: str) -> None:
-    with pytest.raises(UsageError, match=message):
-        Mission(loaded(GATE)).intervene(f"objective cart {objective}")
 
 
 def test_the_terminal_prints_the_reason_of_a_wait_and_of_refusals(tmp_path: Path) -> None:

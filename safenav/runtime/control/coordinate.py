@@ -145,9 +145,9 @@ def first_controllers(
     floor = floor_now(plain, here)
     stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
     found = solve.settle(solve.Solver(floor), poses, stages, frozenset(), {}, frozenset())
-    roles = [Role(member.objective) for member in team.members]
+    roles = tuple(Role(member.objective) for member in team.members)
     if not found.hopeless:
-        roles = [*Roles(plain, here, floor, stages, found).all()]
+        roles = Roles(plain, here, floor, stages, found).all()
     wanted = {i: roles[i] for i, m in enumerate(team.members) if m.name in names}
     made = synthesized(team, state, wanted, answers)
     return {team.members[i].name: made[i] for i in wanted}

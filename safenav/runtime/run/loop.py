@@ -191,7 +191,7 @@ class Run:
     def back_up(self, i: int, refused: decide.Proposal) -> decide.Proposal:
         """Return another successor of the strategy's node that is safe; else the stay, which keeps
         the node."""
-        if self.world.moving:
+        if not self.world.live:
             for step in decide.others(self.team, self.state, self.control, i, refused):
                 if self.characterize(i, step) is None:
                     return step
@@ -202,7 +202,7 @@ class Run:
             node = step.node
             if node is None:
                 node = decide.node_while_staying(self.team, self.state, self.control, i)
-            self.happens(now.Stayed(i, step.by, node, step.values, self.world.ticks))
+            self.happens(now.Stayed(i, step.by, node, step.values, int(not self.world.live)))
         else:
             for event in self.world.start(self, i, step):
                 self.happens(event)

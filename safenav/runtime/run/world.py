@@ -48,8 +48,7 @@ SLOWEST = 20.0
 class World:
     """``truth``: the simulated world, if it is one; ``attended``: an operator may help; ``still``:
     no robot moves, and nothing will ever happen; ``passes``: those at the present moment.
-    ``moving``: whether robots in transit, and out of service, still act where they are; ``limit``:
-    when the run ends at the latest, and with which outcome; ``ticks`` of a stay (live: 0)."""
+    ``limit``: when the run ends at the latest, and with which outcome."""
 
     def __init__(
         self,
@@ -63,7 +62,6 @@ class World:
         kind = Lockstep if protocol.optional(world, "start") is None else Commands
         self.commands: Commands | Lockstep = kind(world, scenario)  # type: ignore[arg-type]
         self.live, limits = self.commands.live, scenario.limits
-        self.moving, self.ticks = not self.live, 0 if self.live else 1
         self.limit = (float(limits.ticks), Outcome.TICK_LIMIT)
         if self.live:
             most = limits.ticks * SLOWEST if self.commands.simulated else inf
@@ -279,7 +277,7 @@ class World:
         robot, there = run.team.members[i].robot, run.state.robots[i]
         if not robot.capabilities or there.acting is not None:
             return None
-        if not (self.moving or (there.to is None and there.active)):
+        if self.live and not (there.to is None and there.active):
             return None
         expected = bool(self._changes(run, i))
         asks = (self.truth is not None and not self.live) or i not in self._asked
@@ -389,13 +387,16 @@ class World:
                 self.commands.dropped.append((event, f"{why} ({', '.join(found)})"))
         return replace(event, found=tuple(told))
 
-    def _changes(self, run: Running, i: int) -> tuple[tuple[int, now.Stage], ...]:
-        if not run.team.members[i].robot.capabilities or not any(
-            each.known for each in run.state.obstacles
-        ):
+    def _changes(
+        self, run: Running, i: int, among: list[int] | None = None
+    ) -> tuple[tuple[int, now.Stage], ...]:
+        """Return the obstacles ``among`` these (None: on which it acts) that a robot changes where
+        it stands."""
+        among = self._acts(run, i) if among is None else among
+        if not among:
             return ()
-        where = standing(run.team, run.state, moving=self.moving)
-        return acts_on(run.team, run.state, where, i, self._acts(run, i))
+        where = standing(run.team, run.state, moving=not self.live)
+        return acts_on(run.team, run.state, where, i, among)
 
     def _unnoticed(self, run: Running, i: int) -> dict[int, now.Stage]:
         """Return earlier needs of obstacles that no robot has encountered: a world may act on them,
@@ -403,7 +404,7 @@ class World:
         team, state = run.team, run.state
         pairs = ((k, each) for k, each in enumerate(state.obstacles) if each.state is now.Is.HIDDEN)
         hidden = [k for k, each in pairs if not team.obstacles[k].needs[each.stage.need].takes]
-        changes = acts_on(team, state, standing(team, state, moving=self.moving), i, hidden)
+        changes = self._changes(run, i, hidden)
         return {k: stage for k, stage in changes if not resolved(team, k, stage)}
 
     def _acts(self, run: Running, i: int) -> list[int]:
@@ -428,17 +429,14 @@ class World:
         fail, it may act later."""
         if not any(self._works.values()):
             return False
-        where = standing(run.team, run.state, moving=self.moving)
-        all_known = [k for k, each in enumerate(run.state.obstacles) if each.known]
-        changes = acts_on(run.team, run.state, where, i, all_known)
-        return any(self._is_met(run, i, k) for k, _ in changes)
+        known = [k for k, each in enumerate(run.state.obstacles) if each.known]
+        return any(self._is_met(run, i, k) for k, _ in self._changes(run, i, known))
 
     def _known(self, run: Running, i: int) -> list[model.Obstacle]:
         """Return the known obstacles on which a robot acts: in a live run where it stands, else
         all."""
-        if self.live:
-            return [run.team.obstacles[k].source for k, _ in self._changes(run, i)]
-        return [run.team.obstacles[k].source for k in self._acts(run, i)]
+        on = [k for k, _ in self._changes(run, i)] if self.live else self._acts(run, i)
+        return [run.team.obstacles[k].source for k in on]
 
     def _group(self, run: Running, i: int) -> tuple[int, ...]:
         """Return the robots that are busy while a robot acts: those that take part."""
