@@ -69,7 +69,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
         return
     if robot.bound is not None:
         yield f"{e.robot} is in transit to {s.show(robot.bound)}"
-    if own.kind == "ltl" and given.serves(own) and not (own.formulas and own.formulas.goals):
+    if own.kind == "ltl" and given.serves(own) and not own.formulas.goals:
         yield NotJudged(f"whether {e.robot} meets its formulas' goals: too many memory values")
     served = [one for one in (own, given) if one.kind != "ltl"]
     there = any(e.goal < one.count and here in one.targets[e.goal] for one in served)
@@ -208,7 +208,7 @@ def counts(e: Line, robot: Robot, live: bool) -> bool:
         formulas = own.formulas
         if e.goal >= own.count or not robot.given.serves(own):
             return False
-        if formulas is None or not formulas.goals:
+        if not formulas.goals:
             return True  # a rule reports that it is not judged
         here = robot.pose
         if robot.memories is None:

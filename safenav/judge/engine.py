@@ -147,7 +147,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
 def _memories(robot: Robot, here: tuple[int, str | None], s: State) -> None:
     """Follow the memories that a robot's formulas may have."""
     formulas = robot.own.formulas
-    if robot.memories is None or formulas is None or robot.bound is not None:
+    if robot.memories is None or robot.bound is not None:
         return
     stays, robot.recalled = robot.pose == here, robot.memories
     if s.live and not stays:

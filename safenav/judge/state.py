@@ -135,10 +135,8 @@ class Robot:
     def follow(self) -> None:
         """Begin to follow the memories of its formulas, if they have any that can be followed."""
         formulas = self.own.formulas
-        if formulas is None or not formulas.whole or self.own.kind != "ltl" or not formulas.names:
-            self.memories = None
-        else:
-            self.memories = {*formulas.begins(self.pose)}
+        follows = self.own.kind == "ltl" and formulas.whole and formulas.names
+        self.memories = {*formulas.begins(self.pose)} if follows else None
 
     def charge_at(self, t: float, chargers: Iterable[int]) -> float:
         """Return its charge at a second of a live run."""

@@ -139,9 +139,9 @@ class Task:
         self.others, self.objective = Others(e, s), formed(e.objective, e.form)
         self.pose: Pose = (e.region, e.heading if self.faces else None)
         self.formulas = formulas = self.objective.formulas
-        names = formulas.names if formulas and self.objective.kind == "ltl" else []
+        names = formulas.names if formulas else []
         self.again = {each.name: each.again for each in s.scenario.inputs}
-        self.heard: list[str] = formulas.inputs if formulas and names else []
+        self.heard: list[str] = formulas.inputs if formulas else []
         self.own = names[: len(names) - len(self.heard)]
         self.memory: Mapping[str, int] = e.memory or {}
         others = [*self.others.names.values()]
@@ -222,7 +222,7 @@ class Task:
         return self.keeps((pose, own + heard), (after, new + self.before[target][3]))
 
     def _memories(self) -> set[Row]:
-        if self.formulas is None or not self.own:
+        if not self.own:
             return {()}
         if not self.formulas.whole:
             raise BundleTooLargeError(
@@ -269,7 +269,7 @@ class Task:
             goals = [[region in targets[k] and k in counts for k, region in ends]]
         else:
             goals = [[self.poses[after][0] in t for _, after in steps] for t in targets]
-        if self.objective.kind == "ltl" and self.formulas:
+        if self.objective.kind == "ltl":
             each = [self.goals_met(self.before[a], self.before[b]) for a, b in steps]
             goals = [[met[k] for met in each] for k in range(self.formulas.count)]
         held = [self.assumed(graph.inputs[b]) for _, b in steps]

@@ -319,7 +319,7 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
             return
     for name in stated:
         own, here = s.robots[name].own, s.destination(name)
-        if own.kind == "ltl" and own.formulas and not own.formulas.allows(here, here):
+        if own.kind == "ltl" and not own.formulas.allows(here, here):
             yield NotJudged(f"whether {name} could go where its formulas let it stay")
             return
     yield "an operator is needed, but that is not proven"
@@ -344,7 +344,7 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         if s.scenario.coordination != "resynthesis":  # it may be sent away, and must come back
             here = frozenset(p for p in here if _comes_back(name, p, case))
         return bool(here)
-    if own.kind == "ltl" and formulas is not None and memory is not None:
+    if own.kind == "ltl" and memory is not None:
         fresh = formulas.names and not memory
         rows = {*(formulas.begins(pose) if fresh else formulas.remembering(memory))}
         if robot.memories is not None and s.arriving(robot).isdisjoint(rows):
