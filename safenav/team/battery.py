@@ -21,13 +21,15 @@ NEVER = 1 << 30
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
     """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: it stays at the
-    last one."""
+    last one; ``returns``: an input may give it another objective, for which it always keeps the
+    charge to reach a charger."""
 
     graph: PoseGraph
     chargers: Mask
     battery: Battery
     targets: tuple[Mask, ...]
     settles: bool
+    returns: bool = False
 
     def charging(self, pose: int) -> bool:
         return bool(self.chargers >> pose & 1)
@@ -46,7 +48,11 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def needs(self, allowed: Mask) -> tuple[dict[int, float], ...]:
         """Return for each next target the least charge of each pose with which it can meet all
         targets forever: the greatest fixpoint. Poses without one are left out."""
-        found: list[dict[int, float]] = [dict.fromkeys(bits(allowed), 0) for _ in self.targets]
+        least: dict[int, float] = dict.fromkeys(bits(allowed), 0)
+        if self.returns:
+            at = dict.fromkeys(bits(self.chargers & allowed), 0.0)
+            least = self._leg(allowed, self.chargers, at, direct=True) | at
+        found = [least for _ in self.targets]
         grown = True
         while grown:
             grown = False

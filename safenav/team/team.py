@@ -227,7 +227,7 @@ def _member(
     graph = graph_of(robot, scenario.map, shared=planned and remember)
     if battery is not None:
         targets, chargers = graph.on_each(objective.targets), graph.on(scenario.chargers)
-        energy = Energy(graph, chargers, battery, targets, objective.settles)
+        energy = Energy(graph, chargers, battery, targets, objective.settles, bool(robot.when))
     floor, goals = graph.outside(objective.avoid), targets_of(objective, graph)
     how = objective.pursuit, rivals, zones
     return Member(robot.name, robot, graph, floor, goals, *how, energy)
