@@ -300,15 +300,10 @@ def unsafe_live(scenario: Scenario) -> str | None:
     """Return why a scenario cannot run live: a deadline in ticks; None if it can."""
     if not scenario.sets_deadlines:
         return None
-    due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
-    name = due[0] if due else "door@47"
-    requirement = f"always(requested_{name} -> eventually[0,60] resolved_{name})"
-    instead = f"require seconds of the motion: 'requirements: [\"{requirement}\"]'"
-    if not due and scenario.until.by is not None:
-        instead = "end the run by 'limits: {seconds: 60}'"
     return (
         "a live run cannot keep deadlines in ticks: a tick has no length there; use "
-        f"'clock: lockstep', or {instead}"
+        "'clock: lockstep', or seconds: 'limits: {seconds: 60}' of the run, of the motion "
+        "'requirements: [\"always(requested_door@47 -> eventually[0,60] resolved_door@47)\"]'"
     )
 
 

@@ -94,7 +94,7 @@ class Division(Struct, frozen=True):
     def keys(self) -> tuple[str, ...]:
         """The keys of a scenario's ``map`` for this division: ``rows: 20``, ..."""
         given = asdict(self).items()
-        return tuple(f"{key}: {value:g}" for key, value in given if value is not None)
+        return tuple(f"{key}: {value:.15g}" for key, value in given if value is not None)
 
 
 def form_of(path: Path) -> str | None:
