@@ -112,6 +112,12 @@ class Guarantees:
         one, other = values_of(before) | dict(old), values_of(after) | dict(new)
         return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
 
+    def memory_after(self, before: Pose, old: Values, after: Pose) -> Values:
+        """Return the memory after a step that nobody has decided: the one before it, unless that
+        makes the robot remember something else."""
+        found = ({**old, **memory} for memory in ({}, *self.memories))
+        return next((new for new in found if self.allows_with(before, old, after, new)), old)
+
     def meets_with(self, goal: int, before: Pose, old: Values, after: Pose, new: Values) -> bool:
         """Return whether a step, or a stay, meets a goal with the memory before and after it."""
         one, other = values_of(before) | dict(old), values_of(after) | dict(new)

@@ -269,11 +269,12 @@ def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
     formulas = robot.objective.formulas
     if formulas is None or robot.to is None or robot.came is None:
         return {}
-    old, found = dict(robot.came[1]), guarantees_of(formulas)
-    here, there = graph.pose(robot.came[0]), graph.pose(pose)
-    after = (old | memory for memory in ({}, *found.memories))
-    allowed = (each for each in after if found.allows_with(here, old, there, each))
-    values = old | dict(_memory(team.members[i], pose)) if graph.remembers else next(allowed, old)
+    old = dict(robot.came[1])
+    if graph.remembers:
+        values = old | dict(_memory(team.members[i], pose))
+    else:
+        here, there = graph.pose(robot.came[0]), graph.pose(pose)
+        values = dict(guarantees_of(formulas).memory_after(here, old, there))
     return {"values": tuple(sorted(values.items()))}
 
 

@@ -128,6 +128,10 @@ class StateGraph(PoseGraph):
         same = self._memories.index((self.memory(number), frozenset()))
         return super().number(pose) + same * self._span
 
+    def strayed(self, number: int, pose: Pose) -> int:
+        memory = self._guarantees.memory_after(self.pose(number), self.memory(number), pose)
+        return super().number(pose) + self._memories.index((memory, frozenset())) * self._span
+
     def pose(self, number: int) -> Pose:
         return super().pose(number % self._span)
 

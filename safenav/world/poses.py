@@ -199,9 +199,13 @@ class PoseGraph:
         return {}
 
     def moved(self, number: int, pose: Pose) -> int:
-        """Return the number of another pose for a robot at ``number``."""
+        """Return the number of another pose in which a robot at ``number`` is put."""
         del number
         return self.number(pose)
+
+    def strayed(self, number: int, pose: Pose) -> int:
+        """Return the number of another pose in which a step from ``number`` has ended."""
+        return self.moved(number, pose)
 
     def pose(self, number: int) -> Pose:
         heading, region = divmod(number, self.size)

@@ -197,20 +197,20 @@ class World:
             case protocol.Arrived(reason=why):
                 yield now.Arrived(i, why)
             case protocol.Elsewhere(pose=pose):
-                strays = now.Elsewhere(i, graph.moved(here, pose))
+                strays = now.Elsewhere(i, graph.strayed(here, pose))
                 yield strays
                 yield from consequences(run.team, before, strays)
             case protocol.Blocked(pose=pose, obstacle=obstacle):
                 obstacle = obstacle or unknown(run.team.members[i].robot, target % run.team.size)
                 if self._is_open_to(run, i, obstacle):
-                    stuck = now.Failed(i, graph.moved(here, pose), f"{obstacle.name} stops it")
+                    stuck = now.Failed(i, graph.strayed(here, pose), f"{obstacle.name} stops it")
                     yield stuck
                     yield from consequences(run.team, before, stuck)
                     return
-                yield now.Elsewhere(i, graph.moved(here, pose), blocked=True)
+                yield now.Elsewhere(i, graph.strayed(here, pose), blocked=True)
                 yield from met(run.team, run.state, i, obstacle, target)
             case protocol.Failed(pose=pose, reason=why, fatal=fatal):
-                failed = now.Failed(i, graph.moved(here, pose), why, fatal)
+                failed = now.Failed(i, graph.strayed(here, pose), why, fatal)
                 yield failed
                 yield from consequences(run.team, before, failed)
             case protocol.Lost(regions=regions, reason=why):
