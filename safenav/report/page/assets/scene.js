@@ -1,4 +1,4 @@
-/* sources cfebdacb254b21e669affb595024af8e07fe84fc4caae0e7e366b5176338e6ad */
+/* sources 9bf5a2dbdc32952588945ea5633000bce89795978b92d643faabfa4a055c4678 */
 /* Contains three:
 The MIT License
 

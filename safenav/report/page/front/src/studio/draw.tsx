@@ -44,9 +44,9 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
   const [chosen, choose] = useState<Chosen>(null);
   const help = useRef<HTMLDialogElement>(null);
   useLayoutEffect(() => {
-    const chosenItem = chosen && ("robot" in chosen ? { op: "remove_robot", robot: chosen.robot } : { op: "remove_obstacle", index: chosen.obstacle });
     const remove = (): void => {
-      if (chosenItem) say("edit", chosenItem);
+      if (typeof chosen === "string") say("edit", { op: "remove_robot", robot: chosen });
+      else if (chosen !== null) say("edit", { op: "remove_obstacle", index: chosen });
       choose(null);
     };
     const select = (): void => setPen({ does: "select" });
@@ -56,8 +56,7 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
       ...(drawing?.grid && { 1: () => setPen({ does: "wall" }), 2: () => setPen({ does: "floor" }) }),
     });
   }, [say, save, chosen, drawing, writing]);
-  const robot = chosen && "robot" in chosen ? chosen.robot : null;
-  const verdict = (robot !== null && verdicts[robot]) || null;
+  const verdict = (chosen !== null && verdicts[chosen]) || null;
   const shared = { doc, pen, setPen, chosen, choose, say };
   const first = problems[0];
   return (
@@ -240,9 +239,8 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
       Remove
     </Press>
   );
-  if (chosen && "robot" in chosen) {
-    const robot = drawing.robots.find((r) => r.name === chosen.robot);
-    if (!robot) return null;
+  const robot = drawing.robots.find(({ name }) => name === chosen);
+  if (robot) {
     const drawn = drawing.run.robots.find((each) => each.name === robot.name);
     const drawingObjective = pen.does === "objective" && pen.robot === robot.name;
     return (
@@ -282,12 +280,11 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
       </section>
     );
   }
-  if (chosen && "obstacle" in chosen) {
-    const obstacle = drawing.obstacles.find(({ index }) => index === chosen.obstacle);
-    if (!obstacle) return null;
+  const obstacle = drawing.obstacles.find(({ index }) => index === chosen);
+  if (obstacle) {
     const kind = doc.palette.obstacles.find((type) => type.name === obstacle.type);
     return (
-      <section key={chosen.obstacle} class="panel chosen" aria-label="The chosen obstacle">
+      <section key={obstacle.index} class="panel chosen" aria-label="The chosen obstacle">
         <h2 class="row">
           <span>
             Hidden {obstacle.type} <span class="quiet">{label(drawing.run, obstacle.region)}</span>
@@ -343,7 +340,7 @@ export function Problems({ problems, verdicts, robots, go, choose, say }: Proble
         ))}
         {judged.map((verdict) => (
           <li class={`verdict ${verdict.verdict}`} data-robot={verdict.robot} data-verdict={verdict.verdict}>
-            <button type="button" class="event" onClick={() => choose({ robot: verdict.robot })}>
+            <button type="button" class="event" onClick={() => choose(verdict.robot)}>
               <span style={{ color: `var(--${verdict.verdict === "realizable" ? "resolved" : "found"})` }}>●</span>
               <b>{verdict.robot}</b>
               <span>{verdict.verdict === "realizable" ? `realizable${verdict.allows ? ` (${verdict.allows})` : ""}` : verdict.because}</span>

@@ -6,7 +6,7 @@ import { centreOf, INK, type MARKS, ordered, square as squareOf } from "../map/s
 import type { Hand } from "../map/cursor";
 import { notice } from "../panels/shell";
 import { HEADINGS, isWall, label, placeOf, regionAt as regionOf, useRedraw } from "../run/run";
-import { chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Target, type Verdict } from "./model";
+import { type Chosen, chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Target, type Verdict } from "./model";
 import type { Drawn } from "./draw";
 
 interface HandArgs extends Omit<Drawn, "doc"> {
@@ -29,24 +29,20 @@ export function useDrawingHand(args: HandArgs): Hand {
   const { rows, cols } = drawing.run;
   const regionAt = (x: number, y: number): number => regionOf(drawing.run, x, y);
   const edit = (op: string, data: object): void => say("edit", { op, ...data });
-  const robotAt = (region: number) => drawing.robots.find((robot) => robot.start === region);
-  const obstacleAt = (region: number) => drawing.obstacles.find((obstacle) => obstacle.region === region);
   const itemsAt = (region: number): (DrawnRobot | DrawnObstacle)[] => [
     ...drawing.robots.filter((robot) => robot.start === region),
     ...drawing.obstacles.filter((obstacle) => obstacle.region === region),
   ];
-  const isChosen = (item: DrawnRobot | DrawnObstacle): boolean =>
-    chosen !== null &&
-    ("name" in item ? "robot" in chosen && chosen.robot === item.name : "obstacle" in chosen && chosen.obstacle === item.index);
-  const picked = chosen && "robot" in chosen ? drawing.robots.find((r) => r.name === chosen.robot) : undefined;
+  const keyOf = (item: DrawnRobot | DrawnObstacle): Chosen => ("name" in item ? item.name : item.index);
+  const isChosen = (item: DrawnRobot | DrawnObstacle): boolean => keyOf(item) === chosen;
+  const picked = drawing.robots.find((robot) => robot.name === chosen);
 
   // A robot or an obstacle that was just put down is selected as soon as the text has it.
   const awaited = useRef(-1);
   useEffect(() => {
-    const [robot, obstacle] = [robotAt(awaited.current), obstacleAt(awaited.current)];
-    if (pen.does === "robot" && robot) choose({ robot: robot.name });
-    else if (pen.does === "obstacle" && obstacle) choose({ obstacle: obstacle.index });
-    else return;
+    const put = itemsAt(awaited.current).find((item) => pen.does === ("name" in item ? "robot" : "obstacle"));
+    if (put === undefined) return;
+    choose(keyOf(put));
     awaited.current = -1;
   }, [drawing]);
 
@@ -63,7 +59,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     const again = there.findIndex(isChosen);
     const item = there[Math.max(0, again)];
     if (item) {
-      choose("name" in item ? { robot: item.name } : { obstacle: item.index });
+      choose(keyOf(item));
       held.current = { what: "item", item, from: region, again: again >= 0 };
       return true;
     }
@@ -91,10 +87,10 @@ export function useDrawingHand(args: HandArgs): Hand {
       held.current = { what: "paint", wall: pen.does === "wall", regions: new Set([region]), last: [x, y] };
       redraw();
     } else if (pen.does === "robot") {
-      const there = robotAt(region);
+      const there = drawing.robots.find((robot) => robot.start === region);
       if (there) {
         setPen({ does: "select" });
-        choose({ robot: there.name });
+        choose(there.name);
       } else if (free(region, "a robot")) {
         awaited.current = region;
         edit("add_robot", { model: pen.model, region, ...(pen.turns && { heading: "east" }) });
@@ -140,7 +136,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     } else if (now.what === "item" && now.again) {
       const there = itemsAt(region);
       const next = there[(there.findIndex(isChosen) + 1) % there.length];
-      if (next) choose("name" in next ? { robot: next.name } : { obstacle: next.index });
+      if (next) choose(keyOf(next));
     }
     else if (now.what === "target" && picked && picked.kind) {
       const regions = targetsOf(picked).map((target, i) => (i === now.place ? region : target));
@@ -157,7 +153,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   const order = pen.does === "objective" ? pen.targets.map(firstOf) : (picked?.targets.map((target) => target[0]!) ?? []);
   const turning = held.current?.what === "heading" ? held.current : null;
   const ahead = HEADINGS[turning ? turning.to : (picked?.heading ?? "")]?.map((way) => way * CELL * 0.62);
-  const picture = chosen && "obstacle" in chosen ? drawing.obstacles.find(({ index }) => index === chosen.obstacle) : undefined;
+  const picture = drawing.obstacles.find(({ index }) => index === chosen);
   const dragged = held.current !== null && held.current.what !== "paint" && held.current.what !== "heading";
   return {
     cursor: pen.does === "select" ? "default" : "crosshair",

@@ -110,7 +110,7 @@ export type Pen =
 export type Target = number | number[] | string;
 
 /** What is selected: a robot by its name, or an obstacle by its index. */
-export type Chosen = { robot: string } | { obstacle: number } | null;
+export type Chosen = string | number | null;
 
 /** Add a target; the objective is set when it has enough of them. */
 export function chooseTarget(pen: Pen & { does: "objective" }, target: Target, setPen: (pen: Pen) => void, say: Say): void {
