@@ -186,6 +186,16 @@ def test_two_editors_of_one_text_agree(editor: Served) -> None:
     assert (told["text"], told["revision"]) == (again["text"], again["revision"])
 
 
+def test_a_synthesizer_that_does_not_work_is_a_reason_on_the_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SAFENAV_SLUGS", "/bin/false")
+    with Served("studio", tmp_path / "lab.yaml", "--no-browser") as served, served.opened() as page:
+        page.say("text", text=HELLO.read_text())
+        found = page.hear(lambda m: m.get("verdicts"))["verdicts"]["rover"]
+    assert found["verdict"] == "unknown" and "/bin/false" in found["because"]
+
+
 def test_a_trace_is_not_opened_as_a_scenario(tmp_path: Path) -> None:
     trace = tmp_path / "run.jsonl"
     trace.write_text('{"type":"header","trace":2,"safenav":"0","scenario":{}}\n')
