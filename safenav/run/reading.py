@@ -217,7 +217,8 @@ class RunReader:
         return self._tracks[name]
 
     def _on_map(self, region: Region) -> Region:
-        if not 0 <= region < (size := self.run.map.size):
+        size = self.run.map.size
+        if not 0 <= region < size:
             raise ContradictionError(f"{region} is not a region of the map (0 to {size - 1})")
         return region
 

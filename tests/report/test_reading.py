@@ -60,6 +60,7 @@ DEPARTED = STEP | {"type": "depart", "from": 14, "to": 15, "heading": None, "by"
     ("edit", "message"),
     [
         ({"line": ["move"], "fields": {"to": 91}}, "91 is not a region of the map"),
+        ({"line": ["violation"], "fields": {"proposed": -1}}, "-1 is not a region of the map"),
         ({"line": ["move"], "fields": {"robot": "nobody"}}, "no robot nobody"),
         ({"line": ["request"], "fields": {"requester": "nobody"}}, "no robot nobody"),
         ({"line": ["move"]}, "the next move of quad is that of tick 1, not of tick 2"),
