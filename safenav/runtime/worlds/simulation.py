@@ -195,11 +195,11 @@ class SimulatedWorld:
         self._team = replace(self._team, obstacles=tuple(obstacles))
 
     def remove(self, name: str) -> bool:
-        """Remove an obstacle immediately; return whether it was unresolved."""
+        """Remove an obstacle immediately; return whether it was there."""
         found = False
         for k, each in enumerate(self._state.obstacles):
             if self._team.obstacles[k].name == name and each.state in (Is.OPEN, Is.SEALED):
-                found |= each.state is Is.OPEN
+                found = True
                 self._put(k, Is.OVER)
         return found
 
