@@ -76,7 +76,9 @@ robots:
 def test_robots_over_one_another_and_the_name_of_a_narrow_area_are_drawn_apart(
     tmp_path: Path,
 ) -> None:
-    texts = dict(_texts(drawn(LABORATORY, tmp_path)[1], f"{SVG}svg/"))
+    text, svg = drawn(LABORATORY, tmp_path)
+    assert "QD" in text
+    texts = dict(_texts(svg, f"{SVG}svg/"))
     side = 48
     (left, _, right, bottom) = texts["labora…"]
     assert 2 * side <= left < right <= 3 * side and bottom <= 4 * side

@@ -21,6 +21,7 @@ from safenav.trace.words import counted
 from safenav.verify.verification import Failure
 
 _SHOWN = 24
+"""Most lines of a path or play; an even number."""
 _LONGEST = 160
 """Maximum characters of a shown formula; the file has the rest."""
 
@@ -38,24 +39,14 @@ def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
 
 
 def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
-    numbered = (f"{node}: {node_words(node, strategy)}" for node in nodes)
-    yield from (f"  {line}" for line in without_the_middle([*numbered], _SHOWN))
+    numbered = [f"{node}: {_values_words(strategy.values(node), strategy)}" for node in nodes]
+    yield from (f"  {line}" for line in _without_the_middle(numbered))
 
 
-def without_the_middle(lines: Sequence[str], most: int) -> Iterator[str]:
-    """Yield the lines; if there are more than ``most``, the number of the middle ones instead."""
-    half, count = most // 2, len(lines)
-    if count <= most:
-        yield from lines
-        return
-    yield from lines[:half]
-    yield f"... {count - 2 * half} more"
-    yield from lines[count - half :]
-
-
-def node_words(node: int, strategy: Strategy) -> str:
-    """Return the values at a node in words."""
-    return _values_words(strategy.values(node), strategy)
+def _without_the_middle(lines: Sequence[str]) -> Sequence[str]:
+    """Return the lines; if there are too many, the number of the middle ones instead."""
+    half, more = _SHOWN // 2, len(lines) - _SHOWN
+    return lines if more <= 0 else [*lines[:half], f"... {more} more", *lines[-half:]]
 
 
 def _values_words(values: Values, strategy: Strategy) -> str:
@@ -115,7 +106,7 @@ def _play_lines(play: LosingPlay, strategy: Strategy, file: str) -> Iterator[str
 
 
 def _moments(moments: Sequence[Values], strategy: Strategy) -> Iterator[str]:
-    yield from without_the_middle([_values_words(each, strategy) for each in moments], _SHOWN)
+    yield from _without_the_middle([_values_words(each, strategy) for each in moments])
 
 
 def vacuity_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
