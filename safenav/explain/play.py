@@ -14,7 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.components import cyclic_parts, explored, path_to, shortest_paths
-from safenav.errors import SafenavError, Verdict
+from safenav.errors import ResourceLimitError, Verdict
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification
 from safenav.synthesis.cache import Cache
@@ -83,7 +83,7 @@ class Questions:
         limited.cache, limited.memory_mb = Cache(None), LISTED_MB
         try:
             return None if self.late else limited.counterstrategy(spec).strategy
-        except SafenavError:
+        except ResourceLimitError:
             return None
 
 
