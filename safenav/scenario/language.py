@@ -410,7 +410,7 @@ class ScenarioKeys(Item, frozen=True):
         "The team by name, in the order of moves within a tick.",
         "name each robot with its model, start and objective",
         example=f"{{quad: {RobotKeys.example}}}",
-        schema={"minProperties": 1},
+        schema={"minProperties": 1, "maxProperties": 1000},
     )
     never_together: tuple[ExclusionKeys, ...] = key(
         "Regions with at most one of several robots at a time.", default=()

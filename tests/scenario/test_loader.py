@@ -121,7 +121,10 @@ def test_a_scenario_is_refused(case: dict[str, Any]) -> None:
     )
 
 
-def test_a_map_that_is_too_large_is_refused() -> None:
+def test_a_map_or_a_team_that_is_too_large_is_refused() -> None:
+    robot = {"model": "quadcopter", "start": 8, "avoids": [], "objective": {"hold": 9}}
+    with pytest.raises(InputError, match="1001 robots; the maximum is 1000"):
+        loaded({"robots": {f"r{number}": robot for number in range(1001)}})
     with pytest.raises(InputError, match="a map of 500 x 600 regions; the maximum is 262144"):
         loaded({"map": {"grid": ["." * 600] * 500}, "areas": {}})
 

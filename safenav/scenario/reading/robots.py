@@ -28,6 +28,7 @@ from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, on
 from safenav.scenario.yaml.findings import suggestion
 from safenav.scenario.yaml.keys import Raw
 from safenav.scenario.yaml.typed import read, sequence
+from safenav.strict_json import MOST_ROBOTS
 from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose
 
@@ -38,6 +39,8 @@ def resolve_robots(
     """Add the readable robots to ``reading``; errors in the others are reported."""
     if team == {} and not entries_of(node):
         reading.add(node, "there are no robots", "a scenario has at least one")
+    if len(team or ()) > MOST_ROBOTS:
+        reading.add(node, f"{len(team or ())} robots; the maximum is {MOST_ROBOTS}")
     standing: dict[str, Robot] = {}
     robots = [_robot(key.text, item, standing, reading) for key, item in (team or {}).items()]
     for key, item in (team or {}).items():
