@@ -37,6 +37,7 @@ def after(e: Line, s: State) -> None:
                 s.robots[name].given = objective
         case "deadline" if e.verdict in ("excused", "late"):
             s.dues.pop(e.of, None)
+            s.past.pop(e.of, None)
             s.missed |= {e.of} if e.verdict == "late" else set()
         case "waiting":
             s.lost_before = dict(s.unrealizable)
@@ -49,6 +50,7 @@ def _begin_tick(tick: int, s: State) -> None:
     s.entering.clear()
     s.unrealizable.clear()
     s.missed.update(s.overdue(tick))
+    s.past = {of: due for of, due in s.dues.items() if due < tick}
     s.dues = {of: due for of, due in s.dues.items() if due >= tick}
     for robot in s.robots.values():
         clock = robot.clock

@@ -264,7 +264,8 @@ class Step(NamedTuple):
 class State:
     """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the obstacles that the
     scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: open
-    deadlines of obstacles and the mission; ``missed``: deadlines that have passed; ``kept``: the
+    deadlines of obstacles and the mission, ``past``: those that this tick misses; ``missed``: all
+    that have passed; ``kept``: the
     last one of each robot and obstacle that was met; ``switched``: when an input changed last;
     ``entering``: live, steps into the region of an obstacle on which some robot acts, with their
     ticks; ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user
@@ -290,6 +291,7 @@ class State:
         self.by_user: set[str] = set()
         self.by = None if self.live else h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
+        self.past: dict[str, int] = {}
         self.kept: dict[str, int] = {}
         self.switched: int | None = None
         self.missed: set[str] = set()
@@ -470,7 +472,8 @@ class State:
             return self.by
         if verdict == "kept":
             return self.kept.get(of)
-        return self.robots[of].clock.due if of in self.robots else self.dues.get(of)
+        dues = self.past | self.dues
+        return self.robots[of].clock.due if of in self.robots else dues.get(of)
 
     def overdue(self, tick: int) -> Iterator[str]:
         """Yield the open deadlines that a tick misses."""
