@@ -162,7 +162,7 @@ def _done(
             continue
         waiting.remove(done)
         _performed(case, done, record.at if robot == record.robot else None)
-        lasts = done.t1 - done.t0  # the trace of a live run has the duration
+        lasts = max(0.0, done.t1 - done.t0)  # the trace of a live run has the duration
         if not case.trace.header.live:
             lasts = max(case.numbers[name].get("action_seconds", 0.0) for name in wanted.robots)
         if abs(done.t1 - done.t0 - lasts) > NEAR or done.action != wanted.action:
