@@ -123,6 +123,7 @@ class Answer(Struct, frozen=True):
 
 
 EVENTS = "text/event-stream"
+MOST_UNSENT = 64_000_000  # bytes that are kept for a page that does not read
 
 
 class Server:
@@ -222,6 +223,8 @@ class Server:
         """Send the messages of the studio to a page until it closes."""
 
         def send(text: str) -> None:
+            if writer.transport.get_write_buffer_size() > MOST_UNSENT:
+                writer.transport.abort()  # it reads no longer; one that does connects again
             writer.write(f"data: {text}\n\n".encode())
 
         self.studio.join(send)
