@@ -206,7 +206,7 @@ def counts(e: Line, robot: Robot, live: bool) -> bool:
     own = robot.own
     if own.kind == "ltl":
         formulas = own.formulas
-        if e.goal >= own.count or not robot.given.serves(own):
+        if e.goal >= own.count:
             return False
         if not formulas.goals:
             return True  # a rule reports that it is not judged
