@@ -295,7 +295,10 @@ def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
     elif e.kind == "outcome":
-        case = Case(s)
+        pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
+        known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
+        sure = {name: one for name, (one, *more) in known.items() if not more}
+        case = Case(s, memory=sure)
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
         for state in every.complete():
             if s.orders.isdisjoint(one.name for one in state.opened):
