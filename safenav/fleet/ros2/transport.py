@@ -295,7 +295,7 @@ class Ros2Transport:
         self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
     ) -> None:
         self._network, self._stations, self._inputs = network, stations, inputs
-        self._post: Callable[[Message], None] = print  # until ``open``
+        self._post: Callable[[Message], None]  # from ``open`` on
         self._streams = Streams(self._send)
         self._lock = Lock()
         self._robots: dict[str, _Robot] = {}
