@@ -61,7 +61,7 @@ def scenario(seed: int) -> str:
         )
         for row in range(ROWS)
     ]  # fmt: skip
-    # The place before the door is nobody's target: `patrol` could forbid to cross it.
+    # The region before the door is not a target: `patrol` could forbid to cross it.
     before = (door, wall - 1)
     west = [(r, c) for r in range(1, ROWS - 1) for c in range(1, wall) if (r, c) != before]
     east = [(r, c) for r in range(1, ROWS - 1) for c in range(wall + 1, COLS - 1)]

@@ -10,7 +10,7 @@ from children import none_left
 WAITS = [sys.executable, "-c", "input()"]
 
 
-def test_a_child_that_is_left_is_seen_running_and_as_a_zombie() -> None:
+def test_a_remaining_child_is_found_running_and_as_a_zombie() -> None:
     with subprocess.Popen(WAITS, stdin=subprocess.PIPE) as earlier:
         with none_left():
             pass

@@ -116,7 +116,7 @@ class _Search:
         if text is None or not is_matrix(text):
             return self._cases(path, settings)
         if settings is not None:
-            raise UsageError(f"{path} is a matrix file itself\n    name scenarios here")
+            raise UsageError(f"{path} is a matrix file itself\n    list scenarios here")
         self._named.add(str(path))
         self.found.matrices = [m for m in self.found.matrices if m not in self._named]
         matrix = read_matrix(text, str(path))

@@ -236,8 +236,7 @@ def main() -> None:
                 os.chdir(conditions.directory)
             connection.send(execute(case, conditions, trace))
     except BrokenPipeError:
-        # The batch has ended. The interpreter's own end would wait for the thread that listens,
-        # and then abort.
+        # The batch has ended. The interpreter would wait for the listening thread, and then abort.
         os._exit(0)
 
 

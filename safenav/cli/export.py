@@ -81,7 +81,7 @@ def export(
     unread = {} if computed else {"track": "--motion"}
     options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
     if motion is not None and written is not None:
-        raise UsageError(f"--motion computes a motion, and {motion} is one; give only one")
+        raise UsageError(f"--motion computes a motion, but {motion} is already one; leave one out")
     run = read_trace(trace)
     moved = _computed(run, side, track=track) if computed else None
     if motion is not None:

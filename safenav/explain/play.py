@@ -139,7 +139,7 @@ def losing_play(
         if node in walk[passed:]:
             cycle = walk[walk.index(node, passed) :]
             if len(cycle) == 1 and (rest := arena.to_an_end(node)):
-                walk += rest  # why it stays: so ends a play in which it does not
+                walk += rest  # moves that show why it stays: they end the play
                 break
             walk = walk[: walk.index(node, passed)]
             goal = arena.never_met(cycle)

@@ -96,7 +96,7 @@ class ScanUse(Struct, frozen=True):
 
 
 class TfUse(Struct, frozen=True):
-    """Its pose comes from TF, from ``map`` to its ``frame``, instead of from odometry."""
+    """A pose from TF (from ``map`` to the robot's ``frame``) instead of odometry."""
 
     topic: Annotated[
         str, _in_ros(NAME, "The topic of transforms; of static ones: with _static.")
@@ -105,7 +105,7 @@ class TfUse(Struct, frozen=True):
 
 
 class FollowUse(Struct, frozen=True):
-    """The robot tracks references itself, instead of goals."""
+    """References that the robot tracks itself, instead of goals."""
 
     topic: Annotated[str, _in_ros(NAME, "The topic of its references.")] = "reference"
     tolerance: Annotated[

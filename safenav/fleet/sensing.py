@@ -183,7 +183,7 @@ class Sensing:
         margin = BEFORE * self._side
         robot = self._whose(body, heard, region, x, y)
         if robot is View.ROBOT and hit - middle > margin:
-            return View.SEEN  # the ray has passed the middle before it hit the robot
+            return View.SEEN  # the ray passed the centre before it hit the robot
         if robot is not None:
             return robot
         if hit < middle and self._places.outside(region, x, y) > margin:

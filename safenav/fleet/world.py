@@ -339,8 +339,8 @@ class FleetWorld:
             self.goals.transport.perform(name, service, team_action.on.name, task.goal)
 
     def _acted(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """End an action when odometry has the robot in its own region; it may be later than the
-        result, and a robot that opens a door enters its region."""
+        """End an action when odometry has the robot in its own region. A robot that opens a door
+        enters the region of the door, and odometry may be later than the result."""
         pose = self.goals.pose_now(body)
         if pose is not None and pose.region == body.pose.region:
             self._end_action(body, task)

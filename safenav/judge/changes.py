@@ -20,7 +20,7 @@ def listed(e: Line, s: State) -> Iterator[str]:
 
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered as the scenario says, by a user, or by a world
+    """Obstacles appear, disappear and are ordered by the scenario, by a user, or by a world
     that is not simulated; none that a scenario or a user adds appears where a robot is."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
@@ -209,7 +209,7 @@ def duties(e: Line, s: State) -> Iterator[str]:
 @rule("blocked", "reopened")
 def permanence(e: Line, s: State) -> Iterator[str]:
     """An obstacle becomes permanent because it was just found untraversable, because an operator
-    says so, or because it can never be resolved."""
+    declares it, or because it can never be resolved."""
     one = s.obstacles[e.obstacle]
     if e.kind == "reopened":
         if not one.shut or one.resolved:

@@ -166,7 +166,7 @@ def _stood(name: str, s: State) -> None:
             continue
         need = one.rest.left[0]
         takes = one.rest.takes() and (need.robots == 1 or s.loads(name))
-        if region in need.regions and name in need.able and not takes:  # else a `met` line says so
+        if region in need.regions and name in need.able and not takes:  # else in a `met` line
             one.rest = one.rest._replace(done=one.rest.done | {name})
 
 

@@ -21,7 +21,7 @@ Values = Mapping[str, int]  # of variables; a truth is 0 or 1
 
 
 class UnreadError(Exception):
-    """The judge does not read a formula; the message says why."""
+    """The judge does not read a formula; the message names the reason."""
 
 
 class Part(NamedTuple):

@@ -16,7 +16,7 @@ from safenav.strict_json import flaws, note_flaw, read_json
 
 VERSION = 4
 PASSING = ("tick", "t", "reason", "seconds", "cached")
-"""Fields of a synthesis that say nothing of its task; the others are its ``text``."""
+"""Fields of a synthesis that do not describe its task; the other fields are its ``text``."""
 MOST_BYTES = 10_000_000
 """Bytes of a line."""
 

@@ -443,8 +443,8 @@ class State:
         return float(e.tick if e.t is None or not self.live else e.t)
 
     def ends(self, change: Line, e: Line) -> bool:
-        """Return whether a line applies a change of the scenario, or ends the service in which
-        another one has found its robot already."""
+        """Return whether a line ends a change of the scenario: it applies the change, or ends the
+        state of service that the change had found."""
         found = change.objective is None and change.active is not self.robots[change.robot].out
         void = e.kind == "service" and change.robot == e.robot and change.at <= self.now(e)
         return self.applies(change, e) or (found and void)

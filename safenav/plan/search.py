@@ -126,7 +126,7 @@ class Search:
         return None
 
     def _aside(self, joint: Joint) -> tuple[int, ...] | None:
-        """Return the next poses if half of the robots, at random, only want to leave theirs."""
+        """Return the next poses if half of the robots, at random, only want to leave their own."""
         order, fields = self._order(STATIC), list[Field]([None] * len(joint.poses))
         for i in order[: len(order) // 2]:
             away = [0] * (self.floor.team.size * self.floor.graphs[i].blocks)
@@ -247,8 +247,8 @@ class Search:
         return goal
 
     def _legs(self, most: int) -> list[Joint] | None:
-        """Return a chain of legs, each of one robot that all others let pass; backtracks at random,
-        farther the more often it has failed since it was longest."""
+        """Return a chain of legs, in each of which all other robots let one pass. Backtracks at
+        random, farther after more failures since the longest chain."""
         legs: list[list[Joint]] = [[self.start]]
         vain = made = longest = failed = 0
         while not self.goal(legs[-1][-1]):

@@ -81,9 +81,9 @@ def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
 def _without_loops(
     floor: Floor, best: list[Joint], served: frozenset[int]
 ) -> tuple[list[Joint], Plan] | None:
-    """Return the plan in which robots stay instead of all that leads them back to where they were,
-    together or two of them; None if that is not better. A search visits no joint state twice, but
-    in its states a robot may walk about while others go back and forth."""
+    """Return the plan in which robots, all or two of them, stay instead of leaving their poses and
+    returning; None if that is not better. A search visits no joint state twice, but in its states a
+    robot may walk about while others go back and forth."""
     found = None
     for group in coupled(floor):
         pairs = combinations(group, 2) if len(group) <= FEW else ()
@@ -96,8 +96,8 @@ def _without_loops(
 
 
 def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list[int]] | None:
-    """Return the poses of each robot by tick if those of a group stay instead of all that leads
-    them back to where they were, as far as no other robot comes there; None if that is nothing."""
+    """Return the poses of each robot by tick if a group stays instead of leaving its poses and
+    returning, while no other robot needs them; None if nothing changes."""
     states = [
         (joint.stages, tuple((joint.poses[i], joint.counts[i]) for i in group)) for joint in best
     ]
@@ -119,7 +119,7 @@ def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list
 def _disturbed(
     floor: Floor, ways: list[list[int]], i: int, group: Sequence[int], begin: int, end: int
 ) -> bool:
-    """Return whether a robot outside ``group`` needs the place of this one at ``begin`` to
+    """Return whether a robot outside ``group`` needs the region of this one from ``begin`` to
     ``end``."""
     member, size = floor.team.members[i], floor.team.size
     place, times = ways[i][begin] % size, range(begin, end + 1)

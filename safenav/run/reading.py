@@ -393,7 +393,7 @@ class RunReader:
         shown, does = replace(line, round=0 if line.robot in self._modes else new), "reaches"
         if objective and settles and line.region in objective.targets[-1]:
             shown, does = replace(line, round=0), "holds"
-        elif isinstance(objective, Ltl):  # perhaps the step that leaves a region meets it
+        elif isinstance(objective, Ltl):  # the step that leaves a region may meet it
             does = f"meets goal {line.goal + 1} of its formulas at"
         self._event(line, values.StoryKind.GOAL, self._wording.goal(shown, does), round=new)
 

@@ -113,8 +113,8 @@ class Guarantees:
         return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
 
     def memory_after(self, before: Pose, old: Values, after: Pose) -> Values:
-        """Return the memory after a step that nobody has decided: the one before it, unless that
-        makes the robot remember something else."""
+        """Return the memory after an undecided step: the one before it, unless the step requires
+        another one."""
         found = ({**old, **memory} for memory in ({}, *self.memories))
         return next((new for new in found if self.allows_with(before, old, after, new)), old)
 

@@ -15,7 +15,7 @@ from safenav.world.poses import bits
 
 
 class Hindrance(Enum):
-    """Hindrance of a robot that has the action of a need."""
+    """Reason why a robot with the action of a need does not fulfil it."""
 
     NOTHING = "can reach it"
     GATES = "obstacles are in the way"

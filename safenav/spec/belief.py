@@ -149,7 +149,7 @@ def occurring(
 ) -> Mapping[Knowledge, Mask]:
     """Return each possible state of knowledge, with the robot's own regions in which it may occur.
 
-    From ``knowledge`` in region ``own``; the robot itself steps freely, but not onto
+    The robot starts with ``knowledge`` in region ``own``, and steps freely except onto
     ``blocked`` regions. Raises TooManyBeliefsError beyond ``most`` beliefs.
     """
     floor = region_mask(watch.world.free) & ~region_mask(blocked) | 1 << own
@@ -275,8 +275,8 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Others move by single steps (in a live run by any number), are seen where they are in sight
-    and believed where they are not."""
+    """Yield the assumptions: other robots move by single steps (in a live run by any number), are
+    seen in sight, and believed out of sight."""
     for model in models(task, world):
         item, name = f"robots.{model.other.name}", model.other.variable
         begin = Origin(f"{item}.start", f"initial knowledge of {model.other.name}")
@@ -288,7 +288,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dict[str, int]:
-    """Return the inputs for this knowledge of the others (robot's name -> knowledge)."""
+    """Return the inputs for this knowledge of other robots (robot's name -> knowledge)."""
     return {m.other.variable: m.number(known[m.other.name]) for m in models(task, world)}
 
 

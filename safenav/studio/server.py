@@ -354,7 +354,7 @@ class LiveView(Studio):
                     last = time.monotonic()
 
     async def take(self, _: Mapping[str, Any]) -> None:
-        raise UsageError("this page watches: the program that called the mission drives the run")
+        raise UsageError("this page only shows the run; the program with the mission controls it")
 
     def _hello(self) -> dict[str, Any]:
         return {**super()._hello(), "watches": True}

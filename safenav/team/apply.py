@@ -263,8 +263,8 @@ def _stepped(
 
 
 def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
-    """End a step of a robot in another pose than decided: its formulas remember what they did
-    before, unless this step makes them remember something else."""
+    """End a step of a robot in another pose than decided. Its formulas return to the
+    memory before it, unless this step requires another one."""
     robot, graph = state.robots[i], team.members[i].graph
     formulas = robot.objective.formulas
     if formulas is None or robot.to is None or robot.came is None:
@@ -305,8 +305,8 @@ def _dropped(state: State, k: int) -> State:
 
 
 def _acted(team: Team, state: State, event: now.Acted) -> State:
-    """Stages change; what is resolved is over, or sealed if it was found untraversable; rounds
-    restart."""
+    """End an action: stages change, resolved obstacles disappear or, if untraversable, become
+    permanent, and rounds restart."""
     for i, robot in enumerate(state.robots):
         state = _robot(state, i, acting=None) if robot.acting == event.robot else state
     if event.failed:

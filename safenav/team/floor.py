@@ -270,7 +270,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                     yield i, pose
 
     def is_done(self, i: int, count: tuple[int, int]) -> bool:
-        """Return whether a robot has met what it must."""
+        """Return whether a robot has completed its rounds."""
         return self.rounds_done(i, count) >= (self.rounds or self.team.rounds)
 
     def rounds_done(self, i: int, count: tuple[int, int]) -> int:

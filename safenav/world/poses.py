@@ -125,8 +125,8 @@ class PoseGraph:
         self.free_regions = _mask_of_many(world.free, self.size)
         self._closed = closed
         self._goes_straight = not closed
-        self._narrowed = region_mask(pose for pose, _ in closed)  # with a closed step out
-        self._shunned = region_mask(pose for _, pose in closed)  # with a closed step in
+        self._narrowed = region_mask(pose for pose, _ in closed)  # starts of closed steps
+        self._shunned = region_mask(pose for _, pose in closed)  # ends of closed steps
 
     @property
     def one_way(self) -> bool:

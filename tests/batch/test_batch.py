@@ -28,7 +28,7 @@ def junit(file: str) -> ET.Element:
     return ET.parse(file).getroot()
 
 
-def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
+def test_a_broken_scenario_a_crash_and_a_hang_do_not_stop_the_batch(
     write: Write, slugs: SlugsLog
 ) -> None:
     write("bad.yaml", text="safenav: 1\nmap: [")

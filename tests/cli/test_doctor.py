@@ -54,7 +54,7 @@ LIAR = 'cat >/dev/null; echo "RESULT: Specification is unrealizable." >&2; exit 
     ],
     ids=["refuses", "always unrealizable", "missing", "cache in the way", "no cache"],
 )
-def test_doctor_reports_what_does_not_work(
+def test_doctor_reports_defects(
     variables: Any, code: int, subject: str, words: str, safenav: Command, tmp_path: Path
 ) -> None:
     for name, body in (("refusing", "exit 5\n"), ("liar", LIAR)):

@@ -144,12 +144,12 @@ def test_an_unknown_network_interface_or_peer_is_refused(
 
 
 def loaded(text: str, folder: Path, scenario: Scenario | None = None) -> fleet_file.FleetFile:
-    """A fleet file, of case study 1 unless told."""
+    """A fleet file; by default of case study 1."""
     (folder / "fleet.yaml").write_text(text)
     return fleet_file.load_fleet(folder / "fleet.yaml", scenario or load_scenario(CASE))
 
 
-def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
+def test_own_keys_override_defaults(tmp_path: Path) -> None:
     fleet = loaded(json.dumps(FILES["own"]), tmp_path)
     assert fleet.transport is fleet_file.TransportKind.ROS2
     assert fleet.network == fleet_file.Network(7, "wlan0", ("10.0.0.7",))
@@ -167,7 +167,7 @@ def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("side", [0.4, 1.0, 2.0])
 def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) -> None:
-    """And by default nothing leaves the machine."""
+    """By default, messages stay on the machine."""
     text = CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
     fleet = loaded(HEAD + "defaults: {follow: {}}\n", tmp_path, load_scenario_text(text))
     assert fleet.network == fleet_file.Network(0, "lo", ("127.0.0.1",))

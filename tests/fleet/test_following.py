@@ -57,7 +57,7 @@ class Hall:
         return next(reference for name, reference in reversed(sent) if name == robot)
 
     def passes(self, robot: str, seconds: float, off: float | None = None) -> list[Any]:
-        """Let time pass; the ends that were told."""
+        """Let time pass; return the reported ends."""
         self.off[robot] = self.off[robot] if off is None else off
         self.told.clear()
         for _ in range(round(seconds / PERIOD)):

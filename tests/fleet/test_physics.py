@@ -63,7 +63,7 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     assert hall.ended("quad", "end") == "canceled" and not hall.physics.moving()
 
 
-def test_a_crate_is_lifted_by_two_robots_at_once() -> None:
+def test_a_crate_is_lifted_by_two_robots_together() -> None:
     """One alone fails, and there is nothing to do when it is done. References that come meanwhile
     do not move it away."""
     yard = Floor(CRATE, Obstacle(built_in().obstacles["elevator"], 12))

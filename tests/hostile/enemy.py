@@ -113,7 +113,7 @@ class Enemy:
         if self.rng.random() < 0.4:  # everywhere, and as a key
             for one, key in self._places(lines):
                 if isinstance(one, dict) and key not in one:
-                    continue  # it was its new name already
+                    continue  # the key already has the new name
                 if one[key] == old:
                     one[key] = new
                 if key == old and isinstance(one, dict):

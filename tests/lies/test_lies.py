@@ -57,7 +57,7 @@ def test_a_lie_is_refused(says: str) -> None:
         assert lie.get("told", "") in (reason := refused(files)) and reason
 
 
-def test_a_robot_is_not_lost_behind_what_another_one_resolves() -> None:
+def test_a_robot_is_not_lost_behind_an_obstacle_that_another_one_resolves() -> None:
     files = files_of(shipped("a game behind a pile"))
     lines = lines_of(files)
     met = find(lines, "violation")

@@ -252,7 +252,9 @@ def told(finding: dict[str, Any]) -> str:
 
 
 @pytest.mark.parametrize("row", REFUSALS, ids=lambda row: row["name"])
-def test_what_has_no_motion_is_refused_with_the_reason(row: dict[str, Any], tmp_path: Path) -> None:
+def test_a_trace_without_a_possible_motion_is_refused_with_the_reason(
+    row: dict[str, Any], tmp_path: Path
+) -> None:
     lines = damaged(trace_of(row.get("scenario", "hello")), row.get("trace", {}))
     trace, file = written(lines, tmp_path / "t.jsonl"), tmp_path / "m.jsonl"
     done = safenav("export", trace, "--motion", file, *row.get("options", ()))

@@ -220,7 +220,7 @@ def test_timed_waypoints_are_the_ends_of_moves(tmp_path: Path) -> None:
 
 
 def test_waypoints_of_a_live_run_are_the_poses_of_each_robot(tmp_path: Path) -> None:
-    """Without those at events of other robots."""
+    """A robot has no waypoints at events of other robots."""
     (trace := tmp_path / "t.jsonl").write_bytes(live_trace("case_study_2").read_bytes())
     rows = exported(trace, "--side", "1", form="csv")
     assert [*rows[0]] == ["robot", "t", "x", "y", "yaw", "region"]

@@ -46,7 +46,7 @@ def robot(kind: str, side: float) -> Mover:
 
 
 def beside(moved: Mover, chance: random.Random) -> int:
-    """A region beside its own; a walker does not turn round."""
+    """A region beside its own; a walker does not turn around."""
     ways = [h for h in HEADINGS if moved.kind != "walker" or turn(moved.heading or h, h) != 2]
     row, col = divmod(moved.region, SIZE)
     ahead = {h: (row + HEADINGS[h].step[0], col + HEADINGS[h].step[1]) for h in ways}
@@ -142,7 +142,7 @@ def test_both_feet_carry_a_walker_long_enough_also_with_very_unequal_steps() -> 
         assert 0.15 < carried / primitive.t1 - 1 < 0.25
 
 
-def test_a_step_that_is_cut_off_ends_in_the_state_that_the_mass_has_then() -> None:
+def test_a_step_that_is_cut_off_ends_in_the_current_state_of_the_mass() -> None:
     limits: Any = robot("walker", 2.7).limits()
     for segment in every_primitive(2.7):
         for at in np.linspace(0.05, segment.t1 - segment.t0 - 0.05, 17):
@@ -154,7 +154,7 @@ def test_a_step_that_is_cut_off_ends_in_the_state_that_the_mass_has_then() -> No
 
 
 def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
-    """Flying towards a border at speed, with a reference beyond it; and where no solver ends."""
+    """A flyer nears a border at speed, with a reference beyond it; the last case is unsolvable."""
     given = []
     for place, border in ((0.0, 9.0), (0.0, 0.2), (1e30, 9.0)):
         tracker = AxisTracker(0.0, 3.4)

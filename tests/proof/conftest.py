@@ -70,7 +70,7 @@ def proved(program: Path) -> Callable[[Files], str]:
 
 
 def synthesized(specification: Path) -> Files:
-    """With the automaton of whoever wins and its measures, beside the specification."""
+    """The winner's automaton and its measures, beside the specification."""
     folder, name = specification.parent, specification.stem
     measures = folder / f"{name}.measures"
     made = warm.safenav("synth", specification, "-o", folder, "--measures", measures)

@@ -36,7 +36,7 @@ def test_letters_missing_in_the_fonts_are_drawn_by_the_system(
     assert asked == [own]
 
 
-def test_a_frame_is_the_whole_picture_although_only_what_differs_is_drawn() -> None:
+def test_a_frame_is_the_whole_picture_although_only_differences_are_drawn() -> None:
     run = run_of("door")
     film = Film(run, range(20), width=500)
     for tick, part, caption, _ in film._captioned():
@@ -55,7 +55,7 @@ def test_white_stays_white_in_a_large_film(tmp_path: Path, monkeypatch: pytest.M
         assert gif.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
 
 
-def test_what_is_too_large_is_refused(tmp_path: Path) -> None:
+def test_pictures_that_are_too_large_are_refused(tmp_path: Path) -> None:
     svg, slow = picture_of("door", tmp_path).read_text(), Film(run_of("door"), range(46), 0.1)
     with pytest.raises(UsageError, match="more than 48,000,000 pixels; use at most --width"):
         png_of(svg, 8000)

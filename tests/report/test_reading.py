@@ -1,4 +1,4 @@
-"""A trace becomes a run, at once or while it is written: what the lines say, and which are refused.
+"""A trace becomes a run, complete or while it is written: events of lines, and refused lines.
 
 `test_transcripts.py` has whole runs."""
 

@@ -31,7 +31,7 @@ def _page(name: str) -> Iterator[str]:
 
 
 def _picture(name: str, folder: Path) -> str:
-    """Return a picture of the most eventful moment; of loads, of one on its way."""
+    """Return a picture of the most eventful moment; of loads, while one is carried."""
     run, kinds = run_of(name), ("request", "violation", "plan", "goal")
     ranked = [event.tick for kind in kinds for event in run.told if event.kind == kind]
     at = 20 if name == "loads" else run.time(ranked[0] if ranked else 0)

@@ -16,7 +16,7 @@ from safenav.solve import solve
 def test_a_result_that_arrives_during_the_look_up_is_not_lost(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A question is answered between two looks: the run is told of it the next time."""
+    """A result arrives between two look-ups: the next one reports it."""
     looks = iter([False, *[True] * 9])
     monkeypatch.setattr(Answers, "ready", property(lambda _: next(looks)))
     answers = Answers(Synthesizer())

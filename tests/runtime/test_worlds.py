@@ -148,7 +148,7 @@ MALFORMED: list[tuple[str, Callable[[Arrived], Any], str]] = [
 def test_a_malformed_report_is_dropped_unless_it_ends_a_step(
     end: str, report: Callable[[Arrived], Any], reason: str
 ) -> None:
-    """Of the robot that makes such a step nobody knows where it is."""
+    """The robot of such a step is lost."""
 
     def told(event: Arrived) -> list[Any]:
         return [report(event), event][: 1 if end == "lost" else 2]
@@ -239,7 +239,7 @@ def test_waits_are_long_enough_for_clocks_that_advance_by_them(timeout: float) -
 def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Nor is a robot lost while all wait for another plan, after a step that ended elsewhere."""
+    """After a step that ended elsewhere, no robot is lost while all wait for another plan."""
     usual = answers.ask
     monkeypatch.setattr(answers, "ask", lambda *given: sleep(0.05) or usual(*given))  # type: ignore[func-returns-value]
 

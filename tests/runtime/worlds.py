@@ -92,8 +92,8 @@ class Remote:
 
 
 class Clocked(Remote):
-    """One whose time does not stand still while the team waits; answers are there at once, or how
-    far it gets meanwhile would depend on the machine."""
+    """One whose time does not stand still while the team waits; results arrive immediately:
+    otherwise its progress meanwhile would depend on the machine."""
 
     hidden = ("expected", "times", "changes")
     pauses = True

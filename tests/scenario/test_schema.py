@@ -188,5 +188,5 @@ def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
 
 @campaign(100)
 @given(st.text(max_size=200))
-def test_any_text_at_all_gives_a_scenario_or_an_input_error(line: Path, text: str) -> None:
+def test_any_text_gives_a_scenario_or_an_input_error(line: Path, text: str) -> None:
     load_or_refuse(text, line)

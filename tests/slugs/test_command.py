@@ -118,7 +118,7 @@ def test_a_limit_ends_the_run_cleanly(
     assert sorted(folder.iterdir()) == before
 
 
-def test_a_strategy_with_too_many_nodes_is_given_up(slugs_binary: Path, folder: Path) -> None:
+def test_a_strategy_with_too_many_nodes_exceeds_a_limit(slugs_binary: Path, folder: Path) -> None:
     """The verdict stands, and nothing is written; as many nodes as there are may be listed."""
     whole = run(slugs_binary, folder, *STRATEGY, FILE).stdout
     count = len(json.loads(whole)["nodes"])

@@ -38,7 +38,7 @@ class Board(Page):
             """)
 
     def click(self, region: float, to: int | None = None) -> None:
-        """Press the mouse in the middle of a region, or a fraction east of it; drag to another."""
+        """Press the mouse in the centre of a region, or a fraction east of it; drag to another."""
         places = self.browser.run(
             """
             const map = document.querySelector("svg.floor"), box = map.getBoundingClientRect();

@@ -117,7 +117,7 @@ class Page:
         return self.hear(lambda m: m.get("state") and wanted.items() <= m["state"].items())
 
     def tick(self, number: int) -> None:
-        """Wait until a tick was told."""
+        """Wait for the lines of a tick."""
         self.hear(lambda m: m["is"] == "news" and m["news"]["last"] >= number)
 
     def begin(self) -> None:

@@ -89,7 +89,7 @@ def test_an_invalid_message_is_refused_and_the_next_one_served(served: Served) -
         page.say("speed", value=64)
 
 
-def test_a_download_that_cannot_be_made_says_why(tmp_path: Path) -> None:
+def test_a_failed_download_reports_the_reason(tmp_path: Path) -> None:
     file = tmp_path / "assigned.yaml"
     file.write_text(f"{HELLO.read_text()}coordination: assignable\n")
     with Served("run", file, "--live") as served, served.opened() as page:

@@ -394,7 +394,7 @@ def test_a_full_disk_leaves_no_half_entry(cache: Cache, monkeypatch: pytest.Monk
 
 
 def test_a_text_is_kept_under_its_sha256_and_a_damaged_one_is_gone(tmp_path: Path) -> None:
-    """And in memory, where there is no directory: a bundle of a run needs it."""
+    """A cache without a directory keeps it in memory, since a bundle of a run needs it."""
     text = "[OUTPUT]\nx\n"
     name = sha256(text.encode()).hexdigest()
     assert Cache(tmp_path).load_text(name) is None
@@ -423,7 +423,7 @@ def _program(path: Path) -> Path:
 def test_the_environment_variable_the_package_and_the_source_tree_are_searched_in_turn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Without any, the message says what to do."""
+    """If none has it, the message names the remedy."""
     monkeypatch.setattr("safenav.synthesis.program._PACKAGE", tmp_path / "tree" / "safenav")
     monkeypatch.setattr("sysconfig.get_path", lambda _: str(tmp_path / "site-packages"))
     monkeypatch.delenv("SAFENAV_SLUGS", raising=False)

@@ -125,8 +125,8 @@ def planned(team: Team, state: State) -> tuple[State, Floor, frozenset[int]] | N
 
 
 def execute(seed: int, random: Random) -> bool:
-    """Follow a plan with steps that end in any order: no two rivals are ever in one region, nobody
-    enters an obstacle that is closed to it, no robot waits forever, and the promise is kept. Return
+    """Follow a plan with steps that end in any order: no two rivals are ever in one region, no
+    robot enters an obstacle that is closed to it or waits forever, and the promise is kept. Return
     False if there is no plan."""
     team, state = begun(seed)
     begins = planned(team, settled(team, state, tuple(range(len(team.members)))))

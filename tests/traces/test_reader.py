@@ -151,7 +151,7 @@ def test_names_that_give_orders_to_the_terminal_are_refused_and_shown_escaped(
     assert all(each.found.isprintable() for each in refused.value.diagnostics)
 
 
-def test_texts_of_a_trace_give_no_orders_to_the_terminal(read: Read, tmp_path: Path) -> None:
+def test_texts_of_a_trace_cannot_control_the_terminal(read: Read, tmp_path: Path) -> None:
     """Explanations have lines."""
     lines = trace_of_shipped("case_study_1_beliefs").read_text().splitlines()
     end = '"explanation":"'

@@ -381,8 +381,8 @@ class Physics:
         return one.need.action == action and here in regions
 
     def _worked(self, name: str, act: Handling) -> None:
-        """End the work of a robot: it fulfils a need if enough robots have worked, of a joint
-        action at the same time."""
+        """End the work of a robot. It fulfils a need if enough robots have worked; a joint action
+        requires them at the same time."""
         one = act.obstacle
         if one is None or self.standing.get(one.obstacle.name) is not one:
             act.result = "nothing"

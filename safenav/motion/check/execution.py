@@ -187,9 +187,9 @@ def _holds(case: Examination, name: str) -> list[Reset]:
 
 
 def _failures(trace: Trace, name: str) -> Iterator[tuple[float, float]]:
-    """Yield the intervals in which the trace allows a robot to have been held: from the beginning
-    of a command that failed, took more than one attempt, or was followed by an operator's
-    intervention, to that of the next command."""
+    """Yield the intervals in which, by the trace, a robot may have been held. Each begins with a
+    command that failed, took more than one attempt or preceded an operator's intervention, and
+    ends with the next command."""
     commands = [(0.0, False)]
     for depart, arrive in trace.steps:
         if depart.robot == name:

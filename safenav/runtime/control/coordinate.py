@@ -219,7 +219,7 @@ def _settled(
         if not out:
             never = infeasible(plain, here, solve.around(floor, poses, stages))
         elif len(out) == len(poses) or any(solve.Solver(n.floor).feasible(n) for n in (all_, rest)):
-            never = _without(team, state, out)  # only its absence stops the others
+            never = _without(team, state, out)  # only its absence stops other robots
         else:  # with the whole team, or else without what robots out of service do
             lives = enumerate(solve.closure_of(all_).live)
             lame = any(not live and i not in out for i, live in lives)

@@ -1,4 +1,4 @@
-"""Strategies: a robot's specification for its role, and slugs' answer; what it observes; the
+"""Strategies: a robot's specification for its role, and slugs' result; its observations; the
 commands of an assignable robot.
 
 With goals assigned at run time (the paper's alternative to resynthesis) a robot keeps its strategy,

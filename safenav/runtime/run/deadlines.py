@@ -269,7 +269,7 @@ def refusal_of(team: Team, state: State) -> End | None:
         energy = member.energy
         if energy is None or team.scenario.flat is not None:
             continue
-        energy = replace(energy, returns=False)  # what no robot can do without
+        energy = replace(energy, returns=False)  # only the charge that its own objective needs
         need = energy.need(member.floor, robot.pose, energy.turn(robot.own.memory))
         if need > robot.charge:
             most = energy.battery.capacity

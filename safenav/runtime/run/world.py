@@ -360,7 +360,7 @@ class World:
         yield from vain(run.team, before, run.state, i, failed)
 
     def _news(self, run: Running, i: int, event: protocol.Acted) -> protocol.Acted:
-        """Return an action with the results that tell the team something: a world that repeats its
+        """Return an action with the results that are new to the team: a world that repeats its
         results would keep the robot acting forever. A load is not delivered where it is taken."""
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
         echoes, early, acts = list[str](), list[str](), dict(self._changes(run, i))

@@ -85,7 +85,7 @@ class Walk:
         self.stages: dict[str, Stage] = {}
         self.walls, self.known = set[str](), set[str]()
         self.believed: set[str] = set()
-        """Obstacles of which a sensor has told although they are not there."""
+        """Absent obstacles that a sensor has reported."""
         self.failures: dict[str, list[int]] = {name: [] for name in self.at}
         self.actions: Counter[tuple[str, str]] = Counter()
         """Failed actions of a robot on an obstacle."""
@@ -95,7 +95,7 @@ class Walk:
         so late that the run may take them for lost."""
         self.heard: set[tuple[str, int | None]] = set()
         self.settled: set[tuple[str, int | None]] = set()
-        """Commands that ended before their robot was put down: told again they mean nothing."""
+        """Commands that ended before their robot was put down: repeated reports mean nothing."""
         self.acting: set[str] = set()
         self.hidden: tuple[Any, ...] = ()
         self.slid: set[str] = set()
