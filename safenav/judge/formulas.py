@@ -91,7 +91,7 @@ class _Parser:
             while self.left[-1] == sign and (len(parts) < 2 or sign in "&|+"):
                 self.left.pop()
                 parts.append(self.read(strength + 1, prime, depth + 1))
-            takes = strength < _NOT  # truths; the others take numbers
+            takes = strength < _NOT  # truths; other signs take numbers
             self.require(all(each.truth is takes for each in parts), f"wrong operands of '{sign}'")
             levels = max(each.levels for each in parts) + 1
             self.require(levels < MOST_LEVELS, "too much nesting")

@@ -182,11 +182,11 @@ class Objective:
         return replace(self, **parts)  # type: ignore[type-var]  # its classes are structs
 
     def waiting(self, places: Target) -> Objective:
-        """Return the objective to go to a place and stay, under the rules of this one."""
+        """Return the objective to go to a target and stay, under the rules of this one."""
         return staying(places, self)
 
     def alternating(self, places: Target, own: Target | None) -> Objective:
-        """Return the objective to go to a place infinitely often, in turn with its ``own`` target,
+        """Return the objective to go to a target infinitely often, in turn with its ``own`` target,
         under the rules of this one."""
         return alternation((places,) if own is None else (places, own), self)
 
@@ -366,13 +366,13 @@ class Ltl(Objective, Struct, frozen=True):
         return Pursuit(max(1, self.goals), in_turn=False, settles=False)
 
     def waiting(self, places: Target) -> Ltl:
-        """Return its rules with the goal to go to a place and stay."""
+        """Return its rules with the goal to go to a target and stay."""
         there = syntax.one_of("region", places)
         stay = f"{there} -> region' = {next(iter(places)) if len(places) == 1 else 'region'}"
         return replace(self, safety=(*self.safety, stay), liveness=(there,))
 
     def alternating(self, places: Target, own: Target | None) -> Ltl:
-        """Return its rules with the goal to go to a place infinitely often."""
+        """Return its rules with the goal to go to a target infinitely often."""
         del own
         return replace(self, liveness=(syntax.one_of("region", places),))
 

@@ -119,11 +119,11 @@ class RobotNow(Struct, frozen=True):
 
 
 class Waypoint(NamedTuple):
-    """A place of a plan: the pose, and what a robot waits for before it steps there: ``after``
-    (robot, place): that other robot has arrived there; ``needs``: these needs of obstacles are met
-    (obstacle, how many); ``progress``: its count (memory and met), if exactly the obstacles
-    ``over`` are: the plan counts immediately what staying meets; ``charge``: what it has then; on a
-    charger it waits for that, and until ``tick``."""
+    """A stop of a plan: the pose, and the conditions of its step. ``after`` (robot, waypoint):
+    that other robot has arrived there; ``needs``: these needs of obstacles are met (obstacle, how
+    many); ``progress``: its count (memory and met), if exactly the obstacles ``over`` are: the plan
+    counts immediately what staying meets; ``charge``: what it has then; on a charger it waits for
+    that, and until ``tick``."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -135,7 +135,7 @@ class Waypoint(NamedTuple):
 
 
 class Plan(Struct, frozen=True):
-    """A joint plan in execution: the way of each robot (its present place first; others: empty).
+    """A joint plan in execution: the waypoints of each robot (the present one first; else empty).
     ``foreseen``: the obstacles that it knows; ``charges``: those of all robots at its end, if they
     suffice for it."""
 

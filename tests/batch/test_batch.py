@@ -123,9 +123,7 @@ def test_workers_end_when_the_batch_is_killed(slugs: SlugsLog, write: Write) -> 
     assert slugs.all_gone()
 
 
-def test_a_process_that_is_ended_during_a_synthesis_takes_it_along(
-    write: Write, slugs: SlugsLog
-) -> None:
+def test_a_synthesis_ends_with_the_process_that_requested_it(write: Write, slugs: SlugsLog) -> None:
     write("a.yaml", "sleeper")
     with started("a.yaml", "--json") as batch:
         wait_until(batch, lambda: bool(slugs.pids))

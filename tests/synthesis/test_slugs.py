@@ -245,7 +245,7 @@ def test_parallel_syntheses_report_that_they_still_run_and_return_in_order(
 
 @pytest.mark.parametrize("failing", ["binary", "listener"])
 @pytest.mark.usefixtures("quick")
-def test_one_failure_ends_all_the_others(
+def test_one_failure_ends_all_other_syntheses(
     failing: str, script: Script, patrol: Specification, tmp_path: Path
 ) -> None:
     def listener(progress: Any) -> None:

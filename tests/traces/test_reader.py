@@ -141,7 +141,7 @@ HOSTILE = json.dumps("\x1b[2J\x07\x9b\u2028\u202e\nx", ensure_ascii=False)[1:-1]
 
 
 @pytest.mark.parametrize("name", ["quad", "door"])
-def test_names_that_give_orders_to_the_terminal_are_refused_and_shown_escaped(
+def test_names_that_control_the_terminal_are_refused_and_shown_escaped(
     name: str, read: Read
 ) -> None:
     """Also as keys."""

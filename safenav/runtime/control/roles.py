@@ -90,7 +90,7 @@ class Roles:
         return not rest and bool(graph.closure(first, now) & duty.goal)
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
-        """Return the place where it waits, or the first own target between which and its duty it
+        """Return the region where it waits, or the first own target between which and its duty it
         can go."""
         waiting = [frozenset({place}) for place in self._places(i)]
         for target in (*waiting, *self.team.members[i].objective.targets):
