@@ -216,7 +216,7 @@ Orders = list[list[Mask]]
 
 def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> Orders:
     """Return the targets that a robot must still meet in sequence for its round, or for ``most``
-    rounds; several lists while a joint plan may begin with any target."""
+    rounds. There are several lists while a joint plan may begin with any target."""
     member, own = team.members[i], state.robots[i].own
     free = member.planned and member.either and own.met == 0
     begun = [own._replace(memory=k) for k in range(len(member.targets))] if free else [own]
