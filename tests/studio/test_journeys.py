@@ -364,7 +364,7 @@ def test_a_mission_in_the_users_own_world_is_seen_as_it_happens(browser: Browser
         assert fleet.count
         assert not browser.all('button[aria-label="Run"], button[aria-label="Pause the run"]')
         browser.press(" ")
-        browser.wait(lambda: "drives the run" in browser.words("body"))
+        browser.wait(lambda: "the program with the mission controls it" in browser.words("body"))
         while mission.result is None:
             mission.step()
         assert mission.result.outcome == "completed"
