@@ -49,18 +49,22 @@ class _Prefix:
                 return f"!({self.formula(buffer)})"
             case "&" | "|" | "^":
                 operands = self._operands(token, buffer)
-                if sum(map(len, operands)) > self._left:
-                    raise TooLongError("its buffers stand for too many characters")
+                self._require(sum(map(len, operands)))
                 return f" {token} ".join(f"({operand})" for operand in operands)
             case "$":
                 entries: list[str] = []
                 for _ in range(int(self._tokens.pop())):
                     entries.append(self.formula(entries))
                     self._left -= len(entries[-1])
+                    self._require(0)
                 return entries[-1]
             case "?":
                 return buffer[int(self._tokens.pop())]
         return _CONSTANTS.get(token, token)
+
+    def _require(self, more: int) -> None:
+        if more > self._left:
+            raise TooLongError("its buffers stand for too many characters")
 
     def _operands(self, operator: str, buffer: list[str]) -> list[str]:
         """Return both operands; a chain of one operator becomes flat, so that it nests no

@@ -486,8 +486,8 @@ class Scenario(Struct, frozen=True):
         return next((limit for limit in limits if limit is not None), None)
 
     def robot(self, name: str) -> Robot:
-        """Return the robot of that name."""
-        return next(robot for robot in self.robots if robot.name == name)
+        """Return the robot of that name. Raises KeyError."""
+        return {robot.name: robot for robot in self.robots}[name]
 
     def restarts_rounds(self, obstacle: str) -> bool:
         """Return whether resolving the named obstacle restarts rounds: a flat battery does not."""
