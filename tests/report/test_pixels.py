@@ -46,6 +46,12 @@ def test_a_frame_is_the_whole_picture_although_only_differences_are_drawn() -> N
     assert sum(apart[32:]) < 10, "edges of shapes may be rounded"
 
 
+def test_a_caption_does_not_stay_until_the_next_event() -> None:
+    captions = {tick: text for tick, _, text, _ in Film(run_of("door"), range(46))._captioned()}
+    told = next(tick for tick, text in captions.items() if "resolves door" in text)
+    assert captions[told + 8] == captions[told] and not captions[told + 9]
+
+
 def test_white_stays_white_in_a_large_film(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pillow's own palettes hold other colours, in large pictures even another white."""
     white, path = Image.new("RGB", (4200, 4200), "white"), tmp_path / "white.gif"

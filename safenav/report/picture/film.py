@@ -33,6 +33,8 @@ APART = 7
 """Difference of two colours in red, green or blue, of 256."""
 MOST_COLOURS = 1 << 18
 """Limit of the colours of a frame, above those of any drawing: Pillow reserves memory for it."""
+CAPTION = 8
+"""Ticks for which a caption stays, unless another one follows: then it tells of the past."""
 Box = tuple[int, int, int, int]
 """Left, upper, right and lower edge, in pixels."""
 _NUMBER = re.compile(r"-?\d+\.?\d*")
@@ -115,7 +117,7 @@ class Film:
         """Yield the moments of the frames, with caption and duration in milliseconds."""
         first, last = self._ticks[0], self._ticks[-1]
         milliseconds = round(1000 * PAUSE)
-        caption, shown = "", first - 1
+        caption, since, shown = "", first, first - 1
         for tick, part in self.moments:
             halt = 0
             if tick > shown:
@@ -123,7 +125,9 @@ class Film:
                 events = [event for now in passed for event in self._run.happened(now)]
                 texts = [event.text for event in events if event.kind in _CAPTIONS]
                 if texts:
-                    caption = "; ".join(texts) + "."
+                    caption, since = "; ".join(texts) + ".", tick
+                elif tick - since > CAPTION:
+                    caption = ""
                 halt = 1200 if any(event.kind in _HALTS for event in events) else 0
                 halt = 2500 if tick == last else halt
                 shown = tick
