@@ -34,7 +34,7 @@ APART = 7
 MOST_COLOURS = 1 << 18
 """Limit of the colours of a frame, above those of any drawing: Pillow reserves memory for it."""
 CAPTION = 8
-"""Ticks for which a caption stays, unless another one follows: then it tells of the past."""
+"""Ticks for which a caption stays, unless another one follows; later it would be out of date."""
 Box = tuple[int, int, int, int]
 """Left, upper, right and lower edge, in pixels."""
 _NUMBER = re.compile(r"-?\d+\.?\d*")
