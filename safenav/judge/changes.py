@@ -9,8 +9,8 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """An obstacle that the scenario of a simulated world does not list appears during the run; a
-    live one may also stand for a lost robot, or for something unknown that blocks a layer."""
+    """In a simulated world, an obstacle that the scenario does not list appears during the run; in
+    a live run it may also represent a lost robot, or something unknown that blocks a layer."""
     layers = {robot.data.layer for robot in s.robots.values()}
     made = {f"lost_{name}" for name in s.names} | {f"unknown_{layer}" for layer in layers}
     fits = s.external or (s.live and e.obstacle.type.name in made)
@@ -56,8 +56,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
-    """Inputs change as the scenario lists it, or by a user. Robots get other objectives, and leave
-    or return to service, as it lists, by a user, as an input changes, or in a world that is not
+    """Inputs change as the scenario lists, or by a user. Robots get other objectives, and leave or
+    return to service, as it lists, by a user, as an input changes, or in a world that is not
     simulated."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:

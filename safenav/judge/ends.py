@@ -59,9 +59,9 @@ def time(e: Line, s: State) -> Iterator[str]:
 
 @rule("goal")
 def goal(e: Line, s: State) -> Iterator[str]:
-    """A robot that meets a target is in its region; the goals of formulas are met by its last
-    step, or by staying, with a memory that they may have. In ticks, each goal is met once in a
-    step, and of those in turn only one."""
+    """A robot that meets a target is in its region; the goals of formulas are met by its last step,
+    or by staying, with some possible memory. In lockstep, a step meets each goal once, and of goals
+    in turn only one."""
     robot = s.robots[e.robot]
     own, given, here = robot.own, robot.given, robot.pose[0]
     if e.region != here:
@@ -85,9 +85,8 @@ def goal(e: Line, s: State) -> Iterator[str]:
 
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
-    """A duty with a deadline is kept until the tick in which it is due ends, late after that, and
-    lost only if no behaviour could meet it; obstacles are excused once they need not be
-    resolved."""
+    """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
+    can meet it; an obstacle is excused once it need not be resolved."""
     one = s.obstacles.get(e.of)
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
@@ -120,9 +119,9 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
-    """A completed run has met each objective as often as the scenario asks since the last
-    resolution, and ends where objectives end; a stay at a last target in a live run is as many
-    rounds as the run says; a run ends at a limit only if it is reached, and by then."""
+    """In a completed run each objective has been met as often as the scenario requires since the
+    last resolution, and each robot with a last target is there; a live run states the rounds of a
+    stay there. A run ends at a limit when it reaches it, not earlier or later."""
     limits, wanted = s.scenario.limits, s.scenario.until.rounds
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)

@@ -58,9 +58,8 @@ def continuity(e: Line, s: State) -> Iterator[str]:
 
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
-    """A robot stays or steps to a free neighbouring region, with a heading, never backwards; and a
-    step ends where it leads; if it fails, at one of its ends, or elsewhere in a world of the
-    user's."""
+    """A robot stays or steps to a free neighbouring region, with a heading never backwards. A step
+    ends where it leads; a failed one at one of its ends or, in a world of the user's, elsewhere."""
     robot, step = s.robots[e.robot], s.step(e)
     side, bound = s.world.side(step.start, step.to), robot.bound
     if e.result == "lost" and not e.regions:
@@ -91,7 +90,7 @@ def mobility(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "outcome")
 def pace(e: Line, s: State) -> Iterator[str]:
-    """In ticks each robot has one move each tick, and a step takes the ticks that its model
+    """In lockstep each robot has one move per tick, and a step takes the ticks that its model
     states."""
     if not s.live and (e.kind == "outcome" or e.robot == s.names[0]):
         whole = e.kind == "outcome" and e.outcome == "tick_limit"  # others may end within a tick
@@ -167,8 +166,8 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
 
 @rule()
 def in_time(e: Line, s: State) -> Iterator[str]:
-    """A robot departs into the region of an obstacle that is being resolved only if that happens in
-    the same moment."""
+    """A robot departs into the region of an obstacle that is being resolved only if it is resolved
+    in the same tick."""
     for robot, name, tick in s.entering:
         if tick < e.tick:
             yield f"{robot} has departed into the region of {name}, which is not resolved"
@@ -176,8 +175,8 @@ def in_time(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart")
 def own_rules(e: Line, s: State) -> Iterator[str]:
-    """No robot enters a region that its own objective avoids, and each of its steps keeps the
-    formulas of its `always` and of the `safety` of its `ltl`, with a memory that they may have."""
+    """No robot enters a region that its own objective avoids, and each of its steps satisfies the
+    formulas of its `always` and of the `safety` of its `ltl`, with some possible memory."""
     robot, step = s.robots[e.robot], s.step(e)
     if step.strays and s.external:
         return
@@ -205,9 +204,9 @@ def service(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
-    """No robot takes a step for which its charge does not suffice; in ticks, one whose charge is
-    used up is out of service in its turn. A battery is replaced only by resolving the obstacle
-    that appeared when it was used up."""
+    """No robot takes a step for which its charge does not suffice; in lockstep, one whose charge is
+    used up is out of service in its turn. A battery is replaced only by resolving the obstacle that
+    appeared when it was used up."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         if e.active and e.cause == "battery" and not robot.filled:
@@ -266,8 +265,8 @@ def actions(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
-    """In ticks of a simulated world, a need is met in the turn in which enough robots have stood
-    where it is."""
+    """In a simulated world in lockstep, a need is met in the turn in which enough robots have been
+    in its regions."""
     first = e.robot == s.names[0] or e.outcome == "completed"
     for one in s.obstacles.values() if first and not (s.live or s.external) else ():
         if one.open and one.since < e.tick and one.rest.left and not one.rest.takes():

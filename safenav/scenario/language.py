@@ -93,14 +93,14 @@ class BatteryKeys(Item, frozen=True):
     )
     move: int = key("Charge used by a step.", most=values.MOST_CHARGE, default=1)
     stay: float = key(
-        "Charge used by a tick without a step; live, per second, a fraction too.",
+        "Charge used per tick (live: per second) without a step; live, also a fraction.",
         least=0,
         most=values.MOST_CHARGE,
         check=values.charge,
         default=0,
     )
     charge: int | None = key(
-        "Charge gained by a tick on a charger.",
+        "Charge gained per tick (live: per second) on a charger.",
         "for example 'charge: 5'",
         least=1,
         most=values.MOST_CHARGE,
@@ -280,14 +280,14 @@ class RobotKeys(Item, frozen=True):
         "A robot model of the catalogue.", "for example 'model: digit'"
     )
     start: values.RegionValue | None = key(
-        "Where it starts.", "a region, for example 'start: 47' or 'start: [3, 8]'"
+        "Its initial region.", "a region, for example 'start: 47' or 'start: [3, 8]'"
     )
     heading: Literal["north", "east", "south", "west"] | None = key(
         "Its initial heading, for mobility heading."
     )
     objective: ObjectiveKeys | None = key("", f"its task, for example 'objective: {EXAMPLE}'")
     while_waiting: ObjectiveKeys | None = key(
-        "While it waits for help; not 'ltl'. Default: it stays."
+        "Its objective while it waits for help; not 'ltl'. Default: it stays."
     )
     vision: float | Literal["unlimited"] | None = _VISION
     avoids: tuple[KnownRobot, ...] | None = key(
@@ -297,7 +297,8 @@ class RobotKeys(Item, frozen=True):
         "Robots that its specification models, by beliefs.", default=()
     )
     when: dict[values.InputOn, ObjectiveKeys] | None = key(
-        "Objectives while inputs are on; the first counts.", example=f"{{alarm: {EXAMPLE}}}"
+        "Objectives while inputs are on; the first active one counts.",
+        example=f"{{alarm: {EXAMPLE}}}",
     )
 
 
@@ -346,7 +347,7 @@ class ObstacleKeys(Item, frozen=True):
         "The truth that resolving it reveals, if its type has one. Default: true."
     )
     from_: int | None = key(
-        "The tick at which it appears, once no robot is there. Default: the first.", least=1
+        "The tick at which it appears, once no robot is there. Default: 1.", least=1
     )
     until: int | None = key(
         "The tick at which it disappears, also if it is not resolved. Default: never.", least=1
@@ -449,6 +450,6 @@ class ScenarioKeys(Item, frozen=True):
     )
     expect: Expect | None = None
     catalogue: CatalogueKeys | str | None = key(
-        "Models and types of its own, in place or as the path of a file.",
+        "Models and types of the scenario, inline or as the path of a file.",
         expected="a mapping (key: value), or the path of a file",
     )

@@ -166,7 +166,7 @@ class Act(Record, frozen=True, tag="act"):
 
 class ActionEnd(Record, frozen=True, tag="acted"):
     """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: of
-    each obstacle. ``barred``: those on which the robot has failed too often; it does not act on
+    each obstacle. ``barred``: obstacles on which the robot has failed too often; it does not act on
     them until they change or it is back in service. ``reason``: of the failure."""
 
     command: Count
@@ -228,8 +228,8 @@ class ObstacleChange(Record, frozen=True):
 
 
 class Appeared(ObstacleChange, frozen=True, tag="appeared"):
-    """An obstacle is there from now on. ``cause``: ``user``, ``battery`` for an empty one,
-    ``world`` if a sensor shows a resolved one again."""
+    """An obstacle is there from now on. ``cause``: ``user``, ``battery`` for an empty battery,
+    ``world`` if a sensor shows a resolved obstacle again."""
 
 
 class Ordered(ObstacleChange, frozen=True, tag="order"):
@@ -250,8 +250,8 @@ class Truth(Record, frozen=True, tag="truth"):
 
 
 class NewObjective(Record, frozen=True, tag="objective"):
-    """A robot has another objective of its own from now on; its rounds restart. ``at_once``: unless
-    the robot waits or helps, and gets it when that ends."""
+    """A robot has another objective of its own from now on; its rounds restart. ``at_once``: false
+    if the robot waits or helps, and gets it when that ends."""
 
     robot: str
     objective: Objective
@@ -261,8 +261,8 @@ class NewObjective(Record, frozen=True, tag="objective"):
 
 
 class Inputs(Record, frozen=True, tag="inputs"):
-    """The inputs of the environment from now on, when one changes; before, all are off. ``user``:
-    those that a user has set."""
+    """The inputs of the environment from now on, written when one changes; before the first such
+    line, all are off. ``user``: those that a user has set."""
 
     values: Mapping[str, bool]
     user: tuple[str, ...] | None = None
@@ -289,7 +289,7 @@ class Violation(Record, frozen=True, tag="violation"):
 
 
 class Backtrack(Note, frozen=True, tag="backtrack"):
-    """The region kept or taken instead."""
+    """The region where the robot stays, or goes instead."""
 
     robot: str
     to: Region
@@ -322,11 +322,11 @@ class StackEntry(Record, frozen=True):
 
 
 class Push(StackEntry, frozen=True, tag="push"):
-    """Objectives changed for a request. ``depth``, ``objectives``: those after it."""
+    """Objectives changed for a request. ``depth``, ``objectives``: those after the change."""
 
 
 class Pop(StackEntry, frozen=True, tag="pop"):
-    """The end of a stack entry; the fields identify the dropped entry."""
+    """An entry leaves the stack; the fields identify it."""
 
 
 class Told(Record, frozen=True, tag="told"):
@@ -338,7 +338,7 @@ class Told(Record, frozen=True, tag="told"):
 
 class Met(Record, frozen=True, tag="met"):
     """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot`` in
-    the region ``at``. ``robots``: all that it took, where one is not enough."""
+    the region ``at``. ``robots``: all that took part, if several were needed."""
 
     obstacle: str
     need: Count
@@ -363,7 +363,7 @@ class Resolved(Record, frozen=True, tag="resolved"):
 
 class KnownObstacle(Record, frozen=True, tag="blocked"):
     """An obstacle became permanent for ``robots``. ``because``: the missing capability;
-    ``for_now``: the scenario changes something later."""
+    ``for_now``: true if the scenario changes something later."""
 
     obstacle: str
     robots: frozenset[str]
@@ -410,9 +410,9 @@ class Deadline(Record, frozen=True, tag="deadline"):
 
 
 class Plan(Record, frozen=True, tag="plan"):
-    """A joint plan. ``robots``: the places of each, the first where it stands now. ``orders``:
-    ``[first, i, then, j]``: ``then`` enters its place ``j`` only when ``first`` has arrived at
-    its place ``i`` (places count from 0)."""
+    """A joint plan. ``robots``: the waypoints of each, from its present pose. ``orders``: ``[first,
+    i, then, j]``: ``then`` enters its waypoint ``j`` only when ``first`` has arrived at its
+    waypoint ``i`` (both count from 0)."""
 
     reason: str
     robots: Mapping[str, Annotated[tuple[Place, ...], Meta(min_length=1)]]
@@ -428,7 +428,8 @@ class PlanEnd(Record, frozen=True, tag="plan_end"):
 class Checkpoint(Record, frozen=True, tag="checkpoint"):
     """The state of the run after these ``lines`` (with the header), from which ``safenav resume``
     continues; only the version of safenav that has written ``run`` reads it. ``sha256`` in it: that
-    of the header's text and the sorted data of ``run``, against changes, not forgers."""
+    of the header's text and the sorted data of ``run``; it reveals changes, but a forger can update
+    it."""
 
     lines: Count
     run: Mapping[str, object]
