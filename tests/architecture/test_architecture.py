@@ -101,7 +101,7 @@ HOMES = ("scenario.objective", "scenario.model", "world.poses", "team.battery", 
 """Where the types of features are defined: objectives, needs, mobilities, batteries."""
 
 
-def test_no_branch_asks_for_the_type_of_a_feature() -> None:
+def test_no_branch_tests_the_type_of_a_feature() -> None:
     """A feature is data or a method of its value. The page lists the exceptions."""
     classes = (n for home in HOMES for n in nodes(f"safenav.{home}"))
     types = {node.name for node in classes if isinstance(node, ast.ClassDef)}
@@ -150,7 +150,7 @@ PATH = ("scenario.language", "scenario.model", "spec.compile", "synthesis.slugs"
 MOST_ON_PATH = 25
 
 
-def test_the_path_from_what_a_user_writes_to_what_a_run_records_is_short() -> None:
+def test_the_path_from_a_scenario_to_a_trace_loads_few_modules() -> None:
     """Packages are not counted: their ``__init__`` is a docstring."""
     program = f"import sys, {', '.join(f'safenav.{each}' for each in PATH)}\n"
     program += "print(*(n for n, m in sys.modules.items() if not hasattr(m, '__path__')))"
@@ -176,7 +176,7 @@ SAFE = {"_LOADER", "yaml.CSafeLoader", "yaml.SafeLoader"}
 NEW_CODE = {"pickle", "marshal", "shelve", "runpy", "dill", "cloudpickle", "imp", "codeop"}
 
 
-def test_no_module_evaluates_text_or_imports_by_a_name_that_a_file_could_give() -> None:
+def test_no_module_evaluates_text_or_imports_a_name_from_a_file() -> None:
     for name in MODULES:
         for node in nodes(name):
             if isinstance(node, ast.Import):

@@ -102,7 +102,7 @@ def test_an_interrupted_batch_is_resumed_where_it_was(
 
 
 @pytest.mark.parametrize("cut", [1, 200])
-def test_a_line_that_was_cut_off_costs_one_case(write: Write, slugs: SlugsLog, cut: int) -> None:
+def test_a_truncated_result_costs_one_case(write: Write, slugs: SlugsLog, cut: int) -> None:
     for letter in "abc":
         write(f"{letter}.yaml")
     safenav(".", "--out", "out")

@@ -28,7 +28,7 @@ def test_no_case_begins_in_a_batch_that_has_ended(slugs: SlugsLog) -> None:
     assert not slugs.pids
 
 
-def test_a_process_that_does_not_react_is_killed(tmp_path: Path) -> None:
+def test_an_unresponsive_worker_is_killed(tmp_path: Path) -> None:
     worker = Worker()
     assert worker.run(QUICK, Conditions(), tmp_path / "trace.jsonl").passed
     os.kill(worker.pid, signal.SIGSTOP)
@@ -36,7 +36,7 @@ def test_a_process_that_does_not_react_is_killed(tmp_path: Path) -> None:
     assert not worker.alive
 
 
-def test_the_table_starts_with_failed_cases_and_then_slow_ones() -> None:
+def test_the_table_lists_failed_cases_first_then_slow_ones() -> None:
     """Names and reasons give no orders to the terminal: a file may have any name, and a reason may
     quote what a process has written."""
 

@@ -88,7 +88,7 @@ def test_a_trace_ends_where_its_moves_lead(says: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "models", "steps", "ticks"), CASES["entries"])
-def test_entries_of_standing_obstacles_are_noticed(
+def test_entering_an_open_obstacle_is_noticed(
     kind: Data, models: dict[str, str], steps: list[list[Any]], ticks: list[int]
 ) -> None:
     objective = {"visit": [12, 15]}

@@ -81,7 +81,7 @@ def test_a_copy_of_the_checker_reports_the_same_and_leaves_the_bundle_unchanged(
     assert before == files_of(bundle)
 
 
-def test_a_full_disk_is_reported_and_nothing_stays(
+def test_a_full_disk_is_reported_and_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trace, real = (shipped("hello") / "trace.jsonl").read_bytes(), Path.write_bytes
@@ -180,8 +180,12 @@ def test_an_altered_folder_is_refused_without_a_traceback(name: str, tmp_path: P
     assert said.splitlines()[-1].startswith(f"refused: {words}")
 
 
-@pytest.mark.parametrize("make", [os.symlink, lambda _, at: os.mkfifo(at)], ids=["link", "pipe"])
-def test_a_bundle_has_files_only(make: Callable[[Path, Path], None], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "make", [os.symlink, lambda _, at: os.mkfifo(at)], ids=["a link", "a pipe"]
+)
+def test_a_bundle_with_a_link_or_a_pipe_is_refused(
+    make: Callable[[Path, Path], None], tmp_path: Path
+) -> None:
     copy = shutil.copytree(shipped("hello"), tmp_path / "copy")
     make((copy / "index.html").rename(tmp_path / "elsewhere"), copy / "index.html")
     status, said = run_checker(copy)
@@ -193,7 +197,7 @@ def test_a_bundle_has_files_only(make: Callable[[Path, Path], None], tmp_path: P
     ("folder", "more", "words"),
     [("proofs/", None, "is missing"), ("strategies/", b" ", "is not named by its sha256")],
 )
-def test_a_file_that_a_line_names_is_there_under_its_own_name(
+def test_a_file_named_by_a_hash_must_exist_and_have_it(
     folder: str, more: bytes | None, words: str, tmp_path: Path
 ) -> None:
     files = files_of(shipped("hello"))

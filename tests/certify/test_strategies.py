@@ -81,7 +81,7 @@ def test_the_bits_of_a_number_have_its_range_in_their_names() -> None:
         (["x"], [1], [-1], "or leads nowhere"),
     ],
 )
-def test_nodes_and_bits_that_are_not_understood_are_refused(
+def test_unreadable_nodes_and_bits_are_refused(
     bits: list[str], state: list[int], trans: list[int], told: str
 ) -> None:
     with pytest.raises(checker.RefusedError, match=told):

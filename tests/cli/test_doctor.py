@@ -77,7 +77,7 @@ metadata.version = missing
 from safenav.cli import main; main()"""
 
 
-def test_hints_install_the_missing_package_and_nothing_of_another_name() -> None:
+def test_hints_install_only_the_missing_package() -> None:
     """safenav is on no index: a command that names it would install a foreign package."""
     done = ran([sys.executable, "-c", MISSING, "doctor", "--json"])
     assert done.returncode == 4, done.stderr

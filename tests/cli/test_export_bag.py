@@ -89,7 +89,7 @@ def test_the_bag_holds_the_facts_of_the_trace(exported: Export, trace: Path) -> 
     assert actions[0] == 0 and actions[-1] == 2, "found, later resolved"
 
 
-def test_a_robot_named_map_has_another_frame_than_the_map(
+def test_a_robot_named_map_has_a_frame_of_its_own(
     exported: Export, trace: Path, tmp_path: Path
 ) -> None:
     """Its frame was its own parent, so that no viewer could place any robot."""

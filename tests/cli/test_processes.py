@@ -29,7 +29,7 @@ def run(*words: object, before: str = "", **options: Any) -> subprocess.Complete
     return ran(program(*words, before=before), **options)
 
 
-def test_a_cache_that_cannot_be_written_is_reported_without_code(tmp_path: Path) -> None:
+def test_a_warning_of_an_unwritable_cache_quotes_no_source_code(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     cache = {"SAFENAV_CACHE": str(tmp_path / "file" / "cache"), "NO_COLOR": "1"}
     done = run("check", HELLO, env={**os.environ, **cache})
@@ -38,7 +38,7 @@ def test_a_cache_that_cannot_be_written_is_reported_without_code(tmp_path: Path)
     assert "warnings.warn" not in done.stderr and ".py" not in done.stderr
 
 
-def test_an_output_on_a_full_disk_is_not_a_defect() -> None:
+def test_a_full_disk_is_not_reported_as_a_defect_of_safenav() -> None:
     with Path("/dev/full").open("w") as full:
         done = run(*CATALOGUE, capture_output=False, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 2
@@ -106,9 +106,12 @@ def interrupted(*_, **__):
             ),
         ),
     ],
-    ids=["signals", "group", "streams", "after", "from", "tool after", "tool from"],
+    ids=[
+        *("before signals are handled", "in the command", "before streams are open"),
+        *("a defect after it", "a defect from it", "an error after it", "an error from it"),
+    ],
 )
-def test_an_interruption_is_reported_as_such_even_at_the_start_and_if_a_step_fails(
+def test_an_interruption_is_reported_even_at_the_start_or_when_a_step_fails(
     before: str,
 ) -> None:
     done = run(*CATALOGUE, before=before)

@@ -138,7 +138,7 @@ def test_the_commands_of_a_page_print_what_it_shows(
     assert page.parent != DOCS or page.name in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
 
 
-def test_the_page_of_commands_has_all() -> None:
+def test_the_page_of_commands_lists_every_command() -> None:
     text = (DOCS / "commands.md").read_text(encoding="utf-8")
     assert [name for name in COMMANDS if f"`safenav {name}" not in text] == []
 

@@ -69,7 +69,7 @@ def test_without_time_only_proven_results_are_printed(monkeypatch: pytest.Monkey
     assert output.endswith("\nNo repair was found among the simple ones.\n")
 
 
-def test_a_repair_whose_run_takes_too_long_is_not_offered(
+def test_a_repair_with_too_long_a_run_is_not_offered(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     door = lonely("{patrol: [10, 16]}", "obstacles: [{type: door, region: 22}]")
@@ -95,7 +95,7 @@ def wrapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], 
     return wrap
 
 
-@pytest.mark.parametrize("lines", [["!a'"], ["a'", "!a'"]], ids=["some", "all"])
+@pytest.mark.parametrize("lines", [["!a'"], ["a'", "!a'"]], ids=["some checks", "all checks"])
 def test_checks_without_a_verdict_are_reported(
     lines: list[str], tmp_path: Path, wrapped: Callable[[str], None]
 ) -> None:
@@ -123,7 +123,7 @@ def test_checks_without_a_verdict_are_reported(
         ("OUTPUT", 1, "unrealizable, but the environment's strategy is too large to list"),
     ],
 )
-def test_a_verdict_is_given_where_the_strategy_is_too_large(
+def test_a_specification_with_a_too_large_strategy_still_gets_a_verdict(
     owner: str, status: int, said: str, tmp_path: Path, wrapped: Callable[[str], None]
 ) -> None:
     """It was "nothing is proven" for the larger specifications of the literature."""

@@ -144,7 +144,7 @@ def trace(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("scenario", "before"), [(WAREHOUSE, ""), (HELLO, UNSURE)], ids=["run", "verification"]
 )
-def test_a_run_keeps_its_time_limit(scenario: Path, before: str, trace: Path) -> None:
+def test_a_run_ends_at_its_time_limit(scenario: Path, before: str, trace: Path) -> None:
     words = ("run", scenario, "--no-map", "--time-limit", "0.05", "--trace", trace)
     assert ended(*words, before=before)[0] == 3
     assert outcome(trace) == "time_limit"
@@ -207,11 +207,13 @@ def test_no_synthesizer_outlives_a_killed_run(tmp_path: Path) -> None:
     ],
     ids=[
         "Ctrl-C during the imports prints no traceback",
-        "nor if it strikes while a class is made",
-        "threads and actions at exit are last",
+        "Ctrl-C while a class is made prints no traceback",
+        "threads and exit handlers run to their end",
     ],
 )
-def test_the_start_and_the_exit_are_clean(program: str, end: tuple[int, str, str]) -> None:
+def test_an_interrupted_start_and_an_exit_with_threads_are_clean(
+    program: str, end: tuple[int, str, str]
+) -> None:
     buffered = {key: text for key, text in os.environ.items() if key != "PYTHONUNBUFFERED"}
     done = ran([sys.executable, "-c", program], env=buffered)
     assert (done.returncode, done.stdout, done.stderr) == end
@@ -228,7 +230,7 @@ def test_a_closed_standard_output_does_not_change_the_outcome(trace: Path) -> No
     assert outcome(trace) == "completed"
 
 
-def test_a_trace_on_standard_output_stands_there_alone(tmp_path: Path) -> None:
+def test_a_trace_on_standard_output_is_the_only_text_there(tmp_path: Path) -> None:
     done = warm.safenav("run", HELLO, "--trace", "-", cwd=tmp_path)
     assert not check_trace(done.stdout.splitlines()).findings
     assert "completed" in done.stderr and not [*tmp_path.iterdir()]
@@ -255,7 +257,7 @@ def test_another_thread_stops_a_run_within_a_synthesis(monkeypatch: pytest.Monke
     assert result.explanation == "enough"
 
 
-def test_an_interrupt_between_two_files_waits_for_all_of_them(tmp_path: Path) -> None:
+def test_an_interrupt_between_two_files_lets_all_be_written(tmp_path: Path) -> None:
     assert ended("synth", HELLO, "-o", tmp_path, before=BETWEEN)[0] == INTERRUPTED
     kinds = ("dot", "graphml", "json", "slugsin", "structuredslugs")
     assert files(tmp_path) == {f"rover.{kind}" for kind in kinds}

@@ -84,7 +84,7 @@ fi
         (f'"$SLUGS" "$@" | sed \'{TURN}\'', "gave a wrong result"),
         ('"$SLUGS" "$@" | head -c 100', "not JSON"),
     ],
-    ids=["killed", "wrong", "cut off"],
+    ids=["a killed program", "a wrong strategy", "half a reply"],
 )
 def test_a_reply_that_is_not_a_strategy_is_never_executed(
     answer: str, why: str, safenav: Safenav, tmp_path: Path

@@ -165,7 +165,7 @@ def test_a_topic_sets_an_input_of_the_environment(lab: Lab) -> None:
 
 @pytest.mark.slow
 @in_labs((FIRST, {}))
-def test_robots_stop_when_safenav_ends_and_are_lost_when_their_programs_do(lab: Lab) -> None:
+def test_robots_stop_when_safenav_ends_and_are_lost_when_their_own_programs_end(lab: Lab) -> None:
     process = lab.under_way(6)
     process.send_signal(signal.SIGTERM)
     process.communicate(timeout=300)
@@ -234,7 +234,7 @@ SIMULATION = "safenav-fleet: 1\ntransport: simulation\nsimulation: {pace: 1000}\
             "no answer in 0.2 s from /s, /odom",
         ),
     ],
-    ids=["no metres", "no robots", "below a namespace", "absolute"],
+    ids=["no metres", "no robots", "below a namespace", "absolute topics"],
 )
 def test_a_drive_that_cannot_begin_is_refused_before_any_move(
     side: str, fleet: str, told: str, tmp_path: Path
@@ -277,7 +277,7 @@ def test_a_drive_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path)
     assert "safenav drive --resume continues it" in safenav("resume", first).stderr
 
 
-def test_an_obstacle_may_be_there_again_when_a_robot_is_about_to_enter(tmp_path: Path) -> None:
+def test_an_obstacle_declared_resolved_may_still_be_there(tmp_path: Path) -> None:
     """An operator declares it resolved, and it is not: the judge refused the honest trace."""
     drive = files(tmp_path, DEBRIS, BLOCKED)
     assert safenav(*drive, "--operator", text="resolved debris@10\n").returncode == 1
@@ -307,8 +307,8 @@ ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("answer", [ELSEWHERE, None], ids=["tells", "ends"])
-def test_a_drive_queries_its_operator_and_is_shown(tmp_path: Path, answer: str | None) -> None:
+@pytest.mark.parametrize("answer", [ELSEWHERE, None], ids=["an intervention", "an interrupt"])
+def test_a_drive_prompts_its_operator_and_shows_the_run(tmp_path: Path, answer: str | None) -> None:
     """Who answers by Ctrl-C ends the run."""
     trace = tmp_path / "t.jsonl"
     process = subprocess.Popen(

@@ -51,7 +51,7 @@ def test_fleet_files_of_the_documentation_load(page: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("side", [2.0, 1.0, 0.6])
-def test_robots_arrive_within_their_regions_by_the_template(side: float, tmp_path: Path) -> None:
+def test_by_the_template_robots_arrive_inside_their_regions(side: float, tmp_path: Path) -> None:
     """A robot as large as a region reaches into the next one whatever the tolerance."""
     (scenario := tmp_path / "plan.yaml").write_text(f"""
 safenav: 1
@@ -112,7 +112,7 @@ SERVED = (
             ],
         ),
     ],
-    ids=["all", "some"],
+    ids=["none missing", "some missing"],
 )
 def test_actions_without_services_are_named(robots: str, told: list[str], tmp_path: Path) -> None:
     yard = Path(__file__).parent / "scenarios/crate_and_gate.yaml"

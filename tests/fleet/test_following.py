@@ -140,7 +140,7 @@ def test_a_robot_that_rests_is_not_drawn_back_from_another_region(
     assert (reset.x, reset.y) == pytest.approx(there)
 
 
-def test_a_walker_does_not_turn_around_and_steps_are_single(hall: Hall) -> None:
+def test_a_walker_is_refused_a_reversal_and_a_step_of_two_regions(hall: Hall) -> None:
     hall.goes("digit", EAST)
     hall.passes("digit", 9.0)
     for number, region in ((2, DIGIT), (3, 18)):

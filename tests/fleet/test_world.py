@@ -326,7 +326,7 @@ class Case:
 
 
 @pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("define ")])
-def test_a_command_ends_by_one_event_that_is_true(name: str) -> None:
+def test_a_command_ends_with_exactly_one_true_event(name: str) -> None:
     Case(CASES[name])
 
 

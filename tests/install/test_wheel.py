@@ -42,9 +42,7 @@ def elf(machine: int = 62, headers: tuple[int, ...] = (1,)) -> bytes:
     ],
     ids=["x86", "arm", "a script", "dynamic", "with an interpreter", "another processor"],
 )
-def test_the_platform_is_read_from_a_program_that_runs_everywhere(
-    program: bytes, found: str
-) -> None:
+def test_only_a_static_program_names_the_platform_of_a_wheel(program: bytes, found: str) -> None:
     if " " not in found:
         assert MAKER["machine_of"](program) == found
         return
@@ -101,7 +99,7 @@ def test_only_commands_that_need_numpy_load_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
+def test_the_wheel_runs_a_scenario_in_a_new_environment_without_compiler(
     wheel: Path, tmp_path: Path
 ) -> None:
     fresh, elsewhere = tmp_path / "fresh", tmp_path / "elsewhere"

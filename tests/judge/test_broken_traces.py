@@ -88,7 +88,7 @@ def judged(data: bytes, file: Path) -> Any:
 
 
 @given(name=TRACES, data=st.data())
-def test_flipped_bytes_never_crash(file: Path, name: str, data: st.DataObject) -> None:
+def test_flipped_bytes_never_crash_the_judge(file: Path, name: str, data: st.DataObject) -> None:
     raw = bytearray(content(GOOD[name]()))
     for _ in range(data.draw(st.integers(1, 4))):
         raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
@@ -96,13 +96,17 @@ def test_flipped_bytes_never_crash(file: Path, name: str, data: st.DataObject) -
 
 
 @given(name=TRACES, rng=st.integers(0, 2**32 - 1).map(Random))
-def test_shuffled_dropped_and_doubled_lines_never_crash(file: Path, name: str, rng: Random) -> None:
+def test_shuffled_dropped_and_doubled_lines_never_crash_the_judge(
+    file: Path, name: str, rng: Random
+) -> None:
     header, *lines = GOOD[name]()
     judged(content([header, *rng.choices(lines, k=rng.randint(0, 2 * len(lines)))]), file)
 
 
 @given(name=TRACES, data=st.data())
-def test_any_value_in_any_field_never_crashes(file: Path, name: str, data: st.DataObject) -> None:
+def test_any_value_in_any_field_never_crashes_the_judge(
+    file: Path, name: str, data: st.DataObject
+) -> None:
     lines = GOOD[name]()
     place: Line = data.draw(st.sampled_from(lines))
     while True:

@@ -45,7 +45,7 @@ def is_honest(name: str) -> bool:
 
 
 @pytest.mark.parametrize("says", LIES)
-def test_a_lie_is_refused(says: str) -> None:
+def test_a_bundle_with_a_lie_is_refused(says: str) -> None:
     lie = LIES[says]
     assert is_honest(lie["of"])
     files = files_of(shipped(lie["of"]))
@@ -96,7 +96,7 @@ limits: {{ticks: 40}}
 """
 
 
-def test_a_robot_that_drives_is_not_a_wall() -> None:
+def test_strategies_that_take_each_other_for_walls_are_refused() -> None:
     """Each of two robots in one lab has a strategy for a lab in which the other stands still."""
     one, other = (
         files_of(bundle_at(f"alone_{about[0]}", ALONE.format(*about)))

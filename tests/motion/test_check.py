@@ -77,7 +77,7 @@ def missions(seed: int) -> Iterator[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("data", [*islice(missions(FIRST), RUNS)], ids=lambda data: data["name"])
-def test_a_random_mission_is_moved(
+def test_the_motion_of_a_random_mission_is_accepted(
     data: dict[str, Any], played: Callable[[], None], tmp_path: Path
 ) -> None:
     (trace := tmp_path / "t.jsonl").write_bytes(traced(json.dumps(data)))
@@ -86,7 +86,7 @@ def test_a_random_mission_is_moved(
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + RUNS))
-def test_a_random_run_with_many_keys_is_moved(
+def test_the_motion_of_a_random_run_with_many_keys_is_accepted(
     seed: int, played: Callable[[], None], tmp_path: Path
 ) -> None:
     data = mission("metric", seed)
@@ -262,7 +262,9 @@ def test_a_trace_without_a_possible_motion_is_refused_with_the_reason(
 
 
 @pytest.mark.parametrize("damage", LIMITS, ids=lambda damage: damage["name"])
-def test_limits_of_the_trace_hold(damage: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_motion_must_keep_the_limits_of_its_trace(
+    damage: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Limits in the header and in the trace; those of the header alone that no robot has."""
     trace = read_trace(trace_of("case_study_1"))
     made = motion_of(trace)

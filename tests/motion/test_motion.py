@@ -75,7 +75,9 @@ def test_a_robot_without_charge_stands_until_its_battery_is_replaced(tmp_path: P
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
 @pytest.mark.parametrize("kind", ["disc", "rover"])
-def test_a_robot_acts_on_one_thing_after_the_other(kind: str, clock: str, tmp_path: Path) -> None:
+def test_a_robot_acts_on_one_obstacle_after_the_other(
+    kind: str, clock: str, tmp_path: Path
+) -> None:
     """On two in front of the centre of its region, then from there on one beside it. With a clock
     it did all in front of it, and had no time for its next step: the run was refused."""
     text = beside(__file__, "scenarios/tidying.yaml").replace("speed:", f"motion: {kind}, speed:")
@@ -158,7 +160,7 @@ def test_a_live_trace_that_no_motion_can_follow_is_refused(
         motion_of(read_trace(changed(change, tmp_path)))
 
 
-def test_a_file_is_read_without_further_lines_and_fields(tmp_path: Path) -> None:
+def test_unknown_lines_and_fields_of_a_motion_are_ignored(tmp_path: Path) -> None:
     trace, file = trace_of_shipped("team_of_six"), motion("team_of_six")
     first, second, *rest = lines_of(file)
     weather = {"type": "weather", "rain": True}

@@ -78,7 +78,7 @@ def every_primitive(side: float) -> list[Segment]:
     return [segment for segments in found.values() for segment in segments[:3]]
 
 
-def test_ten_thousand_random_moves_join_exactly_and_nothing_grows() -> None:
+def test_ten_thousand_random_moves_join_exactly() -> None:
     found = wandering(2.7, MOVES, seed=7)
     gaps = [np.abs(np.subtract(one.goal, other.start)).max() for one, other in pairwise(found)]
     assert max(gaps) < 1e-9
@@ -93,7 +93,7 @@ def test_a_quintic_has_its_place_speed_and_acceleration_at_both_ends() -> None:
 
 
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
-def test_a_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
+def test_a_walker_keeps_its_limits_on_regions_of_side(side: float) -> None:
     """By the rules of the checker, in each move and from one to the next, with room to spare."""
     limits: Any = robot("walker", side).limits()
     wrong: list[Any] = []
@@ -153,7 +153,7 @@ def test_a_step_that_is_cut_off_ends_in_the_current_state_of_the_mass() -> None:
             np.testing.assert_allclose((last.to_x, last.to_y), row[10:12], atol=1e-9)
 
 
-def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
+def test_a_flyer_keeps_its_tilt_limit_and_turns_back_at_the_border() -> None:
     """A flyer nears a border at speed, with a reference beyond it; the last case is unsolvable."""
     given = []
     for place, border in ((0.0, 9.0), (0.0, 0.2), (1e30, 9.0)):
@@ -190,7 +190,7 @@ def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) 
         assert moved.time == pytest.approx(now, abs=1e-9)
 
 
-def test_a_robot_of_unknown_motion_takes_a_second_a_tick() -> None:
+def test_a_robot_without_motion_takes_one_second_per_tick() -> None:
     assert pace_of(None, SIZE, ticks=2).step(0.0, 40, 41) == 2.0
     assert type(pace_of(resolved("walker", None, None, "ground"), SIZE, 0.5)) is Pace
 
@@ -220,7 +220,7 @@ def disordered(trace: Trace, seed: int) -> list[Finding]:
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, "apart"])
-def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: str) -> None:
+def test_slow_robots_never_overlap_or_enter_a_door_early_and_all_finish(name: str) -> None:
     """Nor are they together in a forbidden zone."""
     trace = read_trace(trace_of(name))
     for seed in range(SLOWED):

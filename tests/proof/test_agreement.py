@@ -210,7 +210,9 @@ def disagreements(proved: Proved, cases: list[Case], folder: Path) -> list[tuple
     return [one for one in wrong if not one[1].startswith(MORE) and one[2] != NOTHING]
 
 
-def test_random_games_are_judged_as_by_the_verifier(proved: Proved, tmp_path: Path) -> None:
+def test_the_proved_checker_and_the_verifier_agree_on_random_games(
+    proved: Proved, tmp_path: Path
+) -> None:
     duel = Duel(Synthesizer().binary, tmp_path)  # for counterstrategies
     cases = [case for seed in range(COUNT) for case in random_cases(seed, duel)]
     assert disagreements(proved, cases, tmp_path) == []
@@ -219,7 +221,7 @@ def test_random_games_are_judged_as_by_the_verifier(proved: Proved, tmp_path: Pa
     assert {case.counter for case in cases} == {False, True}
 
 
-def test_mutants_of_real_strategies_are_judged_as_by_the_verifier(
+def test_the_proved_checker_and_the_verifier_agree_on_mutants_of_strategies(
     proved: Proved, tmp_path: Path
 ) -> None:
     """Each kind is refused at least once, but for those that only ask for less."""

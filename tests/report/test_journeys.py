@@ -109,7 +109,7 @@ def _texts_are_readable(browser: Browser, page: Path, scheme: str) -> None:
         assert (light + 0.05) / (dark + 0.05) >= 4.5, f"{words!r}: {ink} on {behind}"
 
 
-def test_a_reader_walks_through_a_run(browser: Browser) -> None:
+def test_events_keys_and_addresses_lead_to_their_ticks(browser: Browser) -> None:
     """By events, keys that work wherever the focus is, and the address of a tick; zooms in; follows
     a robot, its current target and the route there; and finds a name on everything."""
     browser.open(page_of("door"))
@@ -238,7 +238,7 @@ def test_a_large_map_fits_every_screen(browser: Browser) -> None:
         assert button.rect["width"] >= 36 and button.rect["height"] >= 36
 
 
-def test_runs_that_failed_or_were_cut_off_are_seen(browser: Browser, tmp_path: Path) -> None:
+def test_failed_and_truncated_runs_are_shown(browser: Browser, tmp_path: Path) -> None:
     """One that failed opens at its last moment."""
     why = {"outcome": "operator_needed", "explanation": "-", "cause": "no_capable_robot"}
     failed = changed("door", [{"line": ["outcome"], "fields": why}], tmp_path)

@@ -49,7 +49,7 @@ def test_a_page_is_small_and_names_no_other_file(solid: tuple[str, ...]) -> None
     assert len(page.encode()) <= (400_000 if solid else 130_000)
 
 
-def test_a_set_of_regions_is_written_once() -> None:
+def test_a_page_stores_each_set_of_regions_once() -> None:
     """With beliefs, pages of long runs took many megabytes."""
     data = data_of(page_of("meeting"))
     changes = [change for robot in data["robots"] for change in robot["sight"]]

@@ -95,7 +95,7 @@ def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["warehouse", "hospital"])
-def test_figures_can_be_read(name: str, tmp_path: Path) -> None:
+def test_text_of_figures_is_large_enough_to_read(name: str, tmp_path: Path) -> None:
     _, svg = drawn(SCENARIOS / f"{name}.yaml", tmp_path)
     assert min(map(float, re.findall('font-size="([0-9.]+)"', svg))) >= 8
 
@@ -128,7 +128,7 @@ def test_a_png_has_the_requested_width_and_shows_the_robots(tmp_path: Path) -> N
     assert counts.get(_rgb(BLUE), 0) > 300 and counts.get(_rgb(ORANGE), 0) > 300
 
 
-def test_a_film_rests_at_events_and_has_the_plain_colours_of_the_picture(tmp_path: Path) -> None:
+def test_a_gif_pauses_at_events_and_has_the_plain_colours_of_the_picture(tmp_path: Path) -> None:
     more = ("--ticks", "9-19", "--speed", "4", "--width", "400")
     durations = []
     with Image.open(picture_of("door", tmp_path, *more, form="gif")) as gif:

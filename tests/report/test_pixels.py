@@ -52,7 +52,7 @@ def test_a_caption_does_not_stay_until_the_next_event() -> None:
     assert captions[told + 8] == captions[told] and not captions[told + 9]
 
 
-def test_white_stays_white_in_a_large_film(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_white_stays_white_in_a_large_gif(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pillow's own palettes hold other colours, in large pictures even another white."""
     white, path = Image.new("RGB", (4200, 4200), "white"), tmp_path / "white.gif"
     monkeypatch.setattr(Film, "_frame", lambda *_: white)

@@ -27,7 +27,7 @@ def test_waiting_for_an_operator_differs_from_waiting_for_a_change(
 
 
 @pytest.mark.parametrize("same", [False, True], ids=["of two obstacles", "of one obstacle"])
-def test_a_request_leaves_the_stack_wherever_it_stands_in_it(same: bool, tmp_path: Path) -> None:
+def test_a_request_leaves_the_stack_at_any_position(same: bool, tmp_path: Path) -> None:
     """The first one is over before the second."""
     first = {"obstacle": "uncertainty@43", "requester": "digit", "helpers": ["quad"]}
     second = {"obstacle": "door@47", "requester": "quad", "helpers": ["digit"]}
@@ -181,7 +181,7 @@ def test_failures_name_their_reason_once(
     assert events(tmp_path, *lines, clock=clock) == [said]
 
 
-def test_names_are_marked_in_a_terminal(tmp_path: Path) -> None:
+def test_a_terminal_highlights_names(tmp_path: Path) -> None:
     """Where it is narrow, the robots stand below the map."""
     (tmp_path / "room.yaml").write_text(own("room"))
     reader, terminal = os.openpty()
@@ -210,7 +210,7 @@ def test_a_large_map_is_drawn_once(rows: int, large: bool, tmp_path: Path) -> No
     assert (done.stdout.count("██" * 9) // (rows - 3) == 1) is large
 
 
-def test_many_strategies_share_one_sentence(tmp_path: Path) -> None:
+def test_strategies_of_many_robots_share_one_sentence(tmp_path: Path) -> None:
     cache = os.environ | {"SAFENAV_CACHE": str(tmp_path / "cache")}
 
     def synthesized(count: int) -> str:

@@ -170,7 +170,7 @@ class Drawn:
         return bool(at.any())
 
 
-@pytest.mark.parametrize("formula", [False, True], ids=["rules", "inputs"])
+@pytest.mark.parametrize("formula", [False, True], ids=["without formulas", "with formulas"])
 @pytest.mark.parametrize("seed", range(3 * WANTED))
 def test_an_objective_is_realizable_iff_its_game_is_won(
     seed: int, formula: bool, played: Callable[[], None]

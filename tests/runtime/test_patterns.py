@@ -110,13 +110,13 @@ def word_of_run(name: str) -> Word:
     raise AssertionError(f"{name}: nothing repeats in {TICKS} ticks")
 
 
-def test_the_page_has_every_pattern_once() -> None:
+def test_the_page_of_patterns_has_each_once() -> None:
     assert len(PATTERNS) == len(SHORT) + sum(names.count(",") + 1 for names, _ in LONG) == 22
     assert WRITTEN.keys() == PATTERNS.keys()
 
 
 @pytest.mark.parametrize("name", PATTERNS)
-def test_a_run_satisfies_the_pattern_and_another_does_not(name: str) -> None:
+def test_a_run_satisfies_its_pattern_and_a_counterexample_does_not(name: str) -> None:
     formula, counterexample = PATTERNS[name]
     assert not Word([{*part.split("+")} for part in counterexample.split()]).satisfies(formula)
     found = word_of_run(name)

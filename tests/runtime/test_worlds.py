@@ -335,7 +335,7 @@ def test_a_blocking_world_makes_a_step_of_several_ticks_when_it_begins() -> None
     assert run.one("move", robot="slow")["toward"] == 27 and world.count["slow"] == 1
 
 
-def test_orders_reach_the_team_in_another_world() -> None:
+def test_orders_reach_the_team_in_a_world_of_the_user() -> None:
     class Outside(Driven):
         def act(self, robot: Robot) -> Any:
             self.truth.changes(10**6, ())  # what is ordered is there

@@ -40,7 +40,9 @@ ACCEPTED = from_yaml(beside(__file__, "accepted.yaml"))
 
 
 @pytest.mark.parametrize("case", ACCEPTED, ids=[case["claim"] for case in ACCEPTED])
-def test_a_scenario_is_read_as_it_is_meant(case: dict[str, Any], tmp_path: Path) -> None:
+def test_a_form_of_a_key_is_read_with_its_documented_meaning(
+    case: dict[str, Any], tmp_path: Path
+) -> None:
     scenario = loaded(case["keys"])
     told = recorded(scenario, tmp_path / "t.jsonl")
     assert scenario.map.notes == tuple(case.get("notes", ()))
@@ -86,21 +88,21 @@ def test_exactly_the_announced_errors_are_reported(
     ],
     ids=[
         *(
-            "empty",
-            "control",
+            "an empty file",
+            "a NUL",
             "CR",
             "FF",
             "NEL",
             "LS",
-            "escaped",
-            "no character",
-            "half a character",
-            "many",
+            "an escaped LS",
+            "half a surrogate pair",
+            "a noncharacter",
+            "200 errors",
         ),
-        *("lists", "mappings", "blocks", "closed"),
+        *("open lists", "open mappings", "nested blocks", "closed lists"),
     ],
 )
-def test_text_that_no_file_of_scenarios_shows_is_refused(
+def test_unreadable_or_oversized_text_is_refused(
     text: str, place: tuple[int, int] | None, words: str
 ) -> None:
     with pytest.raises(InputError, match=words) as caught:
@@ -113,7 +115,7 @@ REFUSED = from_yaml(beside(__file__, "refused.yaml"))
 
 
 @pytest.mark.parametrize("case", REFUSED, ids=[case["found"] for case in REFUSED])
-def test_a_scenario_is_refused(case: dict[str, Any]) -> None:
+def test_a_broken_scenario_is_refused_with_the_reason(case: dict[str, Any]) -> None:
     with pytest.raises(InputError) as caught:
         loaded(case["keys"])
     assert re.search(

@@ -64,7 +64,7 @@ def of_key(key: str) -> Draft202012Validator:
     return Draft202012Validator({**SCHEMA, **part})
 
 
-def test_every_scenario_of_the_project_is_judged_alike() -> None:
+def test_loader_and_schema_accept_the_same_scenarios_of_the_project() -> None:
     Draft202012Validator.check_schema(SCHEMA)
     wrong, count = {}, 0
     for folder in ("scenarios", "safenav/scenario/templates", "tests"):

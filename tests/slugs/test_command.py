@@ -221,10 +221,14 @@ A = b"[OUTPUT]\na\n[SYS_TRANS]\n"
         pytest.param(b"[SYS_INIT]\nb\n[OUTPUT]\na\n[OUTPUT]\nb\n", 0, id="sections in any order"),
         pytest.param(b"[INPUT]\n[OUTPUT]\n", 0, id="no variables"),
         pytest.param(b"[OUTPUT]\nF\nU\n[SYS_TRANS]\nF & U\n", 0, id="variables named as operators"),
-        pytest.param(b"[OUTPUT]\na-b\nx[1]\n[SYS_TRANS]\n| a-b' x[1]\n", 0, id="names of slugsin"),
-        pytest.param(A + b"!" * 99_999 + b"a\n", 0, id="negations"),
-        pytest.param(NUMBER + b"(" * 99_999 + b"a" + b")" * 99_999, 0, id="parentheses"),
-        pytest.param(NUMBER + b"next(" + b"(" * 99_999 + b"a" + b")" * 100_000, 0, id="X"),
+        pytest.param(
+            b"[OUTPUT]\na-b\nx[1]\n[SYS_TRANS]\n| a-b' x[1]\n", 0, id="slugsin names with signs"
+        ),
+        pytest.param(A + b"!" * 99_999 + b"a\n", 0, id="many negations"),
+        pytest.param(NUMBER + b"(" * 99_999 + b"a" + b")" * 99_999, 0, id="nested parentheses"),
+        pytest.param(
+            NUMBER + b"next(" + b"(" * 99_999 + b"a" + b")" * 100_000, 0, id="nested next()"
+        ),
         pytest.param(NUMBER + b"a & " * 99_999 + b"a", 0, id="a long conjunction"),
         pytest.param(NUMBER + b"x + " * 999 + b"x < 3", 0, id="a long sum"),
         pytest.param(A + b"| a " * 99_999 + b"a\n", 0, id="deep prefix"),

@@ -81,9 +81,7 @@ def test_random_games_are_played_as_by_the_oracle(
         assert duel.counterstrategies > 0
 
 
-def test_the_verdict_alone_takes_shortcuts_to_the_same_end(
-    slugs_binary: Path, tmp_path: Path
-) -> None:
+def test_the_verdict_alone_is_that_with_a_strategy(slugs_binary: Path, tmp_path: Path) -> None:
     """Without a strategy a goal may be reached by way of others, see reached_goals.hpp."""
     file = tmp_path / "game.slugsin"
     verdicts = []

@@ -55,7 +55,7 @@ def test_a_robot_is_sent_to_regions_that_keep_its_objective_possible(
     assert sent(Pose(9), objective) == AssignableRegions(frozenset(regions))
 
 
-def test_irreversible_steps_obstacles_and_directions_count() -> None:
+def test_irreversible_steps_obstacles_and_directions_limit_where_a_robot_is_sent() -> None:
     assert sent(Pose(9), visit(9), CORRIDOR, 11).places == {8, 9, 10}  # obstacles stay
     both = Cover((frozenset({18}), frozenset({8})))  # both directions around are equivalent
     around = sent(Pose(6, Heading.EAST), both, RING)
@@ -82,7 +82,7 @@ def test_with_headings_a_corridor_is_one_way() -> None:
     assert homes == {frozenset({8, 9, 10}), frozenset({11})}
 
 
-def test_the_memory_of_the_robot_counts() -> None:
+def test_the_memory_of_a_robot_limits_where_it_is_sent() -> None:
     """Once it has been at 12 it must no longer go to 8."""
     ltl = Ltl(
         init=("!done",),

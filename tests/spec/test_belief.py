@@ -209,7 +209,7 @@ def test_too_many_beliefs_are_refused_with_advice(monkeypatch: pytest.MonkeyPatc
             compile_task(task, scenario.map)
 
 
-def test_where_everything_is_in_sight_there_is_nothing_to_believe(
+def test_a_robot_that_sees_everything_has_no_beliefs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A map of 64 regions: no value of the input is beyond them."""

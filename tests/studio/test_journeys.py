@@ -316,7 +316,7 @@ def test_the_text_documents_completes_and_repairs(browser: Browser, tmp_path: Pa
         assert browser.errors() == []
 
 
-def test_a_user_changes_the_world_of_a_run(browser: Browser, tmp_path: Path) -> None:
+def test_changes_by_a_user_take_effect_in_a_run(browser: Browser, tmp_path: Path) -> None:
     scenario = tmp_path / "yard.yaml"
     scenario.write_text(beside(__file__, "scenarios/yard.yaml"))
     with Served("run", scenario, "--live") as served:
@@ -352,7 +352,7 @@ def test_a_user_changes_the_world_of_a_run(browser: Browser, tmp_path: Path) -> 
     assert [r["robot"] for r in lines if r["type"] == "resolved"] == ["digit"]
 
 
-def test_a_mission_in_the_users_own_world_is_seen_as_it_happens(browser: Browser) -> None:
+def test_a_mission_in_the_users_own_world_is_shown_live(browser: Browser) -> None:
     fleet = Driven(SHIPPED)
     with LiveView(SHIPPED, browser=False) as view:
         mission = Mission(SHIPPED, world=fleet, listeners=[view])
@@ -378,7 +378,7 @@ def test_a_mission_in_the_users_own_world_is_seen_as_it_happens(browser: Browser
 
 
 @pytest.mark.parametrize("name", ["case_study_3_beliefs", "live"])
-def test_a_page_that_heard_each_tick_shows_what_a_late_one_shows(
+def test_a_page_that_followed_a_run_shows_what_a_late_one_shows(
     browser: Browser, name: str
 ) -> None:
     """The news of all ticks add up to the whole run, which pages get when it ends."""

@@ -107,7 +107,7 @@ def test_a_live_run_is_shown_in_seconds(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_page_can_help_a_run_that_waits(browser: Browser, tmp_path: Path) -> None:
+def test_an_operator_helps_a_waiting_run_from_the_page(browser: Browser, tmp_path: Path) -> None:
     scenario = tmp_path / "gate.yaml"
     scenario.write_text(GATE)
     with Served("run", scenario, "--live") as served, served.opened() as page:
@@ -133,7 +133,9 @@ def process_of(served: Served) -> int:
     return int(children.read_text())
 
 
-def test_pages_learn_that_a_long_tick_has_ended_and_can_end_it(page: Page, served: Served) -> None:
+def test_a_page_shows_that_a_long_tick_has_ended_and_can_end_the_run(
+    page: Page, served: Served
+) -> None:
     process = process_of(served)
     os.kill(process, signal.SIGSTOP)
     page.say("step")

@@ -170,7 +170,7 @@ def test_a_file_in_the_folder_is_written_whole(editor: Served, home: Path) -> No
         ("text", {"text": "x" * 5_000_001}, "at most 5 MB"),
     ],
 )
-def test_a_text_that_cannot_be_is_refused(
+def test_an_impossible_request_is_refused_with_the_reason(
     does: str, data: dict[str, Any], why: str, editor: Served
 ) -> None:
     with editor.opened() as page:
@@ -186,7 +186,7 @@ def test_two_editors_of_one_text_agree(editor: Served) -> None:
     assert (told["text"], told["revision"]) == (again["text"], again["revision"])
 
 
-def test_a_synthesizer_that_does_not_work_is_a_reason_on_the_page(
+def test_a_failing_synthesizer_is_reported_on_the_page(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SAFENAV_SLUGS", "/bin/false")

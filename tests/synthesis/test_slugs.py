@@ -82,7 +82,7 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
     ],
     ids=["missing", "directory", "not executable"],
 )
-def test_a_useless_environment_variable_is_named_not_ignored(
+def test_an_environment_variable_without_a_usable_binary_is_named(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     make: Callable[[Path], object],
@@ -301,7 +301,7 @@ Synthesizer(seconds=None).synthesize(read_specification(open(sys.argv[1]).read()
 """
 
 
-def test_a_synthesizer_ends_with_an_owner_that_is_killed(slugs: Path, tmp_path: Path) -> None:
+def test_a_synthesizer_ends_when_its_owner_is_killed(slugs: Path, tmp_path: Path) -> None:
     """Also with one that has ended before the program asks the kernel to be killed with it."""
     file = tmp_path / "endless.structuredslugs"
     file.write_text(ENDLESS)
@@ -380,7 +380,7 @@ def test_the_oldest_results_are_removed_from_a_full_cache(tmp_path: Path) -> Non
     assert other.exists()
 
 
-def test_a_full_disk_leaves_no_half_entry(cache: Cache, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_leaves_no_partial_entry(cache: Cache, monkeypatch: pytest.MonkeyPatch) -> None:
     real = Path.write_bytes
 
     def full(path: Path, data: bytes) -> int:

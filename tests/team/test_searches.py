@@ -50,7 +50,7 @@ def test_robots_that_face_each_other_never_move_again() -> None:
     assert not immobile.robots((west + 9, west + 10)), "one follows the other"
 
 
-def test_searches_with_charges_end_when_they_must() -> None:
+def test_searches_with_charges_end_when_their_check_raises() -> None:
     floor, left = floor_of(CHARGED), iter(range(5))
     start = floor.begun((0, 2, 3), ((0, 0),) * 3, ())
     with pytest.raises(StopIteration):

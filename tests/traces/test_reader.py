@@ -73,7 +73,7 @@ def read(tmp_path: Path) -> Read:
 
 
 @pytest.mark.parametrize("name", ["line", "data", "from_", "late", "outcome", "region", "__a"])
-def test_a_robot_may_be_named_as_a_field(name: str, read: Read) -> None:
+def test_a_robot_may_have_the_name_of_a_field(name: str, read: Read) -> None:
     lines = [json.loads(line.replace("quad", name)) for line in DOOR]
     assert read(text(lines)).robots.keys() == {name, "digit"}
 
@@ -87,7 +87,7 @@ def test_unknown_notes_and_fields_are_ignored(read: Read) -> None:
 
 
 @pytest.mark.parametrize("cut", [0, 20])
-def test_only_a_last_line_that_breaks_off_is_ignored(cut: int, read: Read) -> None:
+def test_only_an_incomplete_last_line_is_ignored(cut: int, read: Read) -> None:
     trace = read([*DOOR[:-1], DOOR[-1][: len(DOOR[-1]) - cut]])
     assert trace.cut_off is (trace.outcome is None) is bool(cut)
 

@@ -150,7 +150,7 @@ HUGE = chunk(b"IHDR", struct.pack(">IIBBBBB", 9000, 9000, 1, 0, 0, 0, 0)) + chun
         "a late header",
     ],
 )
-def test_an_image_is_what_its_header_announces(
+def test_an_image_that_contradicts_its_header_is_refused(
     data: bytes, words: str | None, folder: Path
 ) -> None:
     """A header that lies would draw another map."""
