@@ -244,11 +244,9 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.since = e.tick
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
-            if one.ordered:  # even if its line is missing, the order is due
-                one.known = True
-                s.orders.add(one.name)
-                _due(e, one, s)
             listed = [each for each in s.coming if each.name == one.name]
+            if one.ordered and (listed or e.cause != "world"):
+                _order(e, one, s)  # even if its line is missing, the order is due
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
                 one.goes = listed[0].goes
@@ -256,6 +254,8 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 name = next((n for n, r in s.robots.items() if r.pose[0] == one.region), None)
                 s.flat |= {one.name: name} if name else {}
                 one.known = True
+        case "order":
+            _order(e, one, s)
         case "gone":
             one.there = one.known = one.shut = False
             s.dues.pop(one.name, None)
@@ -286,6 +286,12 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.shut = False
         case "operator" if e.intervention == "permanent":
             one.declared = True
+
+
+def _order(e: Line, one: Obstacle, s: State) -> None:
+    one.known = True
+    s.orders.add(one.name)
+    _due(e, one, s)
 
 
 def _due(e: Line, one: Obstacle, s: State) -> None:

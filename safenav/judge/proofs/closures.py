@@ -99,7 +99,8 @@ class Case:
         for name in load.left[0].able:
             avoid = self.state.robots[name].own.avoid
             reached = self.world.reach(graph, [(self.at[name][0], None)], avoid)
-            regions = {region for region, _ in reached}
+            left = avoid - load.left[0].regions  # where it may stand, but never returns to
+            regions = {region for region, _ in reached} - left
             if any(regions.isdisjoint(need.regions) for need in load.chain()):
                 yield name
 
