@@ -80,9 +80,9 @@ def file_name(name: str, digest: str) -> str:
 
 
 class Conditions(Struct, frozen=True):
-    """Settings of each case's run. ``seconds``: wall-clock limit of one case. ``certify``: the
-    folder for the bundle of each run (docs/certify.md), or None. ``directory``: the one to which
-    paths in scenarios are relative."""
+    """Settings that hold for each case's run. ``seconds``: wall-clock limit of one case.
+    ``certify``: the folder for the bundle of each run (docs/certify.md), or None. ``directory``:
+    the one to which paths in scenarios are relative."""
 
     seconds: float = 600.0
     certify: str | None = None
@@ -93,7 +93,8 @@ class Result(Struct, frozen=True):
     """The result of one case. ``reasons``: differences or errors, one sentence each; ``detail``: a
     traceback, or the last output of the process; ``requirements``: name -> verdict and robustness
     on the motion of the run; ``makespan``: seconds of a live run on its own clock; ``seconds``:
-    duration of the run; ``wall_seconds``: time from giving the case to a process to its result."""
+    duration of the run; ``wall_seconds``: time from the moment when a process gets the case to its
+    result."""
 
     name: str
     file: str

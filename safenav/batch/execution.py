@@ -1,4 +1,4 @@
-"""Run one case in this process: load, vary, run, compare. Failures of the case never raise."""
+"""One case in this process: load, vary, run, compare. Failures of the case never raise."""
 
 from __future__ import annotations
 

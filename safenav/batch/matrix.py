@@ -68,7 +68,7 @@ def is_matrix(text: str) -> bool:
 
 
 def read_matrix(text: str, file: str) -> Matrix:
-    """Read a matrix file. Raises InputError with all its errors."""
+    """Return a matrix file. Raises InputError with all its errors."""
     findings = Findings(file)
     item: BatchKeys | None = read(
         BatchKeys, parsed(text, findings, "matrix file"), "the batch", findings

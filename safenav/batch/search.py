@@ -38,7 +38,7 @@ from safenav.scenario.yaml.findings import (
 )
 
 LEFT_OUT = ("invalid", "unrealizable")
-"""Folders of these names are not searched: their scenarios fail on purpose."""
+"""Names of folders that are not searched: their scenarios fail on purpose."""
 
 _SUFFIXES = (".yaml", ".yml")
 _MAGIC = re.compile(r"[*?\[]")

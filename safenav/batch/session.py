@@ -1,4 +1,4 @@
-"""One batch: its cases are handed out, their results are kept, and it ends.
+"""One batch: it assigns its cases, keeps their results, and ends.
 
 The file of results has one line per case, written when it arrives: however a batch ends, its
 results so far are there, and ``--resume`` continues from them. A result is reused only for an equal
@@ -102,13 +102,13 @@ _LOOK_SECONDS = 0.2
 Artifacts = Callable[[Result, bytes], list[str]]
 """Writes files that help to analyse a failed case, given its trace; returns their names."""
 Progress = Callable[["Report", "Result | None"], None]
-"""Is called several times per second, and with each result when it arrives."""
+"""Listener that is called several times per second, and with each result when it arrives."""
 
 
 class Report(Struct):
     """The results of a batch. ``results``: by name, in the order of arrival; ``resumed``: number of
-    results from before. ``interrupted``: it was stopped; ``running``: the cases that run, as far
-    as known, with their seconds so far."""
+    results of earlier calls. ``interrupted``: it was stopped; ``running``: the cases that run, as
+    far as known, with their seconds so far."""
 
     cases: tuple[Case, ...]
     results: dict[str, Result]

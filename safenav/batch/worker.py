@@ -1,7 +1,7 @@
 """Processes that run cases, one after the other, and can be killed.
 
-``run_case`` is what a batch asks for: threads call it here, Dask workers elsewhere. A case that
-crashes or hangs costs its process and nothing else.
+``run_case`` serves a batch: threads call it here, Dask workers elsewhere. A case that crashes or
+hangs costs its process and nothing else.
 
 A process has one connection, for cases and results; what it prints goes to a file. When the
 connection ends, because the batch has ended, it also ends, with its synthesis: the kernel kills a
@@ -32,11 +32,11 @@ from safenav.errors import SafenavError
 
 _START_SECONDS = 60.0
 _STACK_SECONDS = 2.0
-"""Time that a hung process has to print its stack, and one that is ended to kill its synthesis."""
+"""Time in which a hung process must print its stack, and an ended one must kill its synthesis."""
 _STACK = signal.SIGUSR1
 """The signal at which a process prints its stack."""
 _LONGEST = 1e6
-"""Most seconds that the system can wait for an answer."""
+"""Maximum number of seconds that the system can wait for an answer."""
 _LAST_WORDS = 4000
 _ROOT = str(Path(__file__).resolve().parents[2])
 _PROGRAM = f"import sys; sys.path.append({_ROOT!r}); from safenav.batch.worker import main; main()"
@@ -174,7 +174,7 @@ class Worker:
         self._printed.close()
 
     def _wait_until_ready(self) -> None:
-        """Wait for the end of its start, which counts for no case."""
+        """Wait until the process has started; this time counts for no case."""
         if self._ready:
             return
         problem = f"within {_START_SECONDS:.0f} s"

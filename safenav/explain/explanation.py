@@ -39,13 +39,13 @@ class NoStrategyCause(StrEnum):
     OBSTACLE = "obstacle"
     """A known obstacle is on the only path."""
     HEADING = "heading"
-    """It faces the wrong way at its start, and cannot turn on the spot."""
+    """It faces in the wrong direction at its start, and cannot turn on the spot."""
     ONE_WAY = "one_way"
     """Its mobility allows no path to a target, or none from there to the next one."""
     CROSSING = "crossing"
     """Patrol forbids crossing a target out of its turn, and there is no other path."""
     IMPOSSIBLE_START = "impossible_start"
-    """The objective does not allow the robot's start."""
+    """The objective excludes the robot's initial pose."""
     CONTRADICTION = "contradiction"
     """The objective contradicts itself, on any map."""
     FORBIDDEN_WAY = "forbidden_way"
@@ -73,7 +73,7 @@ class Diagnosis(Struct, frozen=True):
 
 
 class CoreMember(Struct, frozen=True):
-    """Guarantees that belong together: they share an origin and are dropped together."""
+    """Guarantees with one origin, which are dropped together."""
 
     origin: Origin
     constraints: tuple[Constraint, ...]
@@ -85,11 +85,10 @@ class Core(Struct, frozen=True):
 
     With all assumptions and these guarantees alone there is no strategy; without any one of the
     members there is one (if ``minimal``: else time ran out on some query). ``together``: whether
-    they can be kept with a cooperating environment (None: not known); ``all_together``: so can all
-    guarantees of the specification. ``fairness``: the fairness
-    that it was allowed to assume, without success. ``decisive``: without any one of the members,
-    the whole specification is realizable; ``vain``: members without which it is still
-    unrealizable, because of another conflict."""
+    they can be kept with a cooperating environment (None: not known); ``all_together``: whether all
+    guarantees of the specification can. ``fairness``: the fairness assumptions that did not help.
+    ``decisive``: without any one of the members, the whole specification is realizable; ``vain``:
+    members without which it is still unrealizable, because of another conflict."""
 
     members: tuple[CoreMember, ...]
     together: bool | None
@@ -139,7 +138,7 @@ class PlayEnd(StrEnum):
 
 
 class Dilemma(Struct, frozen=True):
-    """One move that it could still make, and a guarantee that this would break."""
+    """A move of the robot, and a guarantee that this move would break."""
 
     region: Region
     heading: Heading | None
@@ -174,7 +173,7 @@ class RepairKind(StrEnum):
     """An assumption on an input."""
     CAPABILITY = "capability"
     ROBOT = "robot"
-    """One more robot; like those below, for a run that needs an operator."""
+    """One more robot. This and the following kinds repair a run that needs an operator."""
     WALL = "wall"
     TARGET = "target"
 
@@ -236,9 +235,9 @@ class State(Struct, frozen=True):
 
 
 class Solo(Struct, frozen=True):
-    """Possibilities of a robot without other robots. ``regions``: those that it can reach without
-    breaking a rule; ``winnable``: it can meet all goals infinitely often or, if its objective ends
-    at the last one, stay there."""
+    """Possible moves of a robot without other robots. ``regions``: those that it can reach without
+    breaking a rule; ``winnable``: whether it can meet all goals infinitely often or, if its
+    objective ends at the last one, stay there."""
 
     regions: frozenset[Region]
     winnable: bool
@@ -275,7 +274,7 @@ def _steps(
     world: RegionMap,
     blocked: frozenset[Region],
 ) -> Iterator[State]:
-    """Yield the robot's possible next states; it may stay in a region that is blocked."""
+    """Yield the robot's possible next states; it may stay in a blocked region."""
     here, memory = state.pose.region, state.memory
     after = pursuit.turned(memory, here) if pursuit.in_turn else memory
     rules = formulas_in(pursuit)
@@ -333,7 +332,7 @@ def _connected(task: Task, world: RegionMap) -> bool:
 
 def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
     """Return the known obstacles and robots in the way: each one whose removal suffices, else all
-    if only their joint removal does."""
+    of them if their joint removal suffices."""
     if not task.blocked or not _solo(replace(task, blocked=()), world).winnable:
         return ()
     single = tuple(
@@ -367,7 +366,7 @@ def _crossing(task: Task, world: RegionMap) -> Target | None:
 
 
 def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
-    """Return one sentence on why ``robot`` cannot fulfil ``task``, as far as the map proves it."""
+    """Return one sentence on why ``robot`` cannot fulfil ``task``, if the map proves it."""
     why = why_words(diagnose(task, world), task, world)
     return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
 

@@ -1,4 +1,5 @@
-"""Whole explanation of one robot (cause, core, witness, repairs), or of a specification by lines.
+"""Full explanation of one robot (cause, core, losing play, repairs), or of a specification line by
+line.
 
 Graph search comes first; the game decides the rest. The core is minimal: guarantees that cannot be
 kept together, in scenario terms. Graph search first drops walls (a robot never observes walls that
@@ -55,7 +56,7 @@ from safenav.world.poses import Pose, moves
 Item = TypeVar("Item")
 
 MOST_AT_ONCE = 64
-"""Members that are tried one by one, several at a time, before any search."""
+"""Maximum number of members that are omitted singly, in parallel, before any search."""
 CORE_SHARE, REST_SHARE = 0.5, 0.65
 """Shares of the budget by which the search for the core ends, and the checks of the rest."""
 
@@ -77,7 +78,7 @@ def find_core(
 
 
 def find_line_core(spec: Specification, ask: Questions) -> Core:
-    """Return a minimal core of an unrealizable specification, each line of which counts alone."""
+    """Return a minimal core of an unrealizable specification, in which each line is a member."""
     search = _Search(spec, ask)
     lines = [CoreMember(c.origin, (c,)) for c in spec.constraints if is_guarantee(c)]
     return search.core(search.minimal(lines, []), lines)
@@ -203,8 +204,8 @@ def _split(member: CoreMember) -> list[CoreMember]:
 
 
 def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Region]:
-    """Return walls that are enough to keep the robot from the first lost target: those around its
-    room that are beside a region from where there is a path to the target without other walls."""
+    """Return walls that suffice to keep the robot from the first lost target: those between the
+    regions that it can reach and regions with a path to the target through no other wall."""
     room = world.distances([task.pose.region])
     walls = {wall for wall in world.walls if not room.keys().isdisjoint(world.neighbours(wall))}
     target = next((t for t in lost if room.keys().isdisjoint(t)), frozenset[Region]())
@@ -281,8 +282,8 @@ def _cause(core: Core, task: Task) -> NoStrategyCause:
 
 
 def confinement(found: Diagnosis, core: Core, task: Task) -> LosingPlay | None:
-    """Return the play that needs no game: the robot visits all regions that it can reach, without
-    the target. None unless the core is about the robot's moves."""
+    """Return the play that graph search gives: the robot visits all regions that it can reach, and
+    the target is not among them. None unless the core is about the robot's moves."""
     lost = found.lost or found.cause is NoStrategyCause.CROSSING
     moving = f"{task.item}.mobility" in {member.origin.item for member in core.members}
     if found.cause is None or not lost or not moving:

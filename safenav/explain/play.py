@@ -26,7 +26,8 @@ from safenav.verify.completions import Clause
 BUDGET_SECONDS = 60.0
 """Wall time of one explanation, in seconds, without its repairs."""
 LISTED_MB = 64
-"""Memory limit of a counterstrategy that is shown as a play; its text is as large at most."""
+"""Memory limit, in MiB, of the synthesis of a counterstrategy that is shown as a play, and limit of
+its text."""
 
 _COOPERATIVE = {
     Section.ENV_INIT: Section.SYS_INIT,
@@ -45,7 +46,7 @@ class Questions:
         self._share = 1.0
 
     def spend(self, share: float) -> None:
-        """Let further requests end by this share of the budget."""
+        """End further requests by this share of the budget."""
         self._share = share
 
     @property
@@ -99,13 +100,13 @@ def cooperative(spec: Specification) -> Specification:
 
 
 MOST_MOMENTS = 200
-"""Moments in which a system meets goals."""
+"""Maximum number of moments of the part of a play in which the system meets goals."""
 MOST_INPUTS = 4096
-"""Inputs that are tried for one that leaves no output."""
+"""Maximum number of inputs that are tried to find one that leaves no output."""
 
 Nearness = Callable[[Values], float]
 Near = Callable[[Constraint], Nearness]
-"""The distance to a goal, beyond which plans do not distinguish moves."""
+"""Returns the distance to a goal; the play prefers the nearer move."""
 
 
 def anywhere(_goal: Constraint) -> Nearness:
@@ -175,7 +176,7 @@ class _Arena:
         return all(clause.holds(values, {}) for clause in self._first)
 
     def meet_goals(self, walk: list[int]) -> list[Constraint]:
-        """Extend a walk as long as one goal of a round can be met; return those that remain."""
+        """Extend a walk as long as a goal of the round can be met; return the goals that remain."""
         left = list(self._goals)
         while left and len(walk) < MOST_MOMENTS:
             leg, met = self._nearest(walk[-1], left)
@@ -200,7 +201,7 @@ class _Arena:
         return [], None
 
     def pursue(self, node: int, near: Nearness) -> int:
-        """Return the successor nearest to a goal, of equals the one from which a play can last
+        """Return the successor nearest to a goal; among equals, the one from which a play can last
         longest."""
         values = self._strategy.values
         return min(self.answers[node], key=lambda n: (near(values(n)), -self._lasting[n]))
@@ -289,7 +290,7 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
     not.
 
     The robot's moves are fixed by the strategy, so the others play alone on its automaton: a node
-    from which no path of theirs meets all assumptions infinitely often is won vacuously."""
+    from which none of their paths meets all assumptions infinitely often is won vacuously."""
     spec = strategy.specification
     starts = strategy.initial()
     if not starts:

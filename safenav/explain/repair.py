@@ -1,9 +1,9 @@
 """Repairs: changes of the scenario under which the robot has a strategy.
 
 Candidates follow from the cause, likeliest first; graph search drops the hopeless ones, and each
-offered repair was checked by the synthesizer. On the map an obstacle that a robot can resolve takes
-the place of a wall, or nothing does: walls are tried in the order of the shortest path through
-them; where one is not enough, the path through the fewest."""
+offered repair was checked by the synthesizer. On the map, an obstacle that a robot can resolve
+replaces a wall, or the wall is removed. Single walls are tried in the order of the shortest path
+through them; if none suffices, those of the path through the fewest."""
 
 import time
 from collections import deque
@@ -126,20 +126,20 @@ def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> li
 
 
 def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
-    """Return the scenario with these walls taken away."""
+    """Return the scenario without these walls."""
     world = replace(scenario.map, walls=scenario.map.walls - {*walls})
     return replace(scenario, map=world)
 
 
 def without_words(walls: Sequence[Region], words: str = "") -> tuple[tuple[str, str], ...]:
-    """Return the item that taking these walls away changes. ``words``: the walls, if not their
+    """Return the item that the removal of these walls changes. ``words``: the walls, if not their
     numbers."""
     return (("map", f"no wall at {words or ', '.join(map(str, walls))}"),)
 
 
 Answer = TypeVar("Answer")
 Judge = Callable[[Scenario], bool]
-"""Whether the robot in question has a strategy at the start of a scenario."""
+"""Returns whether the explained robot has a strategy at the start of a scenario."""
 
 OFFERED = 2
 """Maximum number of repairs of one kind that are offered."""
@@ -184,8 +184,8 @@ def offered(
     deadline: float,
 ) -> Iterator[tuple[Repair, Answer]]:
     """Yield up to OFFERED candidates that work, each with its answer. At most ``most`` are tried,
-    until the deadline (by the monotonic clock); none that adds to the ``given`` scenario a conflict
-    with which its file would be refused."""
+    until the deadline (by the monotonic clock); none adds to the ``given`` scenario a conflict for
+    which its file would be refused."""
     good, known = 0, {*conflicts(given)}
     loaded = (each for each in candidates if {*conflicts(each.scenario)} <= known)
     for candidate in islice(loaded, most):
@@ -233,7 +233,8 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _mobility(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield other models of the same layer that can turn on the spot and do as much."""
+    """Yield other models of the same layer that can turn on the spot and have all its
+    capabilities."""
     robot = problem.robot
     pursued = (robot.objective, robot.while_waiting, *(other for _, other in robot.when))
     faces = any(_reads_heading(each) for each in pursued if each is not None)

@@ -1,1 +1,1 @@
-"""Before and after a run: foresight, rehearsal, repairs."""
+"""Warnings before a run; afterwards, the reasons of its failure, and repairs."""

@@ -1,8 +1,9 @@
 """Foresight about a scenario before any run: robots that can never continue, and the reasons; and
 a rehearsal without the hidden obstacles.
 
-It is the closure with every hidden obstacle known and the robots at their start. An obstacle blocks
-whether or not a robot has encountered it, so a robot that cannot continue here cannot in any run.
+Foresight is the closure with every hidden obstacle known and the robots at their start. An obstacle
+blocks whether or not a robot has encountered it, so a robot that cannot continue in this closure
+cannot continue in any run.
 """
 
 from contextlib import suppress
@@ -66,7 +67,7 @@ def _all_known(scenario: Scenario) -> tuple[Team, State]:
 
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
-    """Return warnings of objectives that no run can meet, one sentence each."""
+    """Return a sentence of warning for each objective that no run can meet."""
     found = foresee(scenario)
     given = {change.robot for change in scenario.changes if change.objective is not None}
     if found.stuck:
@@ -95,8 +96,8 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
 
 
 class Rehearsal(Struct, frozen=True):
-    """The ``result`` of such a run; ``flat``: when each empty battery took its robot out of
-    service, in words."""
+    """The ``result`` of a run without hidden obstacles; ``flat``: when each empty battery took its
+    robot out of service, in words."""
 
     result: RunResult
     flat: dict[str, str]

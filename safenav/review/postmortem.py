@@ -1,5 +1,5 @@
-"""Postmortem of a team that needs an operator: play its run, explain its end, try repairs; or
-explain the robots that have no strategy at the start.
+"""Explanation of a team that needs an operator (run it, explain the end, try repairs), or of robots
+that have no strategy at the start.
 
 A repair of a run is offered only if a run of the changed scenario was completed.
 """
@@ -71,8 +71,7 @@ def missing_actions(
 
 
 def _needed(scenario: Scenario, seen: Foresight, encountered: Collection[str]) -> list[Obstacle]:
-    """Return a minimal set of obstacles that must be resolved so that every robot can meet its
-    objective."""
+    """Return a minimal set of obstacles whose resolution lets every robot meet its objective."""
     never = {each.obstacle for each in seen.lacks}
     if not seen.stuck:  # obstacles given up by the run may have appeared during it
         return [o for o in scenario.obstacles if o.name in encountered]
@@ -127,8 +126,8 @@ def explain_run(
     synthesizer: Callable[[], Synthesizer],
     seconds: float = SECONDS,
 ) -> Postmortem:
-    """Run a scenario; if it needs an operator, explain why and search for repairs. ``models``: of
-    robots that could be added."""
+    """Run a scenario; if it needs an operator, explain why and search for repairs. ``models``:
+    those of robots that could be added."""
     begun = time.monotonic()
     mission = Mission(scenario, synthesizer())
     result = uninterrupted(mission.run())
@@ -201,7 +200,7 @@ class _Failure:
         return [r for r in dict.fromkeys((*there, *beside)) if r not in closed | taken]
 
     def places_for(self, lacks: Shortfall) -> list[Region]:
-        """Return the first regions where the missing need can be fulfilled."""
+        """Return the first of ``places`` for the missing need."""
         return self.places(self.obstacle(lacks), len(lacks.met))[:3]
 
     def changed(
@@ -247,7 +246,8 @@ def _starts(failed: _Failure) -> Iterator[Repair]:
 
 
 def _capabilities(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that give a model of the team the missing actions: all of them, else one."""
+    """Yield repairs that give a model of the team the missing actions: first all of them, then
+    single ones."""
     every = {action for each in failed.missing for action in each.actions}
     wanted = [every, *({lacks.action} for lacks in failed.lacks)]
     for actions in (each for number, each in enumerate(wanted) if each not in wanted[:number]):
@@ -263,8 +263,8 @@ def _capabilities(failed: _Failure) -> Iterator[Repair]:
 
 
 def _robots(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that add robots with the missing actions, which wait where they are needed: a
-    few that have all of them together, else one."""
+    """Yield repairs that add robots with the missing actions, which wait where these are needed:
+    first a few that have all actions together, then single robots."""
     more = _covering(failed)
     for shift in range(3 if len(more) > 1 else 0):
         used, added = set[Region](), []
@@ -379,7 +379,7 @@ _KINDS: tuple[Callable[[_Failure], Iterator[Repair]], ...] = (
 # Robots without a strategy at the start.
 
 QUESTION_SECONDS = 2.0
-"""Wall time of one of the many synthesis requests of an explanation, in seconds."""
+"""Wall time, in seconds, of each of the many synthesis requests of an explanation."""
 
 
 def explain_team(

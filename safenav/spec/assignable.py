@@ -3,12 +3,12 @@
 Three inputs let the coordination layer steer a robot whose strategy is never changed: ``wait``
 keeps it where it is; ``request`` sends it to the region ``assigned``, and excuses its own goals
 meanwhile. Obstacles that turn out to be permanent still require a new strategy. While a robot must
-wait, an open request does not carry its region: an extra bit for every pair of a region and a
+wait, the inputs do not state the region of an open request: otherwise each pair of a region and a
 request would double the nodes.
 
-Only regions from which a robot can resume its own objective are assigned. Paths may be irreversible
-(headings in a corridor, formulas about steps or with a memory), and a joint plan or a duty leads a
-robot through them. So its assignable regions depend on its pose and on its memory.
+Only regions from which a robot can resume its own objective are assigned. Steps may be irreversible
+(headings in a corridor, formulas about steps or with a memory), and a joint plan or a duty may lead
+a robot through them. So its assignable regions depend on its pose and on its memory.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
 
 
 class _Ground(Struct, frozen=True):
-    """The state that paths depend on."""
+    """A robot's pose and memory, on which its paths depend."""
 
     mobility: Mobility
     start: Pose
@@ -181,9 +181,9 @@ def _assignable_regions(ground: _Ground) -> AssignableRegions:
 def _homes(
     ground: _Ground, successors: dict[State, Sequence[State]]
 ) -> tuple[list[list[State]], list[int | None]]:
-    """Return the states in rounds (successors first), and for each round the one in which the robot
-    can continue forever from there; None where its objective is lost. States where it cannot stay,
-    although it may have to wait, are left out."""
+    """Return the strongly connected sets of states (successors first), and for each the one in
+    which the robot can continue forever from there; None where its objective is lost. States where
+    it cannot stay, although it may have to wait, are left out."""
     while True:
         states = list(successors)
         number = {state: index for index, state in enumerate(states)}
@@ -225,7 +225,7 @@ def _parts(rounds: list[list[State]], reach: list[frozenset[Region]]) -> list[Pa
 
 
 def _told_apart(rounds: list[list[State]], home: list[int | None]) -> tuple[Part, ...]:
-    """Return the homes with the states on the way to them; nothing if there is only one."""
+    """Return the homes with the states that lead to them; empty if there is only one."""
     found: dict[frozenset[Region], set[State]] = {}
     for k, at in enumerate(home):
         if at is not None:

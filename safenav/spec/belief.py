@@ -44,12 +44,12 @@ Belief = frozenset[int]
 """The cells that may hold a robot that is out of sight; never empty."""
 
 Knowledge = Region | Belief
-"""The region of another robot, or the cells where it may be."""
+"""The region where another robot is seen, or the cells that may hold it."""
 
 
 class Prospect(Struct, frozen=True):
     """The possible knowledge after the next observation: one of the regions in sight (``seen``), or
-    the ``belief`` if the other is out of sight (None: it cannot be)."""
+    the ``belief`` if the other robot is out of sight (None: no region out of sight is possible)."""
 
     seen: frozenset[Region]
     belief: Belief | None
@@ -64,9 +64,9 @@ class Outlook(Struct, frozen=True):
 
 
 class Tracker:
-    """Tracking of other robots on a map, by the cells of a partition, with the robot's visibility
-    (``radius`` and ``closed`` as there). ``live``: they make any number of steps between two
-    observations, else at most one."""
+    """Tracking of other robots on a map, by the cells of a partition and the robot's visibility
+    (``radius`` and ``closed`` as in ``Visibility``). ``live``: others make any number of steps
+    between two observations, else at most one."""
 
     def __init__(
         self,
@@ -106,7 +106,7 @@ class Tracker:
         return self._look_ahead(self.reach(region_mask(self.possible(knowledge))))
 
     def spread(self, regions: Mask, within: Mask | None = None) -> Mask:
-        """Return the regions one step or none away, in ``within`` (default: all free regions)."""
+        """Return the regions at most one step away, in ``within`` (default: all free regions)."""
         around = regions | self._graph.forward(regions)
         return around & (self._free if within is None else within)
 
@@ -117,7 +117,7 @@ class Tracker:
 
     @cached_method
     def _look_ahead(self, reach: Mask) -> Outlook:
-        """Return the outlook for ``reach``; in a live run, much knowledge shares it."""
+        """Return the outlook for ``reach``; in a live run, many states of knowledge share one."""
         groups: list[tuple[Belief, Mask]] = [(frozenset(), self._free)]
         for cell, regions in enumerate(self._cells):
             if not reach & regions:
@@ -238,7 +238,7 @@ def known_of(other: Observed) -> Knowledge:
 
 
 def models(task: Task, world: RegionMap) -> tuple[Model, ...]:
-    """Return for each observed robot the possible knowledge of it.
+    """Return the possible knowledge of each observed robot.
 
     Raises UsageError if the partition makes too many beliefs.
     """
@@ -275,8 +275,8 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumptions: other robots move by single steps (in a live run by any number), are
-    seen in sight, and believed out of sight."""
+    """Yield the assumptions: other robots make single steps (in a live run any number); in sight
+    their regions are known, out of sight their beliefs."""
     for model in models(task, world):
         item, name = f"robots.{model.other.name}", model.other.variable
         begin = Origin(f"{item}.start", f"initial knowledge of {model.other.name}")
@@ -376,7 +376,7 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
 
 def _believing(model: Model, item: str) -> Iterator[Constraint]:
     """Constrain beliefs: from a believed cell the other may appear where it can have moved, or stay
-    out of sight; cells whose reachable regions are all in sight are dropped."""
+    out of sight; a belief drops cells whose reachable regions are all in sight."""
     name, size = model.other.variable, model.size
     wall = region_mask(tuple(model.watch.world.walls))
     for belief in model.beliefs:

@@ -4,10 +4,11 @@ Only variables that some guarantee can depend on are modelled: the robot's own p
 outputs, its knowledge of other robots as inputs.
 
 Objectives: ``patrol`` of two targets is the paper's formula (Section VI, the definition of
-Patrol_p) with its bit ``scout``, plus the frame condition that the paper omits. The others follow
-the same pattern: a goal is a state, and memory changes in the step after it. Goals are written
-about the next state, so that the step that meets one is the last of its pursuit and the step after
-it already pursues the next goal: on the current state, every goal would cost an idle step.
+Patrol_p) with its bit ``scout``, plus the frame condition that the paper omits. Other objectives
+follow the same pattern: a goal is a state, and memory changes in the step after it. Goals are
+written about the next state, so that the step that meets one is the last of its pursuit and the
+step after it already pursues the next goal: on the current state, every goal would cost an idle
+step.
 
 Robots to avoid (``safenav synth --avoiding``, for automata that run without a coordination layer)
 are occupied neighbouring regions: the input ``busy_north`` is true when the region in the north is
@@ -197,8 +198,8 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
 
 def _pursuit(task: Task, item: str, goal: str) -> Iterator[Constraint]:
     """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
-    infinitely often. Without it the next one is the first: a strategy takes its goals in their
-    order, and infinitely often at each is infinitely often at each in turn."""
+    infinitely often. Without it the first target is next: a strategy takes its goals in their
+    order, and a robot that is at each infinitely often is also at each in turn."""
     objective, region = task.objective, task.pose.region
     targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
     settles, first = objective.settles, objective.begin(region, task.memory.index)
@@ -283,7 +284,7 @@ def _move_output() -> tuple[Variable]:
 
 
 def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Never enter a busy region; define ``move``."""
+    """Yield the guarantees: never enter a busy region; and the definition of ``move``."""
     begin = Origin(f"{task.item}.mobility", "what move says")
     yield Constraint(Section.SYS_INIT, f"{MOVE} = 0", begin)
     yield Constraint(Section.SYS_TRANS, f"{MOVE}' = 0 <-> region' = region", begin)
@@ -299,7 +300,8 @@ def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _nearby_assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """The number of others is bounded, none is in a wall, and none is in the way forever."""
+    """Yield the assumptions: the number of others is bounded, none is in a wall, and none is in the
+    way forever."""
     begin = Origin(task.item, "nothing is observed before the first move", SOURCE_NEARBY)
     for heading in headings(world):
         yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)

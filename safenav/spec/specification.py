@@ -140,8 +140,8 @@ class Specification(Struct, frozen=True):
 
 _INTEGER = re.compile(r"([A-Za-z_][\w.@]*)\s*:\s*(\d{1,10})\s*\.\.\.\s*(\d{1,10})\Z", re.ASCII)
 MOST_EXPANDED, MOST_TIMES = 200_000, 16
-"""Most characters that the buffers of a line stand for: this number, and this many times the length
-of the file. Those of published specifications stand for 18 times their length at most."""
+"""Limit of the characters to which the buffers of a file expand: this number plus this many times
+its length. Those of published specifications expand to at most 18 times their length."""
 _SHOWN = 60
 """Characters of a line in a message."""
 _SECTIONS: Mapping[str, Owner | Section] = {s.value: s for s in (*Owner, *Section)}
@@ -246,7 +246,8 @@ def headings(world: RegionMap) -> tuple[Heading, ...]:
 
 
 def stepping(world: RegionMap, item: str) -> Iterator[Constraint]:
-    """Stay or step to a 4-neighbour on the map; never around the map's edge."""
+    """Yield the constraints of a step: stay, or enter a 4-neighbour on the map, never around the
+    map's edge."""
     section = Section.SYS_TRANS
     origin = Origin(item, "stay, or step to a neighbouring region", SOURCE_MOBILITY)
     steps = (step_formula("region", heading, world) for heading in headings(world))
@@ -298,7 +299,8 @@ def _runs(world: RegionMap) -> Iterator[tuple[Region, Region]]:
 
 
 def heading_rules(world: RegionMap, item: str) -> Iterator[Constraint]:
-    """Heading mobility: staying keeps the heading, a step sets it, and never backwards."""
+    """Yield the constraints of heading mobility: staying keeps the heading, a step sets it, and
+    never leads backwards."""
     section = Section.SYS_TRANS
     origin = Origin(item, "staying keeps the heading", SOURCE_MOBILITY)
     yield Constraint(section, "region' = region -> heading' = heading", origin)

@@ -1,5 +1,5 @@
-"""The input of one synthesis: everything that a robot's specification depends on, and the forms in
-which its objective can stand there, the strongest first.
+"""The input of one synthesis: everything that a robot's specification depends on, and the forms of
+its objective, the strongest first.
 
 A strict objective, such as a patrol, keeps its literal formula (paper, Section VI) if the robot can
 satisfy that with its present memory, or else with another target first. Otherwise it becomes plain
@@ -37,7 +37,7 @@ NO_MEMORY = Memory()
 
 
 class Known(Struct, frozen=True):
-    """A region that cannot be entered now, and the scenario item that is the reason."""
+    """A region that the robot cannot enter now, and the scenario item that closes it."""
 
     region: Region
     item: str
@@ -45,8 +45,8 @@ class Known(Struct, frozen=True):
 
 
 class Observed(Struct, frozen=True):
-    """Another robot that a robot tracks, and where it is. ``belief``: the cells that may hold it,
-    if it is out of sight (see ``spec.belief``)."""
+    """Another robot that the robot tracks, and its region or, out of sight, the cells that may hold
+    it (``belief``, see ``spec.belief``)."""
 
     name: str
     region: Region
@@ -158,7 +158,7 @@ def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) 
 
 
 def asked_of(task: Task) -> Objective:
-    """Return the user's objective; the task may have a weaker form of it."""
+    """Return the user's objective, of which the task may have a weaker form."""
     own = task.robot.objective
     return own if task.objective in (own, own.relaxed()) else task.objective
 

@@ -29,7 +29,8 @@ _MAGIC = "safenav-cache 3 "
 _RESULT, _TEXT = ".answer", ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _LISTINGS = 64
-"""Average number of listings of the directory while data equal to its limit is written."""
+"""Average number of times that the directory is listed while as much data as its limit is
+written."""
 _LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
 
 
@@ -106,7 +107,7 @@ class Cache:
         return self.directory / name[:2] / name
 
     def _read(self, name: str) -> bytes | None:
-        """Return what a file holds; None if it is damaged: then a new one replaces it."""
+        """Return the entry in a file; None if it is damaged: then a new one replaces it."""
         if self.directory is None:
             return None
         try:
@@ -147,8 +148,8 @@ class Cache:
             )
 
     def _prune(self, directory: Path) -> None:
-        """Remove the oldest files beyond the limit, also those of writers that were killed. A file
-        in another folder than that of its name is not the cache's."""
+        """Remove the oldest files beyond the limit, also those of writers that were killed. Files
+        outside the folder that their name determines are not the cache's and stay."""
         found: list[tuple[float, int, Path]] = []
         for path in directory.glob("??/*"):
             if path.name.lstrip(".")[:2] != path.parent.name:

@@ -2,9 +2,9 @@
 death of this process.
 
 Each command has a process group of its own, which is killed and reaped at its deadline or when its
-``ProcessGroup`` is dismissed. Commands run in threads, because signals interrupt only the main
-thread: so no process is lost between its start and its registration. Their output goes to files in
-memory, whose size the system limits.
+``ProcessGroup`` is dismissed. Commands run in threads: signals interrupt only the main thread, so
+no process is lost between its start and its registration. Their output goes to files in memory,
+whose size the system limits.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _MOST_OUTPUT = 2 << 30
 """Bytes that a command may print where no memory limit is given."""
 _PARENT = "SLUGS_PARENT"
-"""Environment variable of slugs: the process that it must not outlive (Linux). A wrapper that sees
-to it would take as long as a small synthesis."""
+"""Environment variable of slugs: the process that it must not outlive (Linux). A wrapper process
+for that purpose would take as long as a small synthesis."""
 
 
 class Finished(Struct, frozen=True):

@@ -73,7 +73,7 @@ class SynthesisResult(Struct, frozen=True):
 
 class SynthesisProgress(Struct, frozen=True):
     """A synthesis that finished with a ``result``, or that still runs (reported twice per second).
-    ``index``: which of the specifications it belongs to."""
+    ``index``: that of its specification."""
 
     index: int
     robot: str
@@ -98,8 +98,8 @@ class Job(Struct, frozen=True):
 
     @property
     def options(self) -> tuple[str, ...]:
-        """The options for the binary. A strategy that relies on fairness assumptions moves on
-        where it can, and waits for the other robots only where it must."""
+        """The options for the binary. A strategy that relies on fairness assumptions moves where it
+        can, and waits for the other robots only where it must."""
         if self.wanted is None:
             return ()
         waits = self.wanted is Verdict.REALIZABLE and self.spec.section(Section.ENV_LIVENESS)
@@ -111,12 +111,12 @@ OVERTIME_SECONDS = 1.0
 """The binary keeps the time limit and reports its progress; this long after the limit it is
 killed."""
 _MOST_STATES = 200_000
-"""Limit of a strategy. Those of single robots have tens to thousands."""
+"""Maximum number of nodes of a strategy. Those of single robots have tens to thousands."""
 
 Verifier = Callable[[Specification, Strategy, bool], str | None]
-"""Check of an automaton against its specification (the flag: it is a counterstrategy). Returns its
-error in words, or None. A parameter, so that this package and the check are independent of each
-other."""
+"""Check of an automaton against its specification (the flag: it is a counterstrategy). Returns the
+automaton's error in words, or None. The verifier is a parameter, so that this package and the check
+are independent."""
 
 
 class Synthesizer:
@@ -365,7 +365,7 @@ _HINT = re.compile(r"\s*hint: (.*)")
 _TRANSLATE = ("--translate", "-")
 _TRANSLATION_SECONDS = 60.0
 MOST_OF_A_TEXT = 20_000_000
-"""Bytes."""
+"""Maximum size of a specification's text, in bytes."""
 
 
 def load_specification(path: Path) -> Specification:
@@ -389,7 +389,8 @@ def specification_in(data: bytes, file: str, robot: str) -> Specification:
 
 
 def slugsin_of(spec: Specification) -> bytes | None:
-    """Return a specification in slugsin, as safenav's own slugs translates it; None without it."""
+    """Return a specification in slugsin, as safenav's own slugs translates it; None if that is not
+    installed."""
     done = _translated(spec.to_structuredslugs().encode())
     return done.stdout if done is not None and done.status == ExitStatus.REALIZABLE else None
 
@@ -402,7 +403,7 @@ def _translated(data: bytes) -> Finished | None:
 
 
 def _diagnostics(output: str, file: str, text: str) -> list[Diagnostic]:
-    """Return errors as the synthesizer wrote them on standard error."""
+    """Return the errors that the synthesizer wrote on standard error, as diagnostics."""
     found: list[Diagnostic] = []
     lines = text.split("\n")
     hint = ""

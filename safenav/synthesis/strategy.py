@@ -1,11 +1,11 @@
 """A strategy: the finite automaton that the synthesizer prints as JSON; written as DOT and GraphML.
 
-A node is a valuation of all variables and a rank (the goal that is pursued there); it has one
-successor for each next input that the assumptions allow. Reading checks the shape of the whole
-automaton in one pass; the bits of a node become named values only when it is accessed, so
-that a million edges cost a fraction of a second. In files for other tools, values are written in
-words (``region=47 heading=east scout``), nodes and edges come in the order of the automaton: the
-same strategy always gives the same bytes.
+A node is a valuation of all variables and a rank (the goal that the strategy pursues there); it has
+one successor for each next input that the assumptions allow. Reading checks the shape of the whole
+automaton in one pass; the bits of a node become named values only when it is accessed, so that a
+million edges cost a fraction of a second. In files for other tools, values are written in words
+(``region=47 heading=east scout``), nodes and edges come in the order of the automaton: the same
+strategy always gives the same bytes.
 """
 
 from __future__ import annotations
@@ -131,8 +131,8 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         """Return the nodes in which a play may start, ascending.
 
         The synthesizer prints them first but does not mark them: they are the leading nodes with
-        distinct states that satisfy ENV_INIT and SYS_INIT, of a strategy those of rank 0, of a
-        ``counter``strategy those with the inputs of the first one.
+        distinct states that satisfy ENV_INIT and SYS_INIT; in a strategy only those of rank 0, in a
+        ``counter``strategy only those with the inputs of the first one.
         """
         # Imported here: only this needs formulas, and small programs may never need it.
         from safenav.formula.parser import parse
@@ -181,7 +181,7 @@ def _malformed(what: str) -> SynthesizerError:
 
 
 def locate(names: Sequence[str], specification: Specification) -> tuple[Field, ...]:
-    """Find each variable's bits among the printed names."""
+    """Return the position of each variable's bits among the printed names."""
     known = [*chain.from_iterable(map(bit_names, specification.variables))]
     if sorted(names) != sorted(known):
         wrong = ", ".join(sorted({*names} ^ {*known})) or "a duplicate"
@@ -201,7 +201,7 @@ def _in_order(nodes: Mapping[str, _Node]) -> list[_Node]:
 
 
 def _check_columns(states: list[list[int]], transitions: list[list[int]], bits: int) -> None:
-    """Check all lengths and targets, a column at a time: there may be a million edges."""
+    """Check all lengths and targets, one column at a time: there may be a million edges."""
     for node, state in enumerate(states):
         if len(state) != bits:
             raise _malformed(f"node {node} has {len(state)} bits, there are {bits} variables")
@@ -267,7 +267,8 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
 
 
 def in_words(strategy: Strategy, values: Mapping[str, int], *owners: Owner) -> str:
-    """Return the values of outputs and inputs in words, or of the variables of these owners."""
+    """Return the values of the variables with these owners in words; default: outputs, then
+    inputs."""
     spec = strategy.specification
     variables = (v for owner in owners or (Owner.OUTPUT, Owner.INPUT) for v in spec.owned(owner))
     return " ".join(_value_in_words(variable, values[variable.name]) for variable in variables)

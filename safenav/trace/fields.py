@@ -66,7 +66,8 @@ def _in_words(types: re.Match[str]) -> str:
 
 
 def _hook(kind: Any, value: Any) -> Any:
-    """Return an objective, or any value for ``object``: msgspec knows neither."""
+    """Return an objective, or any value for a field of type ``object``, neither of which msgspec
+    converts."""
     if kind is object:
         return value
     try:

@@ -83,7 +83,7 @@ class Trace(Struct, frozen=True):
 
     @property
     def acts(self) -> list[tuple[Act, ActionEnd | None]]:
-        """The actions of a live run, likewise."""
+        """The actions of a live run, each with its end or None."""
         ends = {r.command: r for r in self.records if isinstance(r, ActionEnd)}
         return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Act)]
 
@@ -96,12 +96,12 @@ def unstarted(scenario: Scenario) -> Trace:
 
 _DIAGNOSTIC_LIMIT = 20
 MOST_OF_A_LINE = 10_000_000
-"""Bytes."""
+"""Maximum length of a line, in bytes."""
 _BEGINNING = 4000
 """Bytes of a file from which its kind is recognized."""
 _WRITTEN = "not a trace of safenav: 'safenav run SCENARIO --trace FILE' writes one"
 _PERHAPS_CONTROL = re.compile(rb"\\[bfnrtu]|[\x7f-\xff]")
-"""Bytes of JSON whose strings may hold control characters."""
+"""Bytes that occur in a line whose strings may hold control characters."""
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _TEXTS = ("explanation", "because", "reason")
 """Fields whose text may have several lines."""
@@ -251,7 +251,7 @@ def _converted(number: int, kind: type[R], data: dict[str, Any]) -> R:
 
 
 def _misfit(scenario: Scenario) -> str | None:
-    """Return the first name or region of a scenario that does not fit its map and its team."""
+    """Return the first name or region in a scenario that its map or its team does not have."""
     world, names = scenario.map, {robot.name for robot in scenario.robots}
     objectives = [change.objective for change in scenario.changes]
     for robot in scenario.robots:

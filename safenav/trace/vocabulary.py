@@ -82,7 +82,7 @@ class OperatorIntervention(StrEnum):
 
 
 class ChangeCause(StrEnum):
-    """Cause of an obstacle's appearance or disappearance."""
+    """Cause of a change of an obstacle, an objective or the service of a robot."""
 
     SCENARIO = "scenario"
     WORLD = "world"
@@ -98,11 +98,11 @@ class PlanEndReason(StrEnum):
     REACHED = "reached"
     VIOLATION = "violation"
     CHANGED = "changed"
-    """Something was resolved, appeared or went, or duties changed."""
+    """An obstacle was resolved, appeared or disappeared, or duties changed."""
 
 
 class DeadlineVerdict(StrEnum):
-    """The state of a deadline: it begins, is kept or missed, ends without either, or can no longer
+    """The state of a deadline: it begins, is kept, is missed, ends without either, or can no longer
     be kept."""
 
     SET = "set"

@@ -71,5 +71,5 @@ def shortened(rule: str) -> str:
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:
-    """Return ``1 state``, ``2 states``; ``plural`` where an s is not enough."""
+    """Return ``1 state``, ``2 states``; ``plural``: the form, if not with an s."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"

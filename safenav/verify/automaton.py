@@ -71,7 +71,7 @@ def rounds(spec: Specification) -> tuple[Completions, Completions]:
 
 Edge = tuple[int, int]
 Against = list[tuple[Clause, int]]
-"""Clauses, each with the plane of the edges that do not satisfy it."""
+"""Clauses, each with the plane (a bit per edge) of the edges that do not satisfy it."""
 _OF_MOVES = (Section.ENV_TRANS, Section.SYS_TRANS, Section.ENV_LIVENESS, Section.SYS_LIVENESS)
 
 
@@ -173,7 +173,7 @@ class Edges:
 
 
 class NoMeasureError(ValueError):
-    """No measure exists: the nodes of a ``cycle`` starve the goal and meet every excuse."""
+    """No measure exists: a ``cycle`` of nodes misses the goal and meets every excuse."""
 
     def __init__(self, cycle: tuple[int, ...]) -> None:
         super().__init__(f"node {cycle[0]} lies on a cycle that starves the goal")
@@ -193,8 +193,8 @@ def measure(
     """Return the measure of a goal.
 
     ``size``: number of nodes. ``edges``: the node before each edge, and the node after it. ``met``,
-    and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each edge, whether it
-    is met there. Raises NoMeasureError, with the first cycle, if no measure exists.
+    and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each edge, whether that
+    edge meets it. Raises NoMeasureError, with the first cycle, if no measure exists.
     """
     sources, targets = edges
     missing: list[list[int]] = [[] for _ in range(size)]

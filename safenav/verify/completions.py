@@ -26,10 +26,10 @@ from safenav.formula.syntax import Connective, Operation
 from safenav.spec.specification import Constraint, Variable
 
 Vector = Sequence[int]
-"""Planes of a natural number, least significant first."""
+"""The bits of a natural number in each row: planes, least significant first."""
 
 Lookup = Callable[[str, bool], Vector]
-"""The true value (not the offset from its minimum) of a variable, now or (True) next."""
+"""Returns the value (not the offset from its minimum) of a variable, now or (True) next."""
 
 
 class Evaluator:
@@ -88,7 +88,7 @@ class Evaluator:
         return planes.get(formula.relation, every ^ (less | equal))
 
     def _order(self, left: Vector, right: Vector) -> tuple[int, int]:
-        """Return where left < right, and where they are equal, by the highest difference."""
+        """Return the rows where left < right, and those where they are equal."""
         less, equal = 0, self.everywhere
         for i in reversed(range(max(len(left), len(right)))):
             a = left[i] if i < len(left) else 0
@@ -223,8 +223,8 @@ class Completions:
     def unanswered(
         self, answers: Completions, row: Row = (), most: int | None = None
     ) -> Row | None:
-        """Return a completion of a row that has no completion by ``answers``, if there is one among
-        ``most`` that differ in what these refer to."""
+        """Return a completion of a row that ``answers`` cannot complete further, if there is one
+        among the first ``most`` that differ in places to which ``answers`` refers."""
         read = frozenset[Key]().union(*(clause.places for clause in answers._clauses))
         first = sorted(self._unknown, key=lambda place: place.key not in read)
         order = [first.index(place) for place in self._unknown]
@@ -300,8 +300,8 @@ def _masks(
 def _projected(
     rows: Sequence[Row], known: Sequence[Slot], clauses: Sequence[Clause]
 ) -> tuple[list[Slot], list[Row], list[Row]]:
-    """Return the known places that clauses refer to, their values in each row, the distinct
-    ones."""
+    """Return the known places to which clauses refer, their values in each row, and the distinct
+    values."""
     read = frozenset[Key]().union(*(clause.places for clause in clauses))
     columns = [column for column, place in enumerate(known) if place.key in read]
     if len(columns) > 1:

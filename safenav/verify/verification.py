@@ -175,7 +175,7 @@ def _move_in_words(automaton: Automaton, owner: Owner, row: Row) -> str:
 
 def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
     """Yield a missing start. Each initial input of the environment needs a node that satisfies both
-    INITs; the input of a counterstrategy, one for each output, unless it leaves no output."""
+    INITs. The input of a counterstrategy needs one for each output, unless it leaves no output."""
     spec, strategy, starts = automaton.spec, automaton.strategy, automaton.starts
     inputs, outputs = openings(spec)
     if counter and not starts:
@@ -197,8 +197,8 @@ def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
 
 
 def _missing(possible: Completions, row: Row, count: int, there: Set[Row]) -> Row | None:
-    """Return a completion of a row that is not ``there``, if one of them is missing. Their
-    ``count`` usually suffices: all that is there is a completion, or another fault."""
+    """Return a completion of a row that is missing among those ``there``, if there is one.
+    Comparing their ``count`` usually suffices: each one there is a completion, or another fault."""
     if count == len(there):
         return None
     return next((each for each in possible.each(row) if each not in there), None)
@@ -256,12 +256,13 @@ def _move_failures(
 
 Obligation = tuple[Fault, Clause | None, bytes, list[bytes]]
 """A goal that each infinite path meets infinitely often, unless it misses one of the excuses from
-some point on: the fault if not, the clause, and for each edge whether it and each excuse is met."""
+some point on. Its fields: the fault otherwise, the clause, and for each edge whether it meets the
+goal, and each excuse."""
 
 
 def obligations(automaton: Automaton, counter: bool) -> list[Obligation]:
-    """Return the goals of a strategy, excused by the assumptions; of a counterstrategy the
-    assumptions, and nothing at all, excused by the goals."""
+    """Return the obligations of a strategy: its goals, excused by the assumptions; of a
+    counterstrategy: the assumptions, and a goal that no edge meets, excused by the goals."""
     every = (1 << len(automaton.edges)) - 1
     fair, goals = (
         [(clause, automaton.edges.flags(every ^ unmet)) for clause, unmet in part]
