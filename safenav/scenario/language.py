@@ -67,7 +67,9 @@ class MapKeys(Item, frozen=True):
     share: float | None = key(
         "Blocked share of a region that makes it a wall. Default: 0, any of it.", least=0, most=1
     )
-    resolution: float | None = key("Side of a region in metres.", above=0)
+    resolution: float | None = key(
+        "Side of a region in metres.", least=values.LEAST_SIDE, most=values.MOST_SIDE
+    )
     origin: values.Corner | None = key(
         "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians.",
         expected=values.CORNER,

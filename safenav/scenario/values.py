@@ -159,6 +159,9 @@ class RectangleKeys(Item, frozen=True):
 AreaValue = Annotated[Raw, Key(form=RectangleKeys | tuple[Regions | RectangleKeys, ...], entries=1)]
 
 
+LEAST_SIDE, MOST_SIDE = 0.001, 100_000
+"""Limits of the metres of a region or a pixel, so that no map in metres is too small or too large
+for floating point."""
 UNLIMITED = "unlimited"
 MOST_CHARGE = 1_000_000
 

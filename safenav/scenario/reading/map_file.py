@@ -21,7 +21,7 @@ from safenav.errors import InputError
 from safenav.files import ROS_MAP
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
-from safenav.scenario.values import CORNER, Corner
+from safenav.scenario.values import CORNER, LEAST_SIDE, MOST_SIDE, Corner
 from safenav.scenario.yaml.document import Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
 from safenav.scenario.yaml.keys import Key
@@ -178,7 +178,8 @@ class RosMap(Struct, frozen=True):
     label: ClassVar = ""
     image: Annotated[Scalar, Key("", "the path of the image, relative to this file")]
     resolution: Annotated[
-        float, Key("", "metres per pixel, for example 'resolution: 0.05'", above=0)
+        float,
+        Key("", "metres per pixel, for example 'resolution: 0.05'", LEAST_SIDE, MOST_SIDE),
     ]
     origin: Annotated[Corner, Key("", "[x, y, yaw] of the lower left corner", expected=CORNER)]
     negate: Annotated[
