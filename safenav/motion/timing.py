@@ -166,12 +166,6 @@ def by_instants(trace: Trace) -> Trace:
     return replace(trace, header=replace(trace.header, scenario=scenario), records=tuple(found))
 
 
-def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
-    """Return the turns of each robot of a run in lockstep: tick, and the second at which its
-    activities until then had ended, ascending."""
-    return _walked(trace, paces_of(trace, motion.header)).turns
-
-
 WAITING = (
     *(records.Request, records.Push, records.Pop, records.Told, records.KnownObstacle),
     *(records.Plan, records.PlanEnd, records.Synthesis, records.Service, records.Truth),
@@ -224,12 +218,11 @@ class _Step(Struct):
 
 
 class _SerialRun:
-    """The ``lines`` and ``turns`` of a run in lockstep so far, in seconds."""
+    """The ``lines`` of a run in lockstep so far, in seconds."""
 
     def __init__(self, trace: Trace, paces: Mapping[str, Pace]) -> None:
         self._scenario = trace.header.scenario
         self.lines: list[records.Record] = []
-        self.turns: dict[str, list[tuple[int, float]]] = {}
         self._robots, self._obstacles, self._paces = trace.robots, trace.obstacles, paces
         self._needs = Needs(self._obstacles)
         self._at = {name: robot.start.region for name, robot in self._robots.items()}
@@ -275,7 +268,6 @@ class _SerialRun:
         for obstacle in self._parts.get((name, move.tick), ()):
             self._since = max([self._since, *self._ended.values()])
             self._do(move, obstacle, (name,), {})
-        self._turned(name, move.tick)
 
     def _step(self, move: records.Move, step: _Step) -> None:
         name, origin, to = move.robot, move.from_, move.to
@@ -307,16 +299,11 @@ class _SerialRun:
                     regions |= zone.regions
             yield from (self._left[region].get(other, 0.0) for region in regions)
 
-    def _turned(self, name: str, tick: int) -> None:
-        self.turns.setdefault(name, []).append((tick, round(self._ended[name], DECIMALS)))
-
     def _act(self, record: Fulfilling, obstacle: Obstacle, number: int) -> None:
         regions = obstacle.resolution_regions(self._scenario.map, number)
         there = [name for name, at in self._at.items() if at in regions]
         team = team_of(self._robots, record, obstacle.needs[number], there)
         self._do(record, obstacle, team, {obstacle.name: ActResult.DONE})
-        for name in [n for n, at in self._at.items() if at == obstacle.region]:
-            self._turned(name, record.tick)
 
     def _do(
         self,

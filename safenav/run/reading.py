@@ -13,13 +13,13 @@ from msgspec.structs import replace
 from safenav.errors import Diagnostic, InputError, Verdict
 from safenav.run import values
 from safenav.run.run import Run
-from safenav.run.tracks import SAME, Charge, ContradictionError, RobotTrack, tracks_of
+from safenav.run.tracks import SAME, ContradictionError, RobotTrack, tracks_of
 from safenav.run.wording import Wording
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle
 from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records
 from safenav.trace.file import Trace, read_trace
-from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, MoveEnd
+from safenav.trace.vocabulary import ActResult, DeadlineVerdict, MoveEnd
 from safenav.world.map import Region, RegionMap
 
 _KINDS = {
@@ -93,8 +93,6 @@ class RunReader:
         self._wording = Wording(scenario.map, place, skills, live=header.live)
         self._acts: dict[int, int] = {}
         self._violation: records.Violation | None = None
-        self._flat: dict[str, Charge] = {}
-        """The empty battery that an obstacle represents, until it is replaced."""
         self._modes: set[str] = set()
         """Robots with the objective of an input, whose rounds do not count."""
         self.run = Run(
@@ -176,6 +174,8 @@ class RunReader:
                 self._given(line.tick, line.robot, line.objective)
             case records.Belief():
                 self._believe(line)
+            case records.Charge():
+                self._robot(line.robot).charge.append((line.tick, line.percent))
             case records.Plan():
                 paths = {n: tuple(region for region, _ in path) for n, path in line.robots.items()}
                 self.run.plans.append((line.tick, paths))
@@ -191,16 +191,11 @@ class RunReader:
             case records.Waiting(until=float()):
                 kind = values.StoryKind.PAUSED
             case records.Operator(robot=str() as robot, region=int() as region):
-                track = self._robot(robot)
-                since = self.run.time(len(track.regions) - 1)
-                track.put(self._on_map(region), line.heading, since)
+                self._robot(robot).put(self._on_map(region), line.heading)
             case records.End():
                 self._end(line)
             case _:
-                self._obstacle(line, now)
-        for track in self.run.robots:
-            if track.battery is not None and track.charge is not None:
-                track.charge.put(line.tick, track.battery.percent(now))
+                self._obstacle(line)
         match line:
             case records.Push() | records.Pop():
                 self._stacked(line)
@@ -253,7 +248,7 @@ class RunReader:
                 if (step := track.transit(tick)) is not None:
                     track.steps[-1] = replace(step, end=tick + 1)
 
-    def _obstacle(self, line: records.Record, now: float) -> None:
+    def _obstacle(self, line: records.Record) -> None:
         """Take a line about an obstacle."""
         run = self.run
         match line:
@@ -292,15 +287,8 @@ class RunReader:
                 hidden.loads.put(line.tick, ())
                 if run.restarts_rounds(line.obstacle):  # they count from the last resolution
                     self._restart(line.tick, run.robots)
-                if line.obstacle in self._flat:
-                    self._flat.pop(line.obstacle).replace(now)
-            case records.Appeared():
-                hidden = self._known(line.obstacle)
-                hidden.met.put(line.tick, 0)  # it may have disappeared before
-                there = (track for track in run.robots if track.regions[-1] == hidden.region)
-                here = [track.battery for track in there if track.battery is not None]
-                if line.cause is ChangeCause.BATTERY and here:
-                    self._flat[line.obstacle] = min(here, key=lambda each: each.at(now))
+            case records.Appeared():  # it may have disappeared before
+                self._known(line.obstacle).met.put(line.tick, 0)
             case records.Gone():
                 self._known(line.obstacle).loads.put(line.tick, ())
 

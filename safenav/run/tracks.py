@@ -1,13 +1,12 @@
 """The robots of a run: poses at each tick, steps of several ticks, and batteries."""
 
 from bisect import bisect_right
-from collections.abc import Collection
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.run.values import Changes, Look, RobotBelief, RobotProgress, looks
-from safenav.scenario.model import Battery, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective
 from safenav.world.map import HEADINGS, Heading, Region
 
@@ -35,48 +34,11 @@ class LongStep(Struct, frozen=True):
         return min(1.0, max(0.0, (time - self.begin) / max(self.end - self.begin, 1e-9)))
 
 
-class Charge(Struct):
-    """The charge of a robot's battery: ``level`` at the time ``since`` when it has been standing,
-    ``charging`` or not; None during a step. Times are in ticks, or in seconds of a live run."""
-
-    battery: Battery
-    chargers: Collection[Region]
-    charging: bool
-    level: float
-    since: float | None = 0.0
-
-    def at(self, now: float) -> float:
-        if self.since is None:
-            return self.level
-        return self.battery.stayed(self.level, now - self.since, charging=self.charging)
-
-    def percent(self, now: float) -> int:
-        """Return the charge at a time, in percent of the capacity."""
-        return round(100 * self.at(now) / self.battery.capacity)
-
-    def leave(self, now: float) -> None:
-        """Leave the region, in a step that it begins or is in."""
-        self.level, self.since = self.at(now), None
-
-    def come(self, region: Region, now: float) -> None:
-        """End a step."""
-        self.level = self.battery.stepped(self.level)
-        self.charging, self.since = region in self.chargers, now
-
-    def put(self, region: Region, now: float) -> None:
-        """Move it to the region into which an operator has put it."""
-        self.level, self.charging, self.since = self.at(now), region in self.chargers, now
-
-    def replace(self, now: float) -> None:
-        """Give it a full battery."""
-        self.level, self.since = self.battery.capacity, None if self.since is None else now
-
-
 class RobotTrack(Struct):
     """One robot and its history: ``regions[t]`` and ``headings[t]`` after tick t; a robot that has
     had its turn in an incomplete tick has one more of them. ``vision``: its radius in regions, None
     if unlimited; ``steps``: those of more than one tick, in order; ``charge``: that of its battery,
-    if it has one, in percent of its capacity."""
+    in percent of its capacity; empty if it has none."""
 
     name: str
     model: str
@@ -88,8 +50,7 @@ class RobotTrack(Struct):
     objectives: Changes[Objective | None]
     progress: Changes[RobotProgress] = field(default_factory=lambda: Changes.of(RobotProgress()))
     vision: float | None = None
-    battery: Charge | None = None
-    charge: Changes[int] | None = None
+    charge: Changes[int] = field(default_factory=Changes)
     steps: list[LongStep] = field(default_factory=list)
     beliefs: dict[str, Changes[RobotBelief | None]] = field(default_factory=dict)
     """Its knowledge about other robots, once it is recorded."""
@@ -118,11 +79,7 @@ class RobotTrack(Struct):
 
     def move(self, to: Region, heading: str | None, toward: Region | None) -> None:
         """Take a turn in lockstep: it is then in a region, or in transit ``toward`` another."""
-        tick, moves = len(self.regions), to != self.regions[-1]
-        if self.battery is not None and (moves or toward is not None):
-            self.battery.leave(tick - 1)
-        if self.battery is not None and moves:
-            self.battery.come(to, tick)
+        tick = len(self.regions)
         before = self.transit(tick - 1)
         self.regions.append(to)
         self.headings.append(_facing(heading))
@@ -134,8 +91,6 @@ class RobotTrack(Struct):
     def depart(self, tick: int, to: Region, now: float, seconds: float) -> None:
         """Begin a step of a live run, which probably takes these seconds."""
         self.steps.append(LongStep(tick, tick, to, now, now + seconds))
-        if self.battery is not None:
-            self.battery.leave(now)
 
     def arrive(self, tick: int, at: Region, heading: str | None, now: float) -> None:
         """End a step of a live run."""
@@ -144,15 +99,11 @@ class RobotTrack(Struct):
         step = self.steps.pop()
         if step.first < tick:
             self.steps.append(replace(step, last=tick - 1, end=now))
-        self.regions[-1], self.headings[-1] = at, _facing(heading)
-        if self.battery is not None:
-            self.battery.come(at, now)
+        self.put(at, heading)
 
-    def put(self, region: Region, heading: str | None, now: float) -> None:
-        """Place it where an operator has put it."""
+    def put(self, region: Region, heading: str | None) -> None:
+        """Place it in a region."""
         self.regions[-1], self.headings[-1] = region, _facing(heading)
-        if self.battery is not None:
-            self.battery.put(region, now)
 
 
 def tracks_of(scenario: Scenario) -> dict[str, RobotTrack]:
@@ -174,9 +125,7 @@ def tracks_of(scenario: Scenario) -> dict[str, RobotTrack]:
             vision=model.vision,
         )
         if model.battery is not None:
-            charging = region in scenario.chargers
-            own = Charge(model.battery, scenario.chargers, charging, model.battery.start)
-            track.battery, track.charge = own, Changes.of(own.percent(0.0))
+            track.charge = Changes.of(model.battery.percent(model.battery.start))
         found[robot.name] = track
     return found
 

@@ -207,6 +207,10 @@ class Battery(Struct, frozen=True):
         rate = self.charge if charging else -self.stay
         return round(min(self.capacity, max(0, charge + rate * time)), DECIMALS)
 
+    def percent(self, charge: float) -> int:
+        """Return a charge in percent of the capacity."""
+        return round(100 * charge / self.capacity)
+
 
 class RobotModel(Struct, frozen=True):
     """The abilities of robots of one kind.

@@ -392,6 +392,13 @@ class Belief(Note, frozen=True, tag="belief"):
     regions: frozenset[Region]
 
 
+class Charge(Note, frozen=True, tag="charge"):
+    """The charge of a robot's battery from now on, in percent of its capacity."""
+
+    robot: str
+    percent: Count
+
+
 class Assumption(Record, frozen=True, tag="assumption"):
     """The other robots violated an assumption of the robot's strategy."""
 

@@ -19,7 +19,7 @@ from safenav.trace.schema import schema_text
 from traces.test_schema import examples
 
 MAP = RegionMap.from_grid(["." * 99], names={"gate": 46, "dock": 47})
-NO_EVENTS = {"header", "move", "hold", "backtrack", "belief", "checkpoint", "discovered"}
+NO_EVENTS = {"header", "move", "hold", "backtrack", "belief", "charge", "checkpoint", "discovered"}
 """What happens in every tick, or belongs to another line's sentence."""
 
 

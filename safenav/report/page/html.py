@@ -226,7 +226,7 @@ class _Rows:
             "headings": "".join(facing) if len(facing) == len(headings) else None,
             "tasks": self._changes(track.objectives, partial(self._task, track)),
             "progress": self._changes(track.progress, self._progress),
-            "charge": track.charge and self._changes(track.charge, lambda percent: [percent]),
+            "charge": self._changes(track.charge, lambda percent: [percent]) or None,
             "sight": [*self._seen(track)],
             "beliefs": {
                 self._index[of]: self._changes(beliefs, self._belief)

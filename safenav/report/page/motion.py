@@ -9,9 +9,7 @@ front/src/view3d/motion.ts).
 import json
 import zlib
 from base64 import b64encode
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -20,12 +18,9 @@ from numpy.typing import NDArray
 from safenav.motion import file as records
 from safenav.motion.check.requirements import curves
 from safenav.motion.columns import columns_at, times_of
-from safenav.motion.timing import in_time, turns_in_time
+from safenav.motion.timing import in_time
 from safenav.report.page.html import asset, data_element, document, encoded
 from safenav.run.reading import run_of
-from safenav.run.run import Run
-from safenav.run.tracks import SAME
-from safenav.run.values import Changes
 from safenav.trace.file import Trace
 
 RATE = 20
@@ -152,8 +147,6 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     the name of the trace."""
     timed = in_time(trace, motion)
     run = run_of(timed)
-    if timed is not trace:
-        _time_charges(run, trace, motion)
     scene = deflated(asset("scene.js").encode())
     return document(
         f"{run.name}: replay in 3D",
@@ -161,20 +154,3 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
         data_element("motion", encoded_motion(motion)),
         f'<script type="text/plain" id="scene">{scene}</script>',
     )
-
-
-def _time_charges(run: Run, trace: Trace, motion: records.Motion) -> None:
-    """Set the charges of a lockstep run at the instants of its motion. A tick of a robot has ended
-    with its turn."""
-    turns = turns_in_time(trace, motion)
-
-    def instant(tick: int, robot: str) -> int:
-        turn = turns.get(robot, ())
-        past = turn[: bisect_right(turn, tick, key=itemgetter(0))]
-        end = past[-1][1] if past else 0.0
-        return max(0, bisect_right(run.seconds or (), end + SAME) - 1)
-
-    for track, ticked in zip(run.robots, run_of(trace).robots, strict=True):
-        if ticked.charge is not None:
-            charge = ((instant(tick, track.name), percent) for tick, percent in ticked.charge)
-            track.charge = Changes(charge)

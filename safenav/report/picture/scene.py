@@ -51,7 +51,7 @@ def svg_of_scenario(scenario: Scenario) -> str:
     """Return the picture of starts, objectives and hidden obstacles."""
     run = run_of(unstarted(scenario))
     for track in run.robots:
-        track.charge = None
+        track.charge = Changes()
     for hidden in run.hidden.values():
         hidden.status = Changes.of(ObstacleStatus.HIDDEN)
     return svg_of(run, 0, words="before the run")

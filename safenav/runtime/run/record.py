@@ -97,8 +97,15 @@ class Recorder:
             self.emit(records.PlanEnd(self.tick, PlanEndReason.CHANGED))
 
     def record(self, before: State, event: now.Event, after: State) -> None:
-        """Record an event, and the deadlines that it keeps or passes."""
+        """Record an event, the charges that it changes, and the deadlines that it keeps or
+        passes."""
         self._record(before, event, after)
+        for i in self.team.charged:
+            energy = self.team.members[i].energy
+            assert energy is not None
+            was, percent = (energy.battery.percent(s.robots[i].charge) for s in (before, after))
+            if percent != was:
+                self.emit(records.Charge(self.tick, self._robot(i), percent))
         self.ledger.happened(self.team, before, event)
 
     def _record(self, before: State, event: now.Event, after: State) -> None:
