@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 import click
 
 from safenav.cli import options
-from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import printable, write_out
 from safenav.report.terminal.layout import echo_folded
@@ -36,38 +35,21 @@ Exit codes:
 
 @options.command(EPILOG)
 def batch(
-    paths: Annotated[
-        tuple[str, ...],
-        options.argument(options.TEXT_INPUT, metavar="PATH...", nargs=-1, required=True),
-    ],
-    jobs: Annotated[
-        int | None, option("-j --jobs", options.COUNT, "Scenarios in parallel.", metavar="N")
-    ],
-    time_limit: Annotated[
-        float,
-        option(
-            "--time-limit", options.SECONDS, "End a scenario after so long.  [600]", default=600.0
-        ),
-    ],
-    certify: Annotated[
-        Path | None, option("--certify", options.FOLDER, "Write the bundle of each run here.")
-    ],
-    junit: Annotated[
-        Path | None, option("--junit", options.Output(".xml"), "Write a JUnit report (XML).")
-    ],
+    paths: Annotated[tuple[str, ...], options.TEXT_INPUT],
+    *,
+    jobs: Annotated[int | None, options.COUNT, "-j --jobs N", "Scenarios in parallel."],
+    time_limit: Annotated[float, options.SECONDS, "End a scenario after so long."] = 600.0,
+    certify: Annotated[Path | None, options.FOLDER, "Write the bundle of each run here."],
+    junit: Annotated[Path | None, options.Output(".xml"), "Write a JUnit report (XML)."],
     as_json: options.AsJson,
     out: Annotated[
         Path | None,
-        option(
-            "-o --output --out",
-            options.FOLDER,
-            "Write results.jsonl, and trace and replay of failures.",
-        ),
+        options.FOLDER,
+        "-o --output --out",
+        "Write results.jsonl, and trace and replay of failures.",
     ],
-    resume: Annotated[bool, flag("--resume", "Run only cases without a result in --out.")],
-    dask: Annotated[
-        str | None, option("--dask", str, "Run on this Dask cluster.", metavar="ADDRESS")
-    ],
+    resume: Annotated[bool, "Run only cases without a result in --out."],
+    dask: Annotated[str | None, "--dask ADDRESS", "Run on this Dask cluster."],
 ) -> int:
     """Run every scenario that the PATHs name, each in a process of its own, and compare each
     run with the scenario's 'expect'."""

@@ -14,7 +14,6 @@ from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from safenav.cli import options, report_error, warn_of
-from safenav.cli.options import flag, option
 from safenav.errors import (
     Diagnostic,
     ExitCode,
@@ -87,17 +86,11 @@ class JudgedFile(Struct, frozen=True):
 
 @options.command(EPILOG)
 def check(
-    files: Annotated[
-        tuple[Path, ...],
-        options.argument(options.INPUT, metavar="FILE...", nargs=-1, required=True),
-    ],
-    strict: Annotated[bool, flag("--strict", "Scenarios: warnings count as unrealizable.")],
-    require: Annotated[
-        tuple[str, ...], option("--require", str, "Motions: a further formula.", multiple=True)
-    ],
-    rate: Annotated[
-        float, option("--rate", options.HERTZ, "Motions: samples per second.  [50]", default=50.0)
-    ],
+    files: Annotated[tuple[Path, ...], options.INPUT],
+    *,
+    strict: Annotated[bool, "Scenarios: warnings count as unrealizable."],
+    require: Annotated[tuple[str, ...], "Motions: a further formula."],
+    rate: Annotated[float, options.HERTZ, "Motions: samples per second."] = 50.0,
     as_json: options.AsJson,
 ) -> int:
     """Judge each FILE: a scenario (are its robots realizable?), a trace (docs/judge.md), a
@@ -390,11 +383,9 @@ Exit codes:
 
 @options.command(CERTIFY_EPILOG)
 def certify(
-    scenario: Annotated[Path | None, options.argument(options.INPUT, required=False)],
-    trace: Annotated[Path | None, option("--trace", options.INPUT, "The trace of an earlier run.")],
-    output: Annotated[
-        Path, option("-o --output", BUNDLE_FILE, "A folder, or a .zip.", required=True)
-    ],
+    scenario: options.InputOption,
+    trace: Annotated[options.InputOption, "The trace of an earlier run."],
+    output: Annotated[Path, BUNDLE_FILE, "-o --output", "A folder, or a .zip."],
 ) -> int:
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
     needs only Python.

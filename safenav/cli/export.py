@@ -6,7 +6,6 @@ from typing import Annotated
 import click
 
 from safenav.cli import options
-from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_out, write_whole
 from safenav.motion.file import Motion
@@ -43,29 +42,22 @@ Exit codes:
 @options.command(EPILOG)
 def export(
     trace: options.InputFile,
-    motion: Annotated[Path | None, options.argument(options.INPUT, required=False)],
+    motion: options.InputOption,
+    *,
     outputs: Annotated[
-        tuple[Path, ...],
-        option(
-            "-o --output",
-            FILE,
-            "Write it in the format of its ending.",
-            metavar="FILE",
-            multiple=True,
-        ),
+        tuple[Path, ...], FILE, "-o --output FILE", "Write it in the format of its ending."
     ],
-    written: Annotated[
-        Path | None, option("--motion", options.LINES, "Compute and write the motion.")
-    ],
-    report: Annotated[bool, flag("--report", "Print times, distances, errors, margins.")],
-    track: Annotated[bool, flag("--track", "Simulate flyers that track their references.")],
-    rate: Annotated[
-        float, option("--rate", options.HERTZ, "Samples per second.  [100]", default=100.0)
-    ],
+    written: Annotated[options.Lines, "--motion", "Compute and write the motion."],
+    report: Annotated[bool, "Print times, distances, errors, margins."],
+    track: Annotated[bool, "Simulate flyers that track their references."],
+    rate: Annotated[float, options.HERTZ, "Samples per second."] = 100.0,
     side: options.Side,
     origin: Annotated[
         tuple[float, float] | None,
-        option("--origin", PLACE, "South-western corner in metres.", nargs=2, metavar="X Y"),
+        PLACE,
+        "--origin X Y",
+        "South-western corner in metres.",
+        {"nargs": 2},
     ],
 ) -> int:
     """Write TRACE for other programs: waypoints, a ROS 2 bag, or a motion. Waypoints are positions

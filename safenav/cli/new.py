@@ -8,7 +8,6 @@ import click
 from msgspec import to_builtins
 
 from safenav.cli import options, warn_of
-from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
@@ -41,44 +40,31 @@ NEW_EPILOG = "\n".join(
 
 @options.command(NEW_EPILOG)
 def new(
-    file: Annotated[Path | None, options.argument(options.INPUT, required=False)],
+    file: options.InputOption,
     template: Annotated[
-        str | None,
-        option("--template", click.Choice([*TEMPLATES]), f"Default: {DEFAULT}.", metavar="NAME"),
+        str | None, click.Choice([*TEMPLATES]), "--template NAME", f"Default: {DEFAULT}."
     ],
-    map_file: Annotated[
-        Path | None, option("--map", options.INPUT, "Use this map.", metavar="FILE")
-    ],
+    map_file: Annotated[options.InputOption, "--map FILE", "Use this map."],
     rows: options.Rows,
     cols: options.Cols,
     side: options.Side,
     share: options.Share,
-    fleet: Annotated[
-        Path | None, option("--fleet", options.INPUT, "Write its fleet file.", metavar="SCENARIO")
-    ],
+    fleet: Annotated[options.InputOption, "--fleet SCENARIO", "Write its fleet file."],
     schema: Annotated[
         str | None,
-        option(
-            "--schema",
-            click.Choice(SCHEMAS),
-            "JSON Schema of a scenario, trace or fleet.",
-            is_flag=False,
-            flag_value=SCHEMAS[0],
-            metavar="[KIND]",
-        ),
+        click.Choice(SCHEMAS),
+        "--schema [KIND]",
+        "JSON Schema of a scenario, trace or fleet.",
+        {"flag_value": SCHEMAS[0], "is_flag": False},
     ],
     catalogue: Annotated[
         str | None,
-        option(
-            "--catalogue",
-            options.TEXT_INPUT,
-            "List models, capabilities, obstacle types.",
-            is_flag=False,
-            flag_value="",
-            metavar="[FILE]",
-        ),
+        options.TEXT_INPUT,
+        "--catalogue [FILE]",
+        "List models, capabilities, obstacle types.",
+        {"flag_value": "", "is_flag": False},
     ],
-    force: Annotated[bool, flag("--force", "Replace FILE if it exists.")],
+    force: Annotated[bool, "Replace FILE if it exists."],
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml; -: standard output), which runs
     unchanged; or what an option names."""
@@ -197,20 +183,16 @@ Exit codes:
 
 @options.command(STUDIO_EPILOG)
 def studio(
-    file: Annotated[Path | None, options.argument(click.Path(path_type=Path), required=False)],
+    file: Annotated[Path | None, click.Path(path_type=Path)],
+    *,
     folder: Annotated[
         Path | None,
-        option(
-            "--folder",
-            click.Path(path_type=Path, file_okay=False, exists=True),
-            "Folder for scenarios and the maps and catalogues that they read; else that of FILE, "
-            "or the current one.",
-        ),
+        click.Path(path_type=Path, file_okay=False, exists=True),
+        "Folder for scenarios and the maps and catalogues that they read; else that of FILE, "
+        "or the current one.",
     ],
-    port: Annotated[int | None, option("--port", click.IntRange(1, 65535), "Listen on this port.")],
-    browser: Annotated[
-        bool, flag("--browser/--no-browser", "Open the page in a browser.", default=True)
-    ],
+    port: Annotated[int | None, click.IntRange(1, 65535), "Listen on this port."],
+    browser: Annotated[bool, "--browser/--no-browser", "Open the page in a browser."] = True,
 ) -> int:
     """Draw a scenario in a browser, run it, and change its world during the run: close a door,
     assign an objective. FILE is opened, or created on the first save; a folder lists its

@@ -1,7 +1,8 @@
 """Options of commands, their types, and checks of their values.
 
-The annotation of a command's parameter holds its option or argument; those that several commands
-have are defined here. Paths to write are tried before a command begins, so that no work is lost.
+The parameters of a command's function declare its options and arguments; those that several
+commands have are defined here. Paths to write are tried before a command begins, so that no work is
+lost.
 """
 
 from __future__ import annotations
@@ -10,9 +11,8 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
 import click
 from click.core import ParameterSource
@@ -25,34 +25,50 @@ if TYPE_CHECKING:
 
 
 def command(epilog: str) -> Callable[[Callable[..., int]], click.Command]:
-    """Make a command of a function: the annotation of each parameter has its option or argument,
-    as a partial call of click's decorator that lacks the parameter's name."""
+    """Make a command of a function: its parameters are the options and arguments."""
 
     def made(function: Callable[..., int]) -> click.Command:
         hints = get_type_hints(function, include_extras=True)
-        for name in [name for name in reversed(hints) if name != "return"]:
-            function = hints[name].__metadata__[0](name)(function)
-        return click.command(epilog=epilog)(function)
+        defaults = function.__kwdefaults__ or {}
+        params = [_declared(n, hints[n], defaults.get(n)) for n in hints if n != "return"]
+        return click.command(epilog=epilog, params=params)(function)
 
     return made
 
 
-Parameter = Callable[[str], Callable[[Callable[..., int]], Callable[..., int]]]
-
-
-def option(flags: str, kind: Any, help: str, **more: Any) -> Parameter:
-    """Declare an option. ``flags``: its names; ``kind``: the type of its value."""
-    return partial(click.option, *flags.split(), type=kind, help=help, **more)
-
-
-def flag(flags: str, help: str, **more: Any) -> Parameter:
-    """Declare an option without a value."""
-    return partial(click.option, flags, is_flag=True, help=help, **more)
-
-
-def argument(kind: Any, **more: Any) -> Parameter:
-    """Declare an argument. ``kind``: the type of its value."""
-    return partial(click.argument, type=kind, **more)
+def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
+    """Return the option or argument that a parameter declares. Its annotation has a type of click,
+    unless the value is a text or a flag, and words for the help, unless it is an argument. Words
+    with a dash are its names on the command line and the name of its value, where these differ from
+    its own name and that of the type; a mapping has further settings of click."""
+    base, *parts = get_args(hint)
+    of, several = get_args(base), get_origin(base) is tuple
+    usage, settings = f"--{name.replace('_', '-')}", dict[str, Any]()
+    for part in parts:
+        if isinstance(part, Mapping):
+            settings |= part
+        elif not isinstance(part, str):
+            settings["type"] = part
+        elif part.startswith("-"):
+            usage = part
+        else:
+            settings["help"] = part
+    required = default is None and base is not bool and type(None) not in of
+    if "help" not in settings:
+        metavar = f"{name.removesuffix('s').upper()}..." if several else None
+        count = -1 if several else 1
+        return click.Argument([name], required, metavar=metavar, nargs=count, **settings)
+    words = usage.split()
+    names = [word for word in words if word.startswith("-")]
+    about: dict[str, Any] = {"metavar": " ".join(words[len(names) :]) or None}
+    if base is bool:
+        about["is_flag"] = True
+    if default is not None:
+        about["default"] = default
+    if isinstance(default, float):
+        settings["help"] += f"  [{default:g}]"
+    needed = required and not several
+    return click.Option([*names, name], required=needed, multiple=several, **(about | settings))
 
 
 def refuse(unread: Mapping[str, str]) -> None:
@@ -179,7 +195,6 @@ def _printing(ctx: click.Context, param: click.Parameter, value: bool) -> bool:
 
 INPUT = _Input(path_type=Path)
 TEXT_INPUT = _Input(path_type=str)
-LINES = Output(".jsonl")
 FOLDER = Output(folder=True)
 SECONDS = FiniteRange("s", 0, 1e9, beyond=True)
 """A duration, or a time of a run, in seconds."""
@@ -189,35 +204,25 @@ COUNT = click.IntRange(min=1)
 HERTZ = FiniteRange("hz", 0.1, 10_000)
 """Samples per second."""
 
-InputFile = Annotated[Path, argument(INPUT)]
-AsJson = Annotated[bool, flag("--json", "Print the result as JSON.", callback=_printing)]
-Cols = Annotated[int | None, option("--cols", COUNT, "Columns of a map file.", metavar="N")]
-Html = Annotated[
-    Path | None, option("--html", Output(".html"), "Write the replay as one HTML page.")
-]
-Live = Annotated[bool, flag("--live", "Watch the run in a browser.")]
-Maps = Annotated[bool, flag("--map/--no-map", "Draw the map at main events.", default=True)]
+InputFile = Annotated[Path, INPUT]
+InputOption = Annotated[Path | None, INPUT]
+Lines = Annotated[Path | None, Output(".jsonl")]
+AsJson = Annotated[bool, "--json", "Print the result as JSON.", {"callback": _printing}]
+Cols = Annotated[int | None, COUNT, "--cols N", "Columns of a map file."]
+Html = Annotated[Path | None, Output(".html"), "Write the replay as one HTML page."]
+Live = Annotated[bool, "Watch the run in a browser."]
+Maps = Annotated[bool, "--map/--no-map", "Draw the map at main events."]
 MaxTicks = Annotated[
-    int | None,
-    option("--max-ticks", click.IntRange(1, 2**31 - 1), "Stop after these ticks.", metavar="N"),
+    int | None, click.IntRange(1, 2**31 - 1), "--max-ticks N", "Stop after these ticks."
 ]
-Motion = Annotated[
-    Path | None, option("--motion", LINES, "Write the motion in metres and seconds.")
-]
-Operator = Annotated[
-    bool, flag("--operator", "Prompt for interventions in a live run, also without a terminal.")
-]
-Robot = Annotated[str | None, option("--robot", str, "Only this robot.", metavar="NAME")]
-Rows = Annotated[int | None, option("--rows", COUNT, "Rows of a map file.", metavar="N")]
-Share = Annotated[
-    float | None, option("--share", FiniteRange("x", 0, 1), "Blocked share of a wall.")
-]
-Side = Annotated[float | None, option("--side", METRES, "Side of a region in metres.")]
-TimeLimit = Annotated[
-    float | None,
-    option("--time-limit", SECONDS, "Stop after these seconds (of a live clock)."),
-]
-Trace = Annotated[Path | None, option("--trace", LINES, "Write the trace (JSON Lines).")]
+Motion = Annotated[Lines, "Write the motion in metres and seconds."]
+Operator = Annotated[bool, "Prompt for interventions in a live run, also without a terminal."]
+Robot = Annotated[str | None, "--robot NAME", "Only this robot."]
+Rows = Annotated[int | None, COUNT, "--rows N", "Rows of a map file."]
+Share = Annotated[float | None, FiniteRange("x", 0, 1), "Blocked share of a wall."]
+Side = Annotated[float | None, METRES, "Side of a region in metres."]
+TimeLimit = Annotated[float | None, SECONDS, "Stop after these seconds (of a live clock)."]
+Trace = Annotated[Lines, "Write the trace (JSON Lines)."]
 
 
 def loaded(file: Path, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:

@@ -9,7 +9,6 @@ from typing import Annotated
 import click
 
 from safenav.cli import options, warn_of
-from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_out, write_whole
 from safenav.report.picture.scene import svg_of
@@ -50,28 +49,14 @@ _READ_BY = {
 @options.command(REPLAY_EPILOG)
 def replay(
     trace: options.InputFile,
-    output: Annotated[
-        Path | None, option("-o --output", FILE, "File to write; - is standard output.")
-    ],
-    at: Annotated[
-        str | None, option("--at", str, "The moment of an SVG or PNG.  [last]", metavar="TICK")
-    ],
-    solid: Annotated[bool, flag("--3d", "One HTML file that shows the run in 3D.")],
-    motion: Annotated[
-        Path | None,
-        option("--motion", options.INPUT, "The motion to show in 3D; else computed."),
-    ],
-    width: Annotated[
-        int | None, option("--width", options.PIXELS, "Width of PNG or GIF in pixels.")
-    ],
-    ticks: Annotated[
-        str | None, option("--ticks", str, "Only these ticks, or seconds (GIF).", metavar="A-B")
-    ],
+    output: Annotated[Path | None, FILE, "-o --output", "File to write; - is standard output."],
+    at: Annotated[str | None, "--at TICK", "The moment of an SVG or PNG.  [last]"],
+    solid: Annotated[bool, "--3d", "One HTML file that shows the run in 3D."],
+    motion: Annotated[options.InputOption, "The motion to show in 3D; else computed."],
+    width: Annotated[int | None, options.PIXELS, "Width of PNG or GIF in pixels."],
+    ticks: Annotated[str | None, "--ticks A-B", "Only these ticks, or seconds (GIF)."],
     speed: Annotated[
-        float | None,
-        option(
-            "--speed", SPEED, "Ticks per second; or times as fast as a live run (GIF).  [4 or 12]"
-        ),
+        float | None, SPEED, "Ticks per second; or times as fast as a live run (GIF).  [4 or 12]"
     ],
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
@@ -183,8 +168,8 @@ Exit codes:
 @options.command(DRAW_EPILOG)
 def draw(
     scenario: options.InputFile,
-    output: Annotated[Path | None, option("-o --output", PICTURE, "Picture: .svg or .png.")],
-    width: Annotated[int | None, option("--width", options.PIXELS, "Width of the PNG in pixels.")],
+    output: Annotated[Path | None, PICTURE, "-o --output", "Picture: .svg or .png."],
+    width: Annotated[int | None, options.PIXELS, "Width of the PNG in pixels."],
     rows: options.Rows,
     cols: options.Cols,
     side: options.Side,

@@ -18,7 +18,6 @@ from msgspec.structs import replace
 from safenav.batch.case import Ledger, differences
 from safenav.cli import options, warn_of
 from safenav.cli.operator import attended, run_with_operator
-from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
 from safenav.files import json_line, write_out
 from safenav.report.terminal.layout import WaitingLine
@@ -55,28 +54,24 @@ Exit codes:
 
 
 SEED = click.IntRange(0, MOST_NUMBER)
+CLOCK = click.Choice(["live", "lockstep"])
 
 
 @options.command(RUN_EPILOG)
 def run(
     scenario: options.InputFile,
+    *,
     trace: options.Trace,
     html: options.Html,
     motion: options.Motion,
     as_json: options.AsJson,
-    seed: Annotated[
-        int | None,
-        option("--seed", SEED, "Override the scenario's seed.", metavar="N"),
-    ],
+    seed: Annotated[int | None, SEED, "--seed N", "Override the scenario's seed."],
     max_ticks: options.MaxTicks,
     time_limit: options.TimeLimit,
-    clock: Annotated[
-        str | None,
-        option("--clock", click.Choice(["live", "lockstep"]), "In seconds (live) or ticks."),
-    ],
+    clock: Annotated[str | None, CLOCK, "In seconds (live) or ticks."],
     operator: options.Operator,
     live: options.Live,
-    maps: options.Maps,
+    maps: options.Maps = True,
 ) -> int:
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
@@ -111,16 +106,15 @@ Exit codes: those of 'safenav run', for the resumed run
 @options.command(RESUME_EPILOG)
 def resume(
     trace: options.InputFile,
-    own: Annotated[
-        Path | None, option("--trace", options.LINES, "Write the trace of the resumed run.")
-    ],
+    *,
+    own: Annotated[options.Lines, "--trace", "Write the trace of the resumed run."],
     html: options.Html,
     motion: options.Motion,
     as_json: options.AsJson,
     max_ticks: options.MaxTicks,
     time_limit: options.TimeLimit,
     operator: options.Operator,
-    maps: options.Maps,
+    maps: options.Maps = True,
 ) -> int:
     """Continue the run of TRACE from its last checkpoint. Strategies are synthesized again where
     the robots are. The trace of the resumed run begins with the lines
@@ -179,27 +173,18 @@ Exit codes:
 @options.command(DRIVE_EPILOG)
 def drive(
     scenario: options.InputFile,
-    fleet: Annotated[
-        Path, option("--fleet", options.INPUT, "The fleet file (docs/drive.md).", required=True)
-    ],
+    *,
+    fleet: Annotated[options.InputFile, "The fleet file (docs/drive.md)."],
     trace: options.Trace,
-    motion: Annotated[
-        Path | None, option("--motion", options.LINES, "Write the motion commanded and measured.")
-    ],
-    rehearse: Annotated[bool, flag("--rehearse", "Simulate the run; no robot moves.")],
-    begun: Annotated[
-        Path | None,
-        option("--resume", options.INPUT, "Continue this drive of SCENARIO.", metavar="TRACE"),
-    ],
+    motion: Annotated[options.Lines, "Write the motion commanded and measured."],
+    rehearse: Annotated[bool, "Simulate the run; no robot moves."],
+    begun: Annotated[options.InputOption, "--resume TRACE", "Continue this drive of SCENARIO."],
     operator: options.Operator,
     live: options.Live,
     as_json: options.AsJson,
-    maps: options.Maps,
+    maps: options.Maps = True,
     time_limit: options.TimeLimit,
-    patience: Annotated[
-        float,
-        option("--patience", options.SECONDS, "Longest wait for each robot.  [10]", default=10.0),
-    ],
+    patience: Annotated[float, options.SECONDS, "Longest wait for each robot."] = 10.0,
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from safenav.cli import options, warn, warn_of
 from safenav.cli.check import examined
-from safenav.cli.options import code_of, flag, option, print_json
+from safenav.cli.options import code_of, print_json
 from safenav.errors import (
     Diagnostic,
     ExitCode,
@@ -124,13 +124,12 @@ def synth(
     robot: options.Robot,
     output: Annotated[
         Path | None,
-        option("-o --output", FILES, "Write into this folder; -: print the strategy of one robot."),
+        FILES,
+        "-o --output",
+        "Write into this folder; -: print the strategy of one robot.",
     ],
-    measures: Annotated[
-        Path | None,
-        option("--measures", options.Output(), "Write the measures of a specification."),
-    ],
-    avoiding: Annotated[bool, flag("--avoiding", "Avoid the other robots (without coordination).")],
+    measures: Annotated[Path | None, options.Output(), "Write the measures of a specification."],
+    avoiding: Annotated[bool, "Avoid the other robots (without coordination)."],
     as_json: options.AsJson,
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
@@ -300,11 +299,10 @@ Exit codes:
 
 @options.command(VERIFY_EPILOG)
 def verify(
-    specification: Annotated[str, options.argument(click.Path())],
-    strategy: Annotated[str, options.argument(click.Path())],
+    specification: Annotated[str, click.Path()],
+    strategy: Annotated[str, click.Path()],
     counterstrategy: Annotated[
-        bool,
-        flag("--counterstrategy", "STRATEGY is the environment's: SPECIFICATION is unrealizable."),
+        bool, "STRATEGY is the environment's: SPECIFICATION is unrealizable."
     ],
     as_json: options.AsJson,
 ) -> int:
