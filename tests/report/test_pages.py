@@ -65,21 +65,6 @@ def test_embedded_data_survives_and_cannot_end_its_element(tmp_path: Path) -> No
     assert not set("<>&") & set(text)
 
 
-def test_a_page_has_the_curve_of_a_requirement_or_the_reason_why_not(tmp_path: Path) -> None:
-    """Its page had no curve, and no word about it."""
-
-    def curve(formula: str) -> dict[str, Any]:
-        wanted = {"scenario.requirements": {"only": formula}}
-        trace = changed("door", [{"line": 1, "fields": wanted}], tmp_path)
-        (found,) = data_of(paged(trace, tmp_path))["curves"]
-        return dict(found)
-
-    found = curve("always(speed(nobody) > 1)")
-    assert found["verdict"] == "undecided" and "'nobody' is not a robot" in found["told"]
-    lows = [low for _, low, *_ in curve("always(distance(quad, digit) >= 1.0)")["points"]]
-    assert max(lows) > 5 > 1 > min(lows)
-
-
 def test_in_3d_an_order_appears_with_its_request() -> None:
     """It appeared at the start if no robot had been in its region."""
     data = data_of(page_of("loads", "--3d"))

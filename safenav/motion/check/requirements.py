@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.formula.parser import FormulaError
 from safenav.motion.columns import Columns, columns_at
-from safenav.motion.file import Motion, Moving
+from safenav.motion.file import Motion
 from safenav.motion.timing import dated, paces_of
 from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.robustness import robustness
@@ -192,8 +192,8 @@ MOST_POINTS = 400
 
 def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
     """Return the robustness of each requirement over time, for a page: at most MOST_POINTS points
-    [time, value] on the clock of the trace, each the least of those around it, and the verdict. An
-    outer ``always`` is shown by its operand: its own value is the least one from the start."""
+    [seconds, value], each the least of those around it, and the verdict. An outer ``always`` is
+    shown by its operand: its own value is the least one from the start."""
     data: list[dict[str, object]] = []
     recording = MotionRecording(motion, trace)
     for one in judged(motion, trace):
@@ -207,18 +207,6 @@ def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
         parts = np.array_split(np.arange(len(low)), min(MOST_POINTS, len(low)))
         least = [part[int(np.argmin(low[part]))] for part in parts]
         times = np.round(found.times[least], 3)
-        if not trace.header.live:
-            ends = _tick_ends(motion, trace)
-            times = np.round(np.interp(times, ends, np.arange(len(ends))), 3)
         points = np.stack([times, np.round(low[least], 4)], axis=1).tolist()
         data.append({"name": one.name, "told": str(one), "verdict": one.verdict, "points": points})
     return data
-
-
-def _tick_ends(motion: Motion, trace: Trace) -> Array:
-    """Return the second at which each tick ends: with the last of its steps."""
-    last = max((record.tick for record in trace.records), default=0)
-    ends = np.zeros(last + 1)
-    for line in motion.of(Moving):
-        ends[min(line.tick, last)] = max(ends[min(line.tick, last)], line.t1)
-    return np.maximum.accumulate(ends)

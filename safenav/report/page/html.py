@@ -13,7 +13,7 @@ length, as in ``14,3,7,2``.
 
 import json
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, partial
 from html import escape
 from importlib.resources import files
@@ -21,7 +21,6 @@ from typing import Any, TypeVar
 
 from msgspec.structs import asdict
 
-from safenav.errors import SafenavError
 from safenav.report.picture.svg import GLYPHS, obstacle_pictogram, opened_pictogram, robot_pictogram
 from safenav.run import values
 from safenav.run.reading import Beginning, RunReader, run_of
@@ -30,29 +29,6 @@ from safenav.run.tracks import LongStep, RobotTrack
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.file import Trace
 from safenav.world.map import Region, RegionMap
-
-
-def curves_of(trace: Trace) -> list[dict[str, object]]:
-    """Return a curve for each requirement of a trace's scenario. They need the run's motion: where
-    there is none, or a requirement cannot be evaluated, all are undecided and give the reason."""
-    requirements = trace.header.scenario.requirements
-    if not requirements:
-        return []
-    try:
-        from safenav.motion.check.requirements import curves
-        from safenav.motion.making import motion_of
-
-        return curves(motion_of(trace), trace)
-    except ModuleNotFoundError as error:
-        why = f"it needs the extra 'motion' ({error.name} is not installed)"
-    except SafenavError as error:
-        why = str(error).partition("\n")[0]
-    return [
-        {"name": name, "told": f"{text}: not evaluated: {why}", "verdict": "undecided"}
-        | {"points": [[0, 0]]}
-        for name, text in requirements.items()
-    ]
-
 
 _DOCUMENT = """\
 <!doctype html>
@@ -79,18 +55,14 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 {style}</style>"""
 
 
-def page_of(run: Run, source: str, curves: Sequence[Mapping[str, object]] = ()) -> str:
-    """Return the replay as an HTML document. ``source``: the name of its trace; ``curves``: those
-    of its requirements (``curves_of``)."""
-    return document(
-        f"{run.name}: replay",
-        data_element("run", encoded(run, source) | {"curves": list(curves)}),
-    )
+def page_of(run: Run, source: str) -> str:
+    """Return the replay as an HTML document. ``source``: the name of its trace."""
+    return document(f"{run.name}: replay", data_element("run", encoded(run, source)))
 
 
 def page_of_trace(trace: Trace, source: str) -> str:
-    """Return the page of a trace, with the curves of its requirements."""
-    return page_of(run_of(trace), source, curves_of(trace))
+    """Return the page of a trace."""
+    return page_of(run_of(trace), source)
 
 
 def document(title: str, *data: str) -> str:
