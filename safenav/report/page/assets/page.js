@@ -1,4 +1,4 @@
-/* sources 9bf5a2dbdc32952588945ea5633000bce89795978b92d643faabfa4a055c4678 */
+/* sources e7024961acf8a5d31c916ea488a220047485c0cea71b52c196729b7c5861ec64 */
 /* Contains preact:
 The MIT License (MIT)
 

@@ -8,8 +8,8 @@ export interface Body {
   readonly group: Group;
   /** The height of signs above the robot, in metres above its group. */
   readonly top: number;
-  /** The position of a load that it holds: metres ahead of its centre, and above its group (a flyer: its centre). */
-  readonly hold: [ahead: number, up: number];
+  /** Loads that it carries stand here. */
+  readonly hand: Group;
   /** The size limit of its loads in metres. */
   readonly room: number;
   pose(sample: Sample, seconds: number): void;
@@ -119,7 +119,7 @@ const ARM = 0.27;
 class Biped implements Body {
   readonly group = new Group();
   readonly top = 1.75;
-  readonly hold: [number, number] = [0.42, 0.95];
+  readonly hand = new Group();
   readonly room = 0.35;
   private readonly torso = new Group();
   private readonly feet: Mesh[];
@@ -134,7 +134,8 @@ class Biped implements Body {
     const pelvis = box(0.18, 0.28, 0.12, dark);
     const head = box(0.14, 0.2, 0.14, dark, 0.02, 0, 0.82);
     const visor = box(0.02, 0.16, 0.06, paint(GLASS), 0.095, 0, 0.83);
-    this.torso.add(trunk, pelvis, head, visor);
+    this.hand.position.set(0.42, 0, 0.2);
+    this.torso.add(trunk, pelvis, head, visor, this.hand);
     this.feet = [0, 1].map(() => box(0.2, 0.09, 0.05, dark));
     this.legs = [0, 1].map(() => [new Limb(0.06, skin), new Limb(0.045, dark)]);
     this.arms = [0, 1].map(() => [new Limb(0.045, skin), new Limb(0.035, dark)]);
@@ -183,7 +184,7 @@ class Biped implements Body {
 class Quadrotor implements Body {
   readonly group = new Group();
   readonly top = 0.45;
-  readonly hold: [number, number];
+  readonly hand = new Group();
   readonly room: number;
   private readonly frame = new Group();
   private readonly rotors: Mesh[];
@@ -193,7 +194,8 @@ class Quadrotor implements Body {
     const reach = Math.max(0.18, size / 2) * 0.72;
     const radius = reach * 0.55;
     this.room = reach;
-    this.hold = [0, -reach - reach * 0.3];
+    this.hand.position.z = -1.3 * reach;
+    this.frame.add(this.hand);
     const dark = paint(DARK);
     const blade = new MeshBasicMaterial({ color: new Color(colour), transparent: true, opacity: 0.35, depthWrite: false });
     const skin = paint(colour);
@@ -227,13 +229,15 @@ class Quadrotor implements Body {
 class Cart implements Body {
   readonly group = new Group();
   readonly top: number;
-  readonly hold: [number, number];
+  readonly hand = new Group();
   readonly room: number;
 
   constructor(size: number, { look, shape, headings }: Robot, wheels: boolean) {
     const [skin, dark, long] = [paint(look.colour), paint(DARK), Math.max(0.3, size)];
     const high = wheels ? 0.43 * long : 0.27;
-    [this.top, this.hold, this.room] = [high + 0.35, [-0.1 * long, high], 0.7 * long];
+    [this.top, this.room] = [high + 0.35, 0.7 * long];
+    this.hand.position.set(-0.1 * long, 0, high);
+    this.group.add(this.hand);
     if (wheels) {
       const places = [0.32, -0.32].flatMap((x) => [0.33, -0.33].map((y) => [x * long, y * long] as const));
       const round = new CylinderGeometry(0.17 * long, 0.17 * long, 0.1 * long, 14);

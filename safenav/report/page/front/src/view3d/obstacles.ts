@@ -4,20 +4,11 @@
  */
 
 import { Color, DoubleSide, Group, MeshLambertMaterial } from "three";
-import { at, isWall, loadsOf, tickAt, type Obstacle, type Run, type Status } from "../run/run";
-import { box, paint, pictogram, themeColour } from "./bodies";
+import { at, isWall, tickAt, type Obstacle, type Run, type Status } from "../run/run";
+import { type Body, box, paint, pictogram, themeColour } from "./bodies";
 import { centreOf, sampleAt, type Motion, type Sampled } from "./motion";
 
 const HEIGHT = 1.5;
-
-/** The position of a load while robots carry it: metres from its region, and its scale. */
-interface Held {
-  x: number;
-  y: number;
-  z: number;
-  yaw: number;
-  scale: number;
-}
 
 /** A box with the pictogram of its type; it shrinks as it is resolved. */
 class Block {
@@ -25,31 +16,36 @@ class Block {
   protected readonly solid = new Group();
   protected readonly material = new MeshLambertMaterial({ side: DoubleSide });
 
-  constructor(x: number, y: number) {
+  constructor(
+    x: number,
+    y: number,
+    private readonly size: number,
+  ) {
     this.group.position.set(x, y, 0);
     this.group.add(this.solid);
   }
 
-  fill(side: number, shape: string): this {
-    const size = 0.5 * side;
+  fill(shape: string): this {
+    const { size } = this;
     this.solid.add(box(size, size, size, this.material, 0, 0, size / 2));
     if (shape) this.solid.add(pictogram(shape, 0.85 * size, size + 0.01));
     return this;
   }
 
-  /** Place it where robots hold it, until it is shown again. */
-  carry({ x, y, z, yaw, scale }: Held): void {
+  /** Put it on a robot, above other loads, until it is shown again. */
+  carry({ hand, room }: Body, below: number): void {
+    const scale = Math.min(1, room / this.size);
+    hand.add(this.solid);
     this.solid.scale.setScalar(scale);
-    this.solid.position.set(x, y, z);
-    this.solid.rotation.z = yaw;
+    this.solid.position.z = below * this.size * scale;
   }
 
   /** `gone` runs from 0 to 1 while it is being resolved. */
   show(status: Status, gone: number): void {
     this.solid.visible = status !== "absent" && status !== "hidden" && gone < 1;
     this.material.color = themeColour(status === "absent" ? "hidden" : status);
-    this.solid.position.set(0, 0, 0);
-    this.solid.rotation.z = 0;
+    this.group.add(this.solid);
+    this.solid.position.z = 0;
     this.solid.scale.setScalar(Math.max(0.001, 1 - gone));
   }
 }
@@ -66,7 +62,7 @@ class Door extends Block {
     private readonly turned: number,
     private readonly opens: 1 | -1,
   ) {
-    super(x, y);
+    super(x, y, side);
     const width = side * 0.92;
     const frame = paint(0x7b828c);
     for (const end of [-1, 1]) this.solid.add(box(0.12, 0.12, HEIGHT, frame, (end * width) / 2, 0, HEIGHT / 2));
@@ -84,65 +80,38 @@ class Door extends Block {
   }
 }
 
-/** The properties of the carriers that place a load. */
-export interface Holder {
-  readonly hold: [ahead: number, up: number];
-  readonly room: number;
-}
-
 export class Obstacles {
   readonly group = new Group();
   private readonly things: Block[];
-  private tick = 0;
 
   constructor(
     private readonly run: Run,
     private readonly motion: Motion,
     private readonly robots: Sampled[],
-    private readonly holders: Holder[],
+    private readonly bodies: Body[],
   ) {
     this.things = run.obstacles.map((obstacle) => this.made(obstacle));
     for (const thing of this.things) this.group.add(thing.group);
   }
 
   update(tick: number, seconds: number): void {
-    this.tick = tick;
+    const carried = new Map<Body, number>();
     this.run.obstacles.forEach((obstacle, i) => {
       const status = at(obstacle.status, tick)[1];
       const thing = this.things[i]!;
-      const carriers = at(obstacle.carried, tick)[1];
-      thing.show(status, carriers.length > 0 ? 0 : this.resolved(obstacle, status, seconds));
-      if (carriers.length > 0) thing.carry(this.held(obstacle, carriers, seconds));
+      const carrier = this.bodies[at(obstacle.carried, tick)[1][0] ?? -1];
+      thing.show(status, carrier ? 0 : this.resolved(obstacle, status, seconds));
+      if (!carrier) return;
+      const below = carried.get(carrier) ?? 0;
+      thing.carry(carrier, below);
+      carried.set(carrier, below + 1);
     });
-  }
-
-  /** Return the place of a load between its carriers, at the height of the first; loads are stacked. */
-  private held(obstacle: Obstacle, carriers: number[], seconds: number): Held {
-    const { run, motion } = this;
-    const samples = carriers.map((robot) => sampleAt(motion, this.robots[robot]!, seconds));
-    const first = this.holders[carriers[0]!]!;
-    const [x, y] = centreOf(run, motion.side, obstacle.region);
-    const mean = (of: string): number => samples.reduce((sum, sample) => sum + sample[of]!, 0) / samples.length;
-    const { qw, qx, qy, qz } = samples[0]! as Record<string, number | undefined>;
-    const yaw = samples[0]!.yaw ?? (qw === undefined ? 0 : Math.atan2(2 * (qw * qz! + qx! * qy!), 1 - 2 * (qy! * qy! + qz! * qz!)));
-    const tick = this.tick;
-    const below = loadsOf(run, carriers[0]!, tick).findIndex((load) => load.name === obstacle.name);
-    const [ahead, up] = carriers.length > 1 ? [0, first.hold[1]] : first.hold;
-    const scale = carriers.length > 1 ? 1 : Math.min(1, first.room / (motion.side * 0.5));
-    const flies = this.robots[carriers[0]!]!.track.kind === "flyer";
-    return {
-      x: mean("x") + ahead * Math.cos(yaw) - x,
-      y: mean("y") + ahead * Math.sin(yaw) - y,
-      z: up + (flies ? samples[0]!.z! : 0) + Math.max(0, below) * motion.side * 0.5 * scale,
-      yaw,
-      scale,
-    };
   }
 
   private made(obstacle: Obstacle): Block {
     const { run, motion } = this;
     const [x, y] = centreOf(run, motion.side, obstacle.region);
-    if (obstacle.action !== "push" && !/(^|[_-])(door|gate)$/.test(obstacle.type)) return new Block(x, y).fill(motion.side, obstacle.shape);
+    if (obstacle.action !== "push" && !/(^|[_-])(door|gate)$/.test(obstacle.type)) return new Block(x, y, motion.side / 2).fill(obstacle.shape);
     const free = (region: number): boolean => region >= 0 && region < run.rows * run.cols && !isWall(run, region);
     const northSouth = free(obstacle.region - run.cols) && free(obstacle.region + run.cols);
     return new Door(x, y, motion.side, northSouth ? 0 : Math.PI / 2, this.away(obstacle, northSouth));

@@ -3,10 +3,11 @@
  * regions, names, obstacles and targets. The scene is the eye of its page.
  */
 
-import { BoxGeometry, BufferGeometry, CanvasTexture, Color, DirectionalLight, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Scene, Sprite, SpriteMaterial, SRGBColorSpace, Texture, Vector3, WebGLRenderer } from "three";
+import { BoxGeometry, BufferGeometry, Color, DirectionalLight, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Scene, SRGBColorSpace, Texture, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { CSS2DObject, CSS2DRenderer } from "three/examples/jsm/renderers/CSS2DRenderer.js";
 import { CELL, type Eye } from "../map/camera";
-import { at, clamp, dark, type EventKind, isWall, roleOf, type Run } from "../run/run";
+import { at, dark, type EventKind, isWall, type Look, roleOf, type Run } from "../run/run";
 import { bodyOf, themeColour, type Body } from "./bodies";
 import { centreOf, type Motion, sampleAt, type Sampled, Trails } from "./motion";
 import { Obstacles } from "./obstacles";
@@ -68,92 +69,37 @@ function stem(colour: string): Line {
   return new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial({ color: new Color(colour) }));
 }
 
-const SIGN = 64;
-
-/** A sprite with a word on a rounded plate; `height`: a part of the picture's height, `anchor`: the part of the sign at its position. */
-function sign(text: string, ink: string, paper: string, height: number, anchor: number): Sprite {
-  const canvas = document.createElement("canvas");
-  const brush = canvas.getContext("2d")!;
-  const font = `600 ${SIGN * 0.62}px system-ui, "DejaVu Sans", sans-serif`;
-  brush.font = font;
-  const width = Math.ceil(brush.measureText(text).width + SIGN * 0.6);
-  [canvas.width, canvas.height] = [width, SIGN];
-  Object.assign(brush, { font, textAlign: "center", textBaseline: "middle", fillStyle: paper });
-  brush.beginPath();
-  brush.roundRect(0, 0, width, SIGN, SIGN * 0.3);
-  brush.fill();
-  brush.fillStyle = ink;
-  brush.fillText(text, width / 2, SIGN * 0.54);
-  const map = new CanvasTexture(canvas);
-  map.colorSpace = SRGBColorSpace;
-  const sprite = new Sprite(new SpriteMaterial({ map, depthTest: false, transparent: true, sizeAttenuation: false }));
-  sprite.scale.set((height * FIELD * width) / SIGN, height * FIELD, 1);
-  sprite.center.set(0.5, anchor);
-  sprite.renderOrder = 10;
-  return sprite;
+/** A plate for words, `height` metres above its anchor and as many plates higher. */
+function plate(height: number, plates: number): CSS2DObject {
+  const sign = new CSS2DObject(document.createElement("p"));
+  sign.center.set(0.5, 1 + 1.1 * plates);
+  sign.position.z = height;
+  return sign;
 }
 
-/** The name of a robot, and a notice above it that is drawn again only when its words change. */
+/** The name of a robot, and a notice above it. */
 class Signs {
   readonly anchor = new Group();
-  private words = "";
-  private notice: Sprite | null = null;
+  readonly name: CSS2DObject;
+  readonly notice: CSS2DObject;
 
-  constructor(
-    name: string,
-    private readonly height: number,
-    private readonly ink: string,
-    private readonly paper: string,
-  ) {
-    this.add(sign(name, "#fff", "rgba(20,24,30,0.72)", 0.032, 0));
-  }
-
-  get sprites(): Sprite[] {
-    return this.anchor.children.filter((found) => found instanceof Sprite);
-  }
-
-  show(words: string): void {
-    if (words === this.words) return;
-    this.words = words;
-    this.notice?.material.map?.dispose();
-    this.notice?.material.dispose();
-    this.notice?.removeFromParent();
-    this.notice = words === "" ? null : this.add(sign(words, this.ink, this.paper, 0.038, -0.9));
-  }
-
-  private add(sprite: Sprite): Sprite {
-    sprite.position.z = this.height;
-    this.anchor.add(sprite);
-    return sprite;
+  constructor(name: string, height: number, { ink, colour }: Look) {
+    this.name = plate(height, 0);
+    this.name.element.textContent = name;
+    this.notice = plate(height, 1);
+    Object.assign(this.notice.element.style, { color: ink, background: colour });
+    this.anchor.add(this.name, this.notice);
   }
 }
 
-/** A rectangle on the canvas, in pixels. */
-interface Box {
-  left: number;
-  top: number;
-  right: number;
-  bottom: number;
-}
-
-function overlap(a: Box, b: Box): boolean {
+function overlap(a: DOMRect, b: DOMRect): boolean {
   return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
-}
-
-/** Shift a sign sideways into the canvas if its anchor is visible, and return its box; null behind the camera. */
-function boxOn(found: Sprite, camera: PerspectiveCamera, canvas: HTMLCanvasElement): Box | null {
-  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-  const where = found.getWorldPosition(new Vector3()).project(camera);
-  if (where.z >= 1) return null;
-  const [x, y] = [((where.x + 1) / 2) * width, ((1 - where.y) / 2) * height];
-  const [w, h] = [(found.scale.x / FIELD) * height, (found.scale.y / FIELD) * height];
-  found.center.x = x < 0 || x > width ? 0.5 : clamp(0.5, 1 - (width - x) / w, x / w);
-  const [left, bottom] = [x - found.center.x * w, y + found.center.y * h];
-  return { left, right: left + w, top: bottom - h, bottom };
 }
 
 export class RunScene implements Eye {
   readonly renderer: WebGLRenderer;
+  /** The words over the picture. */
+  readonly words = new CSS2DRenderer();
   view: View = "orbit";
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(FIELD_ANGLE, 1, 0.1, 800);
@@ -210,7 +156,7 @@ export class RunScene implements Eye {
       this.scene.add(body.group);
       return body;
     });
-    this.signs = run.robots.map(({ name, look }, i) => new Signs(name, this.bodies[i]!.top, look.ink, look.colour));
+    this.signs = run.robots.map(({ name, look }, i) => new Signs(name, this.bodies[i]!.top, look));
     this.stems = robots.map(({ track }, i) => (track.kind === "flyer" ? stem(run.robots[i]!.look.colour) : null));
     this.stems.forEach((line, i) => line && this.signs[i]!.anchor.add(line));
     const sun = new DirectionalLight(0xffffff, 1.7);
@@ -264,6 +210,7 @@ export class RunScene implements Eye {
   resize(width: number, height: number): void {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
+    this.words.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     if (!this.touched) this.home();
@@ -415,21 +362,22 @@ export class RunScene implements Eye {
     this.trails.update(seconds);
     this.showNotices(tick, seconds);
     this.orbit.update();
-    this.scene.updateMatrixWorld();
-    this.tidy();
     this.renderer.render(this.scene, this.camera);
+    this.words.render(this.scene, this.camera);
+    this.tidy();
   }
 
   /** Hide each sign that would cover an earlier one: names come before notices, the followed robot before the nearest. */
   private tidy(): void {
     const away = (of: Signs): number =>
       of === this.signs[Number(this.view)] ? 0 : of.anchor.position.distanceTo(this.camera.position);
-    const rows = [...this.signs].sort((a, b) => away(a) - away(b)).map(({ sprites }) => sprites);
-    const placed: Box[] = [];
-    for (const found of [...rows.map(([name]) => name!), ...rows.flatMap(([, notice]) => notice ?? [])]) {
-      const box = boxOn(found, this.camera, this.renderer.domElement);
-      found.visible = box !== null && !placed.some((other) => overlap(box, other));
-      if (found.visible) placed.push(box!);
+    const rows = [...this.signs].sort((a, b) => away(a) - away(b));
+    const placed: DOMRect[] = [];
+    for (const { element } of [...rows.map(({ name }) => name), ...rows.map(({ notice }) => notice)]) {
+      const box = element.getBoundingClientRect();
+      const hidden = placed.some((other) => overlap(box, other));
+      element.style.visibility = hidden ? "hidden" : "";
+      if (!hidden) placed.push(box);
     }
   }
 
@@ -441,6 +389,6 @@ export class RunScene implements Eye {
       if (seconds < from || seconds >= to) continue;
       words[robot] = `${action}: ${this.run.obstacles.find((one) => one.name === obstacle)?.label ?? obstacle}`;
     }
-    words.forEach((text, i) => this.signs[i]!.show(text));
+    words.forEach((text, i) => (this.signs[i]!.notice.element.textContent = text));
   }
 }

@@ -46,7 +46,7 @@ function SceneView({ run, player, tick, viewer, spoken, scene }: StageProps & { 
   const names = useNames(run, scale);
   useLayoutEffect(() => {
     const canvas = scene.renderer.domElement;
-    room.current!.prepend(canvas);
+    room.current!.prepend(canvas, scene.words.domElement);
     const draw = (): void => {
       const seconds = calm.matches ? Math.floor(player.time * CALM_STEPS) / CALM_STEPS : player.time;
       scene.update(seconds, player.tick);
