@@ -97,7 +97,8 @@ class FormulaParser(Generic[T]):
         return formula
 
     def expression(self, least: int = 0) -> T:
-        """Return what begins here, up to an operator that binds less tightly than ``least``."""
+        """Return the formula that begins here, up to an operator that binds less tightly than
+        ``least``."""
         begin = self.peek()
         self._depth += 1
         if self._depth > self.deepest:
@@ -132,13 +133,14 @@ class FormulaParser(Generic[T]):
         return self.next()
 
     def enclosed(self, opening: Token) -> T:
-        """Return what is in the parentheses that a token has opened."""
+        """Return the formula in the parentheses that a token has opened."""
         inner = self.expression()
         self.need(")", f"for the '(' in column {opening.column}")
         return inner
 
     def unexpected(self, expected: str) -> FormulaError:
-        """Return the error at the next token, or at a word before it that was taken for a name."""
+        """Return the error at the next token, or at a word before it that the parser read as a
+        name."""
         token, before = self.peek(), self._tokens[self._at - 1]
         if token.text not in self.misplaced and before.kind == "name":
             token = before if before.text in self.misplaced else token

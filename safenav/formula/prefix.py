@@ -12,7 +12,7 @@ _CONSTANTS = {"0": "FALSE", "1": "TRUE"}
 
 
 class TooLongError(Exception):
-    """A line whose buffers stand for more characters than is allowed."""
+    """A line whose buffers expand to too many characters."""
 
 
 def to_infix(line: str, most: float = inf) -> str:
@@ -36,8 +36,8 @@ def to_infix(line: str, most: float = inf) -> str:
 
 
 class _Prefix:
-    """Translates the tokens of one line, the last one first. ``left``: characters that may be
-    made."""
+    """Translates the tokens of one line, the last one first. ``left``: number of characters that it
+    may still write."""
 
     def __init__(self, tokens: list[str], left: float) -> None:
         self._tokens = tokens

@@ -1,8 +1,8 @@
 """Formulas of the structured-slugs expression language as data: their tree, text and truth.
 
-``&``, ``|`` and ``^`` are associative and hold any number of operands, so that the long
-chains of generated specifications stay flat; ``->`` and ``<->`` associate to the left.
-Columns are from 1; 0 if the tree was not parsed.
+``&``, ``|`` and ``^`` are associative and have any number of operands, so that the long chains of
+generated specifications stay flat; ``->`` and ``<->`` associate to the left. Columns are from 1; 0
+if the tree was not parsed.
 """
 
 from __future__ import annotations
@@ -134,9 +134,8 @@ def variables(formula: Formula) -> frozenset[str]:
 def resolve_constants(
     formula: Formula, meaning: Callable[[Name, Comparison], Collection[int] | None]
 ) -> Formula:
-    """Return the formula with names in comparisons replaced by the number that they mean, if any.
-
-    Being equal to a name of several numbers means being equal to one of them."""
+    """Return the formula with names in comparisons replaced by their numbers, if they have any. To
+    equal a name of several numbers is to equal one of them."""
 
     def numbers(part: Term, within: Comparison) -> list[Number]:
         if not isinstance(part, Name) or part.primed:
@@ -263,7 +262,7 @@ _TRUTH: Mapping[Connective, Callable[[Iterator[bool]], bool]] = {
     Connective.IMPLIES: lambda values: not next(values) or next(values),
     Connective.IFF: lambda values: next(values) == next(values),
 }
-"""Whether an operation holds, from the truth of its operands."""
+"""The truth of an operation, from that of its operands."""
 
 
 def _value(term: Term) -> Callable[[State, State], int]:

@@ -39,7 +39,7 @@ SETTLE_SECONDS = 0.6
 class Walker(Struct, frozen=True):
     """The parameters of a walker, in metres, seconds and metres per second.
 
-    ``foot``: how far each foot is from the centre line; ``speed``: at apex; ``size``: diameter of
+    ``foot``: distance of each foot from the centre line; ``speed``: at apex; ``size``: diameter of
     the circle that its body fits in, seen from above.
     """
 
@@ -205,8 +205,8 @@ class Stride(Struct, frozen=True):
 
 @lru_cache(maxsize=512)
 def walking(gait: Gait, turn: int, foot: int) -> Stride:
-    """Walk from walking pose to walking pose of the next region, beginning on ``foot``; ``turn``:
-    quarter turns to the left."""
+    """Return the stride from walking pose to walking pose of the next region, beginning on
+    ``foot``; ``turn``: quarter turns to the left."""
     line = [Apex(gait.length, 0.0, 0.0, gait.speed, foot)]
     if turn == 0:
         _straight(line, gait, gait.steps, gait.speed)
@@ -220,8 +220,8 @@ def walking(gait: Gait, turn: int, foot: int) -> Stride:
 
 @lru_cache(maxsize=512)
 def starting(gait: Gait, turn: int, foot: int) -> Stride:
-    """Start from standing pose to walking pose of the next region; of a straight start ``foot`` is
-    the stance foot at the end, of a turn the arc decides."""
+    """Return the stride from standing pose to walking pose of the next region. ``foot``: stance
+    foot at the end of a straight start; for a turn the arc decides it."""
     room = gait.approach(2)
     first = -foot if turn == 0 else turn * (-1) ** room
     line = [Apex(2 * gait.length, 0.0, 0.0, min(START_SPEED, gait.speed), first)]

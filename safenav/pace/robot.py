@@ -69,7 +69,7 @@ def resolved(
     """Return a model's kind of motion with all its parameters: its size and speed, and defaults.
 
     Without ``motion``, a model of the layer ``air`` flies if its size and speed allow that, and any
-    other with a speed moves as a disc. None if it has neither.
+    other model with a speed moves as a disc. None without motion and speed.
     """
     if motion is None and layer == AIR and _within("flyer", size=size, speed=speed):
         motion = "flyer"
@@ -92,11 +92,11 @@ def _within(kind: str, **values: float | None) -> bool:
 SIDE = 2.7
 """Side of a region in metres, if the map omits it."""
 PEAK = 1.875
-"""The highest speed of a quintic from rest to rest, over its mean speed."""
+"""Maximum speed of a quintic from rest to rest, divided by its mean speed."""
 PEAK_ACCELERATION = 10 / sqrt(3)
-"""The highest acceleration of a quintic from rest to rest over way / seconds^2."""
+"""Maximum acceleration of a quintic from rest to rest, divided by distance / seconds^2."""
 TURNING = 1.5
-"""Radians per second at which a disc turns to face something."""
+"""Radians per second at which a disc turns to face an obstacle."""
 ROOM = 0.05
 """Metres that a robot stays inside its region when it stops short of an obstacle there."""
 RESERVE = 0.5
@@ -119,7 +119,7 @@ class Pace:
     acting = 2.0
     """Seconds of an action, once it has begun."""
     turns = True
-    """Whether it turns to face an obstacle on which it acts."""
+    """Whether the robot turns to face an obstacle on which it acts."""
 
     def __init__(
         self,
@@ -138,8 +138,8 @@ class Pace:
         self._foot = self._then = 0
 
     def step(self, now: float, origin: int, to: int, slower: float = 1.0) -> float:
-        """Return the seconds from ``now`` until it has arrived in the neighbouring region ``to``;
-        then call ``arrived``. ``slower``: a factor of 1 or more."""
+        """Return the seconds from ``now`` until the robot arrives in the neighbouring region
+        ``to``; then call ``arrived``. ``slower``: a factor of 1 or more."""
         self._next = self._direction(origin, to)
         at_rest = max(now, self._since + self._settling) - now + self._fresh(self._next)
         on = self._onwards(self._next) if now <= self._since + AT_ONCE else None
@@ -158,13 +158,13 @@ class Pace:
         self._foot = self._then
 
     def placed(self, now: float, heading: str | None) -> None:
-        """Record that it was placed."""
+        """Record that an operator has placed the robot."""
         self.facing = self._next = YAW[heading] if heading else self.facing
         self._since, self._settling, self._foot, self._short = now, 0.0, 0, False
 
     def ready(self, now: float, at: int, region: int) -> float:
-        """Return the time at which it can begin to act on something in ``region`` from region
-        ``at``: at rest and facing it."""
+        """Return the time at which the robot can begin to act on an obstacle in ``region`` from
+        region ``at``: at rest and facing it."""
         if at == region and self._short and now <= self._since + AT_ONCE:
             return now  # it has not left the place where it acted before
         begin = max(now, self._since + self._settling)
@@ -175,13 +175,13 @@ class Pace:
         return begin + self._turning(_between(before, self.facing))
 
     def faces(self, at: int, region: int) -> None:
-        """Record that in ``at`` it has turned towards ``region`` to act there."""
+        """Record that the robot in ``at`` has turned towards ``region`` to act there."""
         if at != region and self.turns:
             self.facing = self._direction(at, region)
 
     def acted(self, now: float, at: int, region: int) -> None:
-        """Record that it has acted. In its own region it acts short of the centre, and goes there
-        next."""
+        """Record that the robot has acted. In its own region it acts short of the centre, and goes
+        to the centre next."""
         self._short = at == region
         self._since, self._settling = now, self._resuming() if self._short else 0.0
         self.faces(at, region)
@@ -272,7 +272,8 @@ class RoverPace(DiscPace):
         return glide(angle, self._values["turning"], pull)
 
     def _resuming(self) -> float:
-        """Return the seconds until it is back on its path after an action in its own region."""
+        """Return the seconds that a robot needs to return to its path after an action in its own
+        region."""
         return self._turning(_between(self.facing, self._next)) + super()._resuming()
 
     def faces(self, at: int, region: int) -> None:
@@ -323,14 +324,14 @@ def least_side(motion: Mapping[str, object], side: float) -> float | None:
 
 
 def _values(motion: Mapping[str, object] | None) -> dict[str, float]:
-    """Return the numbers of a motion."""
+    """Return the numerical parameters of a motion."""
     pairs = (motion or {}).items()
     return {name: float(v) for name, v in pairs if isinstance(v, int | float)}
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:
     """Return the seconds from ``now`` until the robots, each with its present region, have acted
-    together on something in ``region``."""
+    together on an obstacle in ``region``."""
     paces = [*team]
     begin = max(pace.ready(now, at, region) for pace, at in paces)
     end = begin + max(pace.acting for pace, _ in paces)
@@ -341,7 +342,7 @@ def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float
 
 def glide(way: float, speed: float, pull: float | None = None) -> float:
     """Return the seconds of a quintic from rest to rest over a distance (or an angle), within the
-    highest speed and the highest acceleration."""
+    maximum speed and the maximum acceleration."""
     seconds = PEAK * way / speed
     return seconds if pull is None else max(seconds, sqrt(PEAK_ACCELERATION * way / pull))
 

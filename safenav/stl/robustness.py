@@ -27,7 +27,7 @@ _NEAR = 1e-9
 
 class Recording(Protocol):
     """The signals of a motion from 0 to ``end`` (seconds), to be sampled ``rate`` times per second.
-    ``finished``: nothing follows ``end``, so that unbounded windows stop there."""
+    ``finished``: the run is over at ``end``, so unbounded windows stop there."""
 
     end: float
     rate: float
@@ -227,8 +227,8 @@ def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) ->
 
 
 def _joined(left: Array, right: Array) -> Array:
-    """Return two stretches as one; of each the minimum of ``holds``, and the greatest value of
-    ``then`` that is reached in it while ``holds``."""
+    """Return two consecutive stretches as one. Each has the minimum of ``holds``, and the greatest
+    value that ``then`` reaches in it while ``holds``."""
     reached = np.maximum(left[1], np.minimum(left[0], right[1]))
     return np.array([np.minimum(left[0], right[0]), reached])
 

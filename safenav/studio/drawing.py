@@ -33,7 +33,7 @@ from safenav.world.poses import Mobility
 
 
 class _Placing:
-    """Reads regions, also walls, and reports no errors."""
+    """Reader of regions, also of walls, that reports no errors."""
 
     def __init__(self, world: RegionMap, names: Iterable[tuple[Scalar, Node]]) -> None:
         self.world = world
@@ -155,7 +155,7 @@ def _exclusions(root: Node, placing: _Placing) -> Iterable[Exclusion]:
 
 
 def _tracks(robots: list[dict[str, Any]], catalogue: Catalogue) -> Iterable[RobotTrack]:
-    """Yield robots that have not moved."""
+    """Yield the tracks of the robots before any move."""
     style = looks([robot["name"] for robot in robots])
     for robot, look in zip(robots, style, strict=True):
         model = catalogue.robots.get(robot["model"])
@@ -167,7 +167,7 @@ def _tracks(robots: list[dict[str, Any]], catalogue: Catalogue) -> Iterable[Robo
 
 
 def _hidden(obstacle: dict[str, Any], key: str, catalogue: Catalogue) -> Hidden:
-    """Return an obstacle that is not found, or an order; ``key`` distinguishes their names."""
+    """Return an undiscovered obstacle, or an order; ``key`` distinguishes equal names."""
     kind = catalogue.obstacles.get(obstacle["type"])
     actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
     name = f"{obstacle['type']}@{obstacle['region']} {key}{obstacle['index']}"

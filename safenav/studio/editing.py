@@ -28,8 +28,9 @@ Step = str | int
 
 
 class Spot(Struct, frozen=True):
-    """A node: its first character and the one after its last. ``flow``: between brackets.
-    ``entries``: for each key or index the place of the entry and its value; None for a scalar."""
+    """A node of the text, as the index of its first character and of the one after its last.
+    ``flow``: written between brackets. ``entries``: for each key or index the start of the entry,
+    and its value; None for a scalar."""
 
     start: int
     end: int
@@ -51,7 +52,7 @@ def flow(value: Any) -> str:
 
 class ScenarioText:
     """The text of a scenario that is edited, its ``data`` and its map. Raises UsageError for
-    invalid YAML, or without a map."""
+    invalid YAML, or for a text without a map."""
 
     def __init__(self, text: str, world: RegionMap | None) -> None:
         self.read(text)
@@ -105,7 +106,7 @@ class ScenarioText:
         return found
 
     def put(self, path: tuple[Step, ...], value: str, after: str = "") -> None:
-        """Set the YAML at a path; a new key comes after the key ``after``, else last."""
+        """Set the YAML at a path. A new key follows the key ``after``, or comes last."""
         spot, holder = self.spot(*path), self.spot(*path[:-1])
         if spot is not None:
             return self._replace(spot, value)
@@ -118,7 +119,7 @@ class ScenarioText:
         return self._add(holder, before[1], f"{flow(key)}: {value}")
 
     def append(self, path: tuple[str, ...], value: str, after: str) -> None:
-        """Append YAML to a list; a new list comes after the key ``after``."""
+        """Append YAML to a list. A new list follows the key ``after``."""
         holder = self.spot(*path)
         if holder and holder.entries:
             return self._add(holder, [*holder.entries.values()][-1][1], value, "- ")
@@ -235,7 +236,8 @@ def paint(file: ScenarioText, edit: Operation) -> None:
 
 
 def _start_of_any(file: ScenarioText) -> Any:
-    """Return how the first robot writes its start; a list if there is none."""
+    """Return the start of the first robot, as an example of the notation; a list if there is no
+    robot."""
     robots = file.at("robots")
     found = robots.values() if isinstance(robots, dict) else ()
     return next((r["start"] for r in found if isinstance(r, dict) and "start" in r), [])

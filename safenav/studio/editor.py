@@ -23,10 +23,10 @@ from safenav.studio.session import Made, Message, Page, ReplaceError, Studio
 
 _ENDINGS = (".yaml", ".yml")
 _DEEP = 3
-"""Depth of the search, in folders."""
+"""Depth of the search for scenarios, in folders."""
 _MOST = 300
 _HEAD = 4096
-"""Bytes of a file in which ``safenav:`` is searched."""
+"""Bytes at the start of a file in which ``safenav:`` is searched."""
 
 
 class ScenarioFolder(Struct, frozen=True):
@@ -148,7 +148,7 @@ class Editor(Studio):
             self._realizability.check(self._order)
 
     async def made(self, name: str) -> Made | None:
-        """Return a download: the scenario, or a result of the run."""
+        """Return the download of this name: the scenario, or a file made from the run."""
         if name == "scenario":
             stem = "scenario" if self.origin.file is None else self.origin.file.stem
             return f"{stem}.yaml", self.text.encode(), "application/yaml"
@@ -183,9 +183,9 @@ class Editor(Studio):
         return self._order
 
     def _draw(self) -> None:
-        """Read the text and draw it. While the map is unreadable, the previous drawing stays.
-        Whether robots reach their targets is checked with their strategies. The text may name files
-        in the folder that the user named, else those in the folder of its file."""
+        """Read the text and draw it. While the map is unreadable, the previous drawing stays. That
+        robots can reach their targets is checked later, with their strategies. The text may name
+        files in the folder that the user named, else those in the folder of its file."""
         file = self.origin.file or self.scenarios.folder / "scenario.yaml"
         order = RunOrder(self.text, str(file), str(self.named or file.parent))
         self._draft = load_draft(order.text, order.file, order.reach, reachable=False)
@@ -216,8 +216,8 @@ class Editor(Studio):
         self._replace(edited(self.text, data, self._draft.world))
 
     async def _open(self, data: Message) -> None:
-        """Open another text: ``kind`` blank, template or file. A text without a file keeps a named
-        file that does not exist yet as its target."""
+        """Open another text: ``kind`` blank, template or file. A blank text or a template will be
+        saved to the named file, if that does not exist yet."""
         kind, name = data.get("kind"), str(data.get("name"))
         if kind == "file":
             path = self.scenarios.path(name)
@@ -268,7 +268,8 @@ limits: {{ticks: 500}}
 
 
 def blank(rows: Any = 9, cols: Any = 15) -> str:
-    """Return a scenario of one walled room without robots. Raises UsageError for its size."""
+    """Return a scenario of one walled room without robots. Raises UsageError for an invalid
+    size."""
     if not all(isinstance(size, int) and 3 <= size <= 512 for size in (rows, cols)):
         raise UsageError("a blank map has 3 to 512 rows and columns")
     inner = "#" + "." * (cols - 2) + "#"

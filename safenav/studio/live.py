@@ -24,9 +24,10 @@ from safenav.trace.records import KINDS, End, Header, Move, Record
 PATIENCE = 1.0
 """Seconds after a request to end the run until its processes are killed."""
 IDLE = 0.1
-"""Seconds until the next tick after one that took no time: the run waits for its operator."""
+"""Seconds until the next tick after one in which no time passed, since the run waits for its
+operator."""
 BUSY = 0.3
-"""Seconds after which pages show a tick as long."""
+"""Seconds after which pages show that a tick takes long."""
 Tell = Callable[[dict[str, Any]], None]
 
 
@@ -81,7 +82,7 @@ class StudioRun:
 
     @property
     def whole(self) -> dict[str, Any] | None:
-        """The run up to the last complete tick; None before its first line."""
+        """The run up to its last complete tick; None before its first line."""
         return None if self._live is None else self._live.whole()
 
     @property
@@ -139,7 +140,8 @@ class StudioRun:
             await asyncio.wait(running, timeout=PATIENCE)
 
     def _advance(self) -> None:
-        """Request the next tick, at its time, if one is wanted and the last one has ended."""
+        """Request the next tick at its time, if the run is to continue and the last tick has
+        ended."""
         now = time.monotonic()
         if self._process is None or not self._ready or not (self._steps or self._playing):
             return
@@ -163,7 +165,7 @@ class StudioRun:
         self._tell_state()
 
     async def _listen(self) -> None:
-        """Take the lines that the process writes, until it ends."""
+        """Read the lines of the process until it ends."""
         process = self._process
         assert process is not None and process.stdout is not None
         file: AbstractContextManager[object] = self._file or nullcontext()
@@ -254,8 +256,8 @@ class WatchedRun(StudioRun):
     _settling: asyncio.TimerHandle | None = None
 
     def hear(self, record: Record) -> None:
-        """Take one line of the trace. Pages get the news of a tick when the next one begins, or
-        when it is complete and no line follows for ``_SETTLED`` seconds."""
+        """Take one line of the trace. Pages get the lines of a tick when the next one begins, or
+        when the tick is complete and no line follows for ``_SETTLED`` seconds."""
         self._playing = True
         if self._settling is not None:
             self._settling.cancel()
@@ -268,8 +270,8 @@ class WatchedRun(StudioRun):
             self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
 
     def _is_tick_complete(self) -> bool:
-        """Return whether the lines can be shown: each robot has moved since the last ones, or none,
-        or the run has a clock."""
+        """Return whether the new lines can be shown: they move each robot or no robot, or the run
+        has a clock."""
         assert self._live is not None
         run, moved = self._live.run, sum(isinstance(line, Move) for line in self._news)
         return run.seconds is not None or moved in (0, len(run.robots))

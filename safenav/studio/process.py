@@ -37,13 +37,13 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.file import as_data
 
 LIMIT = 32 * 2**20
-"""Largest line of a process, in bytes."""
+"""Maximum length of a line of a process, in bytes."""
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
 
 class RunOrder(Struct, frozen=True):
     """A scenario to run. ``folder``: the folder whose files it may read; None: any, since the user
-    named it. ``seed`` and ``clock`` override its own."""
+    named it. ``seed`` and ``clock`` override those of the scenario."""
 
     text: str
     file: str
@@ -79,7 +79,7 @@ def kill(process: Process) -> None:
 
 
 CALM = 0.25
-"""Seconds without a change before the robots are checked."""
+"""Seconds without a change of the text before the robots are checked."""
 
 
 class RealizabilityQueue:

@@ -3,7 +3,7 @@ as POST, downloads. Each connection serves one request.
 
 It listens on the loopback interface, which every program and every web page in a browser of this
 machine can reach. So each request must contain the token of the address, use an address of this
-server (else a foreign name that resolves to 127.0.0.1 would suffice: DNS rebinding), and, if a
+server (otherwise a foreign name that resolves to 127.0.0.1 would suffice: DNS rebinding), and, if a
 browser reports the page that it comes from, come from a page of this server. The ``Studio`` handles
 the messages of all pages.
 """
@@ -42,7 +42,7 @@ from safenav.studio.session import ReplaceError, Studio
 from safenav.trace.records import Record
 
 LARGEST = 8_000_000
-"""Bytes of the largest request: an edited text."""
+"""Bytes of the largest request, which sends an edited text."""
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
@@ -100,7 +100,7 @@ PORT = 7246
 PORTS = 20
 """Number of ports that are tried, starting with ``PORT``."""
 PATIENCE = 30.0
-"""Seconds until a connection has to have sent the head of its request."""
+"""Seconds within which a connection must send the head of its request."""
 
 
 class Answer(Struct, frozen=True):
@@ -234,7 +234,7 @@ class Server:
             self.studio.leave(send)
 
     async def _take(self, text: bytes) -> dict[str, Any] | None:
-        """Handle the request of a page; return the message that refuses it, for that page alone."""
+        """Handle the request of a page. Return the refusal for that page, if it is refused."""
         data: Any = None
         try:
             data = json.loads(text)
@@ -296,7 +296,7 @@ def serve(studio: Studio, port: int | None = None, *, browser: bool = True) -> N
 
 _PAUSE = 0.2
 _GONE = 2.0
-"""Seconds without an open page after which ``wait`` ends; a reload is shorter."""
+"""Seconds without an open page after which ``wait`` ends; a reload takes less."""
 
 
 class LiveView(Studio):

@@ -2,7 +2,7 @@
 
 Pages hold no state of their own: they show the state of this module, so that two pages agree and a
 reload loses nothing. All messages of pages enter by ``take``, all messages to pages leave by
-``tell``. It also makes the downloads of a run: a replay, one in 3D, a bundle.
+``tell``. It also makes the downloads of a run: a replay, a replay in 3D, a bundle.
 """
 
 from __future__ import annotations
@@ -161,7 +161,8 @@ class Studio:
         return {"is": "hello", "editor": False, "palette": palette(self._catalogue)}
 
     def _ordered(self) -> RunOrder:
-        """Return the run to start now. Raises InputError for a scenario that cannot be run."""
+        """Return the scenario and settings of the next run. Raises InputError for a scenario that
+        cannot be run."""
         return self._order
 
     async def _begin(self, seed: int | None) -> StudioRun:
@@ -178,7 +179,7 @@ class Studio:
             return run
 
     async def _direct(self, data: Message) -> None:
-        """Let the run play, pause or step; the first of these but a pause begins it."""
+        """Let the run play, pause or step; the first order to play or step begins it."""
         if self.run is None and data["do"] == "pause":
             return
         run = self.run or await self._begin(_seed(data))

@@ -2,9 +2,9 @@
 
 Sizes are checked before anything is decoded: a small file can claim to be a huge image.
 
-A pixel is blocked or free (each format defines which). A region is the rectangle of pixels below
-it. Where borders of regions and pixels differ, a pixel counts for each region by the area that they
-share. The region is a wall if any of its area is blocked, so a free region is entirely free. With a
+A pixel is blocked or free (each format defines which). A region covers a rectangle of pixels. Where
+borders of regions and pixels differ, a pixel counts for each region by the area that they share.
+The region is a wall if any of its area is blocked, so a free region is entirely free. With a
 ``share`` above 0 that much of its area must be blocked, so that specks and walls slightly off the
 grid do not count. Areas are integers, so the rule is exact; only the comparison with a share above
 0 is done in floating point, with a tolerance of a billionth.
@@ -35,8 +35,8 @@ Blocked = NDArray[np.bool_]
 
 _TOLERANCE = 1e-9
 _FINEST = 1000
-"""Region borders lie on multiples of a thousandth of a pixel at most, so that the integers
-below stay small."""
+"""Region borders lie on multiples of at least a thousandth of a pixel, so that the integers below
+stay small."""
 
 
 class Layout(Struct, frozen=True):
@@ -93,7 +93,7 @@ def _overlaps(
 
 
 def flaw(found: str, hint: str = "", line: int = 0, column: int = 0) -> Diagnostic:
-    """Return a defect of a map file, which its reader names."""
+    """Return the error for a defect of a map file."""
     return Diagnostic("", line, column, found, hint)
 
 
@@ -139,8 +139,8 @@ def _check_size(width: int, height: int) -> None:
 
 
 def _pgm(data: bytes) -> Image:
-    """Return the pixels of a PGM, plain (P2) or binary (P5). Pillow ignores what a wrong header
-    leaves over or makes too bright."""
+    """Return the pixels of a PGM, plain (P2) or binary (P5). Pillow ignores pixels beyond the
+    header's number, and brightness above its maximum."""
     head = _PGM.match(data)
     if head is None:
         hint = "it has 'P2' or 'P5', then width, height and the brightest value"
@@ -230,7 +230,7 @@ def crossed(blocked: Blocked, layout: Layout, world: RegionMap) -> list[Region]:
 
 
 _ENOUGH = 0.6
-"""Share of the free floor that a division has to keep connected to be suggested."""
+"""Share of the free floor that a suggested division must keep connected."""
 
 
 def suggested(blocked: Blocked) -> tuple[int, int]:

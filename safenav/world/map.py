@@ -112,8 +112,8 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @classmethod
     def from_grid(cls, lines: Iterable[str], **fields: Any) -> RegionMap:
-        """Return the map of rows of ``#`` (wall) and ``.`` (free), all of one length. ``fields``:
-        others of the map."""
+        """Return the map given by rows of ``#`` (wall) and ``.`` (free), all of one length.
+        ``fields``: other fields of the map."""
         rows = list(lines)
         cols = len(rows[0])
         walls = (region for region, sign in enumerate("".join(rows)) if sign == WALL)
@@ -198,7 +198,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @cached_property
     def named(self) -> Mapping[Region, str]:
-        """The first name of each region that has one."""
+        """The first name of each named region."""
         return {region: name for name, region in reversed([*self.names.items()])}
 
     @cached_property
@@ -220,7 +220,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         return "|".join([*words, *(self.word(region) for region in sorted(rest))])
 
     def place(self, region: Region) -> str:
-        """Return the words for a place: ``dock``, ``ward_a 40`` (a region of an area) or ``40``."""
+        """Return the words for a region: ``dock``, ``ward_a 40`` (in an area) or ``40``."""
         area = self._in_area.get(region) if region not in self.named else None
         return f"{area} {region}" if area else self.word(region)
 

@@ -107,7 +107,7 @@ def _mask_of_many(members: Collection[int], size: int) -> Mask:
 
 class PoseGraph:
     """The poses of one mobility on one map, and the steps between them. ``closed``: steps (pairs of
-    poses) that the mobility allows but the graph omits. ``remembers``: its numbers stand for poses
+    poses) that the mobility allows but the graph omits. ``remembers``: its numbers represent poses
     with the memory of formulas."""
 
     def __init__(
@@ -135,7 +135,7 @@ class PoseGraph:
 
     @property
     def goals(self) -> tuple[Mask, ...]:
-        """For each goal of formulas that it remembers the poses in which that is met."""
+        """For each goal of the formulas that it remembers, the poses in which the goal is met."""
         return ()
 
     @property
@@ -173,8 +173,8 @@ class PoseGraph:
 
     @cached_method
     def left_only(self, pose: int, behind: Region | None = None) -> PoseGraph:
-        """Return this graph without the steps into ``pose``, and from there with those to the
-        region ``behind`` only (None: to any)."""
+        """Return this graph without the steps into ``pose``, and with those from it only into the
+        region ``behind`` (None: into any)."""
         shut = {(former, pose) for former in bits(self.backward(1 << pose))}
         if behind is not None:
             shut |= {(pose, to) for to in self.steps(pose) if to % self.size != behind}
@@ -199,12 +199,12 @@ class PoseGraph:
         return {}
 
     def moved(self, number: int, pose: Pose) -> int:
-        """Return the number of another pose in which a robot at ``number`` is put."""
+        """Return the new number of a robot at ``number`` that is put into another pose."""
         del number
         return self.number(pose)
 
     def strayed(self, number: int, pose: Pose) -> int:
-        """Return the number of another pose in which a step from ``number`` has ended."""
+        """Return the new number of a robot whose step from ``number`` has ended in another pose."""
         return self.moved(number, pose)
 
     def pose(self, number: int) -> Pose:
@@ -228,7 +228,7 @@ class PoseGraph:
         return tuple(after)
 
     def forward(self, poses: Mask) -> Mask:
-        """Return the poses one step away from some of ``poses``, walls of the map respected."""
+        """Return the poses one step away from some of ``poses``, within the map's walls."""
         narrowed = poses & self._narrowed
         found = self._forward(poses ^ narrowed)
         for pose in bits(narrowed):
@@ -276,7 +276,7 @@ class PoseGraph:
 
     def where_met(self, meets: Callable[[int, int], bool]) -> Mask:
         """Return the poses in which a goal about steps is met: by staying there, or by a step into
-        the pose, if staying at neither end of the step meets it."""
+        the pose if staying meets it at neither end of the step."""
         poses = list(bits(self.everywhere))
         staying = {pose for pose in poses if meets(pose, pose)}
         entered = {
@@ -289,7 +289,8 @@ class PoseGraph:
         return sum(1 << pose for pose in staying | entered)
 
     def steps_between(self, start: Mask, goal: Mask, allowed: Mask) -> int | None:
-        """Return the steps of a shortest path from some pose of ``start`` to some of ``goal``."""
+        """Return the number of steps of a shortest path from a pose of ``start`` to one of
+        ``goal``."""
         found = frontier = start
         count = 0
         while frontier:
@@ -359,8 +360,8 @@ class PoseGraph:
         return found
 
     def _straight(self, poses: Mask, allowed: Mask, back: bool) -> Mask:
-        """Add the ``allowed`` poses to which straight ways lead from ``poses`` (``back``: from
-        which they lead there), all of a length of up to 2, 4, 8, ... at a time."""
+        """Add the ``allowed`` poses that straight paths connect with ``poses`` (``back``: in
+        reverse), in passes that each double the length: up to 2, 4, 8, ..."""
         found = 0
         for heading in range(4):
             block = heading * self.size if self.blocks > 1 else 0
