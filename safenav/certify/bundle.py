@@ -38,7 +38,7 @@ from safenav.verify.verification import first_failure
 
 
 class Made(Struct, frozen=True):
-    """A bundle that was written, and the verdict of its own checker."""
+    """A written bundle, and the verdict of its own checker."""
 
     path: Path
     verdict: Judged
@@ -54,12 +54,12 @@ def make_bundle(
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
-    ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: its cache
-    has the strategies.
+    ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: the one
+    whose cache has the strategies.
 
     Raises UsageError if the target exists, goals are assigned at run time, a strategy is missing or
     the disk is full, NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a
-    strategy is larger than the checker takes on."""
+    strategy is too large for the checker."""
     if target.exists():
         raise UsageError(f"{target} already exists; choose another name")
     read = read_bytes(trace)
@@ -85,8 +85,8 @@ def make_bundle(
 
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside the target. What cannot be written is an error of the
-    target."""
+    """Yield a temporary folder beside the target. A failure to write in it is reported as one of
+    the target."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=".bundle-") as folder:
@@ -96,7 +96,7 @@ def _beside(target: Path) -> Iterator[Path]:
 
 
 def _certifiable(scenario: Scenario) -> None:
-    """Raise UsageError for a scenario of which runs are not certified."""
+    """Raise UsageError for a scenario whose runs cannot be certified."""
     if scenario.coordination is Coordination.ASSIGNABLE:
         raise UsageError(
             "runs with 'coordination: assignable' are not certified\n"
@@ -191,9 +191,9 @@ Automata = Callable[[Line], Iterable[bytes]]
 def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
     """Return the proofs of all ``synthesis`` lines of a trace, and their strategies, as files.
 
-    A line without a proof gets no file, or a measure that does not fall: the checker reports why.
-    Raises ResourceLimitError if a strategy is too large for it, NotCertifiedError for other data
-    than a trace."""
+    A line without a proof gets no file, or a measure that does not decrease: the checker reports
+    why. Raises ResourceLimitError if a strategy is too large for it, NotCertifiedError for other
+    data than a trace."""
     found: dict[str, bytes] = {}
 
     def prove(e: Line, s: State) -> Iterator[str]:
@@ -242,8 +242,8 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 
 def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
-    """Return the measures for the edges of nodes. For a strategy a constant one stands for a
-    measure that does not exist."""
+    """Return the measures for the edges of nodes. If a strategy has no measure for a goal, a
+    constant one takes its place."""
     graph = task.graph
     edges = graph.edges(nodes)
     goals, assumed = task.met(edges)

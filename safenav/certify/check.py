@@ -39,7 +39,7 @@ def check_bundle(bundle: Path) -> Judged:
 
 
 FOLDER = Path("a/b/c/d")
-"""Folder in which a scenario is read again: files in folders above it have room."""
+"""Folder in which a scenario is read again, so deep that its files may be in folders above."""
 
 
 def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
@@ -96,7 +96,7 @@ def _read_again(
 
 
 def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
-    """Yield where two values differ."""
+    """Yield the differences between two values."""
     if isinstance(one, dict) and isinstance(other, dict):
         for key in sorted(one.keys() | other.keys()):
             yield from _differences(one.get(key), other.get(key), f"{where}.{key}".strip("."))

@@ -21,14 +21,14 @@ from safenav.team.state import Plan, Stage
 from safenav.world.poses import Mask, PoseGraph, bits
 
 WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 40_000
-"""``CHARGED_LEAST``: where obstacles are open, so that the question will be another one soon."""
+"""``CHARGED_LEAST``: where obstacles are open, so that the question will soon change."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
 
 
 MOST_APART = 5
-"""The largest group of which each robot gets a region of its own: the choices are tried out."""
+"""The largest group for which all choices of a region for each robot are tried."""
 
 
 Near = tuple[int, int, Mask]
@@ -51,7 +51,7 @@ class Deadlock(Struct, frozen=True):
 
 
 class Unserved(Struct, frozen=True):
-    """All can complete their rounds, but no joint state serves these gates as well."""
+    """The team can complete its rounds, but no joint state also serves these gates."""
 
     gates: tuple[int, ...]
 
@@ -63,8 +63,8 @@ def ask(
     seed: int,
     check: Callable[[], None] = lambda: None,
 ) -> Found | Deadlock | Unserved | None:
-    """Return the answer for the whole remaining mission with all ``served`` gates resolved, or of a
-    long one a plan for its next rounds. ``check`` raises if the search must end."""
+    """Return the answer for the whole remaining mission with all ``served`` gates resolved, or, for
+    a long mission, a plan for its next rounds. ``check`` raises if the search must end."""
     if (none := _crowded(floor) or _alone(floor, joint)) is not None:
         return none
     done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in floor.robots)
@@ -78,8 +78,7 @@ def ask(
 
 def _goes_on(more: Floor, joint: Joint, found: Found, seed: int, check: Callable[[], None]) -> bool:
     """Return whether the team can complete one round ``more`` after a plan for a part of its
-    rounds: a robot that cannot go back where it came from may have to turn around where there is
-    no room."""
+    rounds: a robot that cannot go back may otherwise end where it has no room to turn around."""
     if not any(more.graphs[i].one_way for i in more.robots):
         return True
     ticks = None if found.first else preview(more, found.plan, joint)
@@ -122,7 +121,7 @@ def _ask(
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
-    """Return the answer of a search, or if it is not found soon the proof for a few robots."""
+    """Return the answer of a search or, if that takes long, the proof for a few robots."""
     answer = search.run(PROOF_TURN + 1)
     if answer is not None:
         return answer
@@ -163,8 +162,8 @@ def _charged(
     charges: Charges,
     check: Callable[[], None],
 ) -> Sequence[Joint] | None:
-    """Return the joint states of such a plan; in it one stay more is possible, if that is soon
-    found."""
+    """Return the joint states of such a plan; if soon found, of one with charge for a further
+    stay."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
@@ -200,8 +199,8 @@ def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
-    """Return the proof that some robots cannot complete the mission, even with all that could
-    resolve the open obstacles, if that is soon found."""
+    """Return the proof that some robots cannot complete the mission, even with all obstacles that
+    they could resolve resolved, if it is found soon."""
     group = {*robots}
     for g in floor.open(joint.stages):
         for stage in range(joint.stages[g].need, len(floor.gate(g).needs)):
@@ -212,8 +211,8 @@ def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None
 def _proof(
     floor: Floor, joint: Joint, group: tuple[int, ...], *, opened: bool = False
 ) -> Deadlock | None:
-    """Return the proof that a few robots cannot complete the mission even without all others, and,
-    unless ``opened``, without the open obstacles; if that is soon found."""
+    """Return the proof that a few robots cannot complete the mission even without all others and,
+    unless ``opened``, without the open obstacles, if it is found soon."""
     gates, stages = (floor.gates, joint.stages) if opened else ((), ())
     few = replace(floor, gates=gates, robots=group, either=True)
     begun = few.begun(joint.poses, joint.counts, stages)
@@ -227,7 +226,7 @@ def _proof(
 
 
 def _crowded(floor: Floor) -> Deadlock | None:
-    """Return robots that must stay in fewer regions than they are."""
+    """Return robots whose last targets are fewer regions than these robots."""
     team = floor.team
     group = next(without_room([team.members[i].robot for i in floor.robots]), None)
     if group is None:
@@ -244,7 +243,8 @@ def _search(
 
 
 def _guide(floor: Floor, served: frozenset[int]) -> Guide:
-    """Return the duties at later stages, from the poses in which they are reached first."""
+    """Return the duties at later stages, from the poses in which the robots are when these
+    begin."""
     solver = Solver(floor)
 
     def guide(stages: Stages, poses: tuple[int, ...]) -> Sequence[Mask | None]:

@@ -23,11 +23,11 @@ Effect = tuple[
     tuple[tuple[int, ...], tuple[tuple[int, int], ...], Stages],
     tuple[tuple[int, float, float, float], ...],
 ]
-"""The state after a transition without charges; of each robot with a battery its number, the most
-charge that it can have, what it gains, and the least charge that it needs there."""
+"""The state after a transition, without charges; and for each robot with a battery: its number, its
+maximum charge, its gain, and the least charge that it then needs."""
 
 TRIES, BETTER = 12, 20_000
-"""Most searches for a better plan; the work for one where the first took less."""
+"""Maximum number of searches for a better plan; the minimum work of each."""
 
 ACTING = 2
 """Seconds that actions are expected to take in a live run."""
@@ -108,12 +108,13 @@ class ChargedSearch(Search):
                 yield after
 
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
-        """Return whether a state is worth it: no known one differs only by higher charges."""
+        """Return whether a state is worth examining: no known one has at least the same charges in
+        the same place."""
         best = self._best.setdefault(after[:3], [])
         return after not in before and not dominated(after.charges, best)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """Yield the poses that a robot may take; also its own, where it charges."""
+        """Yield the poses that the search may force on a robot; on a charger also its own."""
         if i in self.energies and self.energies[i].charging(joint.poses[i]):
             yield joint.poses[i]
         yield from super()._forced(joint, i)
@@ -150,7 +151,8 @@ class ChargedSearch(Search):
         return after[:3], tuple(gains)
 
     def _held(self, joint: Joint, poses: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the poses, where robots stay that would have to wait for another one to leave."""
+        """Return the poses, in which robots that would have to wait for another one to leave stay
+        where they are."""
         size, found = self.team.size, [*poses]
         there: dict[int, list[int]] = {}
         for j in self.floor.robots:
@@ -172,7 +174,7 @@ class ChargedSearch(Search):
         return tuple(found)
 
     def fits(self, joint: Joint) -> bool:
-        """Return whether the charges may suffice."""
+        """Return whether the charges may still suffice."""
         return all(
             joint.charges[i] >= self._least(i, joint.poses[i], joint.counts[i])
             for i in self.energies
@@ -246,7 +248,7 @@ def needed(floor: Floor, joint: Joint, i: int) -> float:
 
 
 def _needed_at_end(floor: Floor, last: Joint, i: int) -> float:
-    """Return that charge at the end of a plan, as far as the robot has it."""
+    """Return that charge at the end of a plan, at most what the robot then has."""
     return min(needed(floor, last, i), last.charges[i])
 
 
@@ -275,8 +277,8 @@ def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
 
 
 def _needed(floor: Floor, last: Joint, i: int, way: list[Waypoint]) -> None:
-    """Let a robot leave each charger as soon as it has the charge for its path to the next one,
-    or to the end: waiting elsewhere takes none."""
+    """Let a robot leave each charger as soon as it has the charge for its path to the next one, or
+    to the end: waiting elsewhere uses no charge."""
     energy = floor.team.members[i].energy
     assert energy is not None
     needed = _needed_at_end(floor, last, i)

@@ -1,8 +1,9 @@
 """A plan as the path of each robot and the conditions of each step: delays cannot break it.
 
 A step into a region waits until the rivals that were there before have arrived elsewhere (an action
-dependency graph: Hoenig et al., RA-L 2019); a step that counts a goal, for the resolutions before
-which it would not last. So every execution, for any durations, is a prefix of an order of the plan.
+dependency graph: Hoenig et al., RA-L 2019); a step that counts a goal waits for the resolutions
+that would otherwise reset the count. So every execution, for any durations, is a prefix of an order
+of the plan.
 """
 
 from collections import defaultdict
@@ -75,8 +76,8 @@ class _Stays:
 
     def moved(self, i: int, before: int, pose: int, place: int) -> dict[int, int]:
         """Record the step of a robot to a ``place`` in its plan. Return the robots that occupied
-        its destination before, each with its place after that. In a crowd the last visitor is
-        enough: it came after all others had left."""
+        its destination before, each with its next place after that. In a crowd (all are rivals) the
+        last visitor is enough: it came after all others had left."""
         found, crowd = dict[int, int](), self.team.crowds[i] or frozenset()
         left, entered = self._spaces(i, before), self._spaces(i, pose)
         for space in left.keys() - entered.keys():
@@ -92,9 +93,8 @@ class _Stays:
 
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
-    """Yield the robots that must not leave before certain needs are met: those that act (if
-    they do a part of a need: before it is due), and those that count where they stand because of a
-    resolution."""
+    """Yield the robots that must not leave before certain needs are met: those that act (for a part
+    of a need: before it is due), and those whose goals count because of a resolution."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
         stages, met = before.stages, joint.stages[g].need
@@ -162,7 +162,7 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 def starving(team: Team, state: State) -> bool:
     """Return whether a robot that waits off the chargers has to go to one now, since it has less
-    charge than its plan foresees, or that has ended."""
+    charge than its plan foresees, or the plan has ended."""
     plan = state.plan
     if plan is None or not plan.charges:
         return False
@@ -178,8 +178,8 @@ def starving(team: Team, state: State) -> bool:
 
 
 def _foreseen(plan: Plan, state: State, i: int) -> float:
-    """Return the charge with which a robot leaves its place by the plan, or with which that
-    ends."""
+    """Return the charge that the plan foresees for a robot when it leaves its place, or at the
+    plan's end."""
     way = plan.ways[i][state.robots[i].at + 1 :][:1]
     return way[0].charge if way else plan.charges[i]
 
@@ -287,7 +287,7 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
 
 
 def surely(team: Team, state: State) -> list[int]:
-    """Return for each robot the last place of its path that it can reach without a further
+    """Return for each robot the last place of its path that it surely reaches without a further
     resolution."""
     plan = state.plan
     assert plan is not None

@@ -2,9 +2,9 @@
 none.
 
 Depth first over joint states; the next one is PIBT's proposal, then PIBT with one robot forced,
-then each step of one robot alone, so it is complete with few edges a state. Many short searches
+then each step of one robot alone, so it is complete with few edges per state. Many short searches
 with other orders find short plans where one deep search finds long ones; where the floor is full,
-chains of legs for one robot do.
+chains of legs for one robot find one.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class Search:
 
     def _rolled(self) -> list[Joint] | None:
         """Search by lifelong PIBT, several times: the robot that has waited longest for a goal
-        chooses first; no backtracking."""
+        chooses first; it never backtracks."""
         robots = self.floor.robots
         for _ in range(ROLLS):
             states, rank = [self.start], {i: self.random.random() for i in robots}
@@ -126,7 +126,8 @@ class Search:
         return None
 
     def _aside(self, joint: Joint) -> tuple[int, ...] | None:
-        """Return the next poses if half of the robots, at random, only want to leave their own."""
+        """Return the next poses if a random half of the robots only tries to leave its own
+        poses."""
         order, fields = self._order(STATIC), list[Field]([None] * len(joint.poses))
         for i in order[: len(order) // 2]:
             away = [0] * (self.floor.team.size * self.floor.graphs[i].blocks)
@@ -201,12 +202,12 @@ class Search:
         return after not in before
 
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
-        """Return the state after all robots have gone to these poses; None if that is not possible,
-        or nothing changes."""
+        """Return the state after all robots have gone to these poses; None if that is impossible,
+        or changes nothing."""
         return None if poses == joint.poses else self.floor.moved(joint, poses, self.floor.robots)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """Yield the poses that a robot may be made to take."""
+        """Yield the poses that the search may force on a robot."""
         for pose in self.floor.steps(i, joint.stages)[joint.poses[i]]:
             if self._alive[i] >> pose & 1:
                 yield pose
@@ -303,7 +304,7 @@ def _distance(field: Field, pose: int) -> int:
 
 
 def _misses(field: Field, pose: int) -> bool:
-    """Return whether a robot wants something and is not there."""
+    """Return whether a robot has a goal and is not at it."""
     return field is not None and field[pose] > 0
 
 

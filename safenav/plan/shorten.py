@@ -16,9 +16,9 @@ MUCH, PATIENCE = 1.2, 3
 
 
 def shortened(floor: Floor, answers: Iterable[Sequence[Joint]], served: frozenset[int]) -> Plan:
-    """Return the plan of the first of these states, with fewer ticks and steps where that is found
-    soon. While robots hinder each other much in it, plans of the next ones are tried, until the
-    first few that are not better."""
+    """Return the plan of the first of these states, with fewer ticks and steps if these are found
+    soon. While robots hinder each other much in it, the plans of the next states are tried, until a
+    few of them are not better."""
     best, plan = _shortened(floor, next(answers := iter(answers)), served)
     vain = 0
     while vain < PATIENCE and (best is None or _hindered(floor, best)):
@@ -82,8 +82,8 @@ def _without_loops(
     floor: Floor, best: list[Joint], served: frozenset[int]
 ) -> tuple[list[Joint], Plan] | None:
     """Return the plan in which robots, all or two of them, stay instead of leaving their poses and
-    returning; None if that is not better. A search visits no joint state twice, but in its states a
-    robot may walk about while others go back and forth."""
+    returning; None if that is not better. A search visits no joint state twice, but some robots may
+    leave and return meanwhile."""
     found = None
     for group in coupled(floor):
         pairs = combinations(group, 2) if len(group) <= FEW else ()
@@ -196,9 +196,9 @@ def _earliest(
     i: int,
     shared: dict[frozenset[int], list[Mask]] | None,
 ) -> list[int] | None:
-    """Return the poses of a robot by tick on its earliest path through all that it does in
-    ``ticks``, around the paths of other robots, or without ``shared`` as if it were alone; None if
-    it has none."""
+    """Return the poses of a robot by tick on its earliest path through all places where it counts
+    or acts in ``ticks``, around the paths of other robots (without ``shared``: as if it were
+    alone); None if there is none."""
     graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
     vias, rivals = _vias(floor, ticks, i), floor.team.members[i].rivals
     if last * (len(vias) + 1) > MOST_CELLS:

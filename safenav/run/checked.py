@@ -17,7 +17,7 @@ from safenav.trace.records import Arrive, Move, Push
 
 class CheckedTrace(Struct, frozen=True):
     """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off, for
-    example by a crash, and the result covers the part that exists. ``statistics``: counts of its
+    example by a crash, and the result covers the existing part. ``statistics``: counts of its
     lines; ``notes``: what was not judged; ``strays``: steps that ended elsewhere than commanded;
     ``hands``: changes by a user, an operator or the world."""
 
@@ -37,8 +37,8 @@ class CheckedTrace(Struct, frozen=True):
 
 
 def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
-    """Check a trace: a path, its lines, or one that has been read. Raises InputError if it is not
-    a trace."""
+    """Check a trace, given as a path, as lines, or as read. Raises InputError if it is not a
+    trace."""
     if isinstance(trace, Trace):
         records = (trace.header, *trace.records)
         return checked("".join(json_line(as_data(r)) for r in records).encode(), trace)

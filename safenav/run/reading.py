@@ -1,4 +1,4 @@
-"""The run of a trace. This module alone reads the lines of traces for people.
+"""Reader of the run in a trace. Only this module reads the lines of traces for people.
 
 It checks only the requirements of a picture (the judge checks the run itself): regions on the map,
 robots and obstacles that the header names, one move for each robot and tick. A trace that was cut
@@ -229,7 +229,7 @@ class RunReader:
         return len(seconds) - 1
 
     def _move(self, line: records.Move) -> None:
-        """Take a turn of a robot in lockstep: in each tick all have one."""
+        """Take a turn of a robot in lockstep; each robot has one in each tick."""
         track, to = self._robot(line.robot), self._on_map(line.to)
         due = len(track.regions)
         if line.tick != due:
@@ -386,7 +386,7 @@ class RunReader:
         self._event(line, values.StoryKind.GOAL, self._wording.goal(shown, does), round=new)
 
     def _switched(self, line: records.Inputs) -> None:
-        """Rounds restart where an input gives a robot another objective, or its own again."""
+        """Restart the rounds when an input gives a robot another objective, or its own again."""
         self.run.inputs |= line.values
         of = ((robot.name, name) for robot in self._scenario.robots for name, _ in robot.when)
         modes = {robot for robot, name in of if line.values.get(name)}
@@ -394,7 +394,7 @@ class RunReader:
         self._modes = modes
 
     def _set_objective(self, tick: int, name: str, objective: Objective) -> bool:
-        """Change an objective, and return whether it was another one."""
+        """Change an objective, and return whether the new one differs."""
         changed = objective != self._robot(name).objectives.now
         if changed:
             self._given(tick, name, objective)

@@ -23,12 +23,12 @@ from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from
 
 AHEAD = 400
-"""The most ticks of a way that is shown before it is gone."""
+"""Maximum number of ticks of the path ahead that is shown."""
 TRAIL = 24
-"""The ticks of a way that is shown after it is gone; of a live run, for each robot."""
+"""Number of ticks of the path behind that is shown; in a live run, per robot."""
 _FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
 TURNED_BACK = 0.4
-"""The part of a failed step after which a robot turns back to its region."""
+"""The fraction of a failed step after which a robot turns back to its region."""
 
 
 class RunClock(Struct, frozen=True):
@@ -54,7 +54,7 @@ class Run(Struct):
     ending: End | None = None
     version: str = ""
     within: bool = False
-    """Whether the run ended within its last tick; robots without a turn in it have not moved."""
+    """Whether the run ended within its last tick, in which robots without a turn have not moved."""
     seconds: list[float] | None = None
     """Seconds of each tick if the run has a clock; its ticks are then the instants of its events.
     None: time is in ticks only."""
@@ -109,7 +109,8 @@ class Run(Struct):
         return tick, min(1.0, max(0.0, time - self.time(tick)) / span) if span > 0 else 0.0
 
     def stamp(self, tick: int) -> str:
-        """Return a tick as the start of a line of the story: ``tick 12  ``, ``   12.3 s``."""
+        """Return the time of a tick as the start of a line of the story: ``tick 12 ``, `` 12.3
+        s``."""
         return f"tick {tick:<4}" if self.seconds is None else f"{self.seconds[tick]:>7.1f} s"
 
     # One moment.
@@ -150,7 +151,8 @@ class Run(Struct):
         return [*bits(self._views[key].mask(track.regions[tick]))]
 
     def stage(self, tick: int, fraction: float = 0.0) -> str:
-        """Return a moment and the end in words: ``tick 46 of 46: completed``."""
+        """Return a tick in words, with the outcome at the last one: ``tick 46 of 46:
+        completed``."""
         words = f"tick {tick} of {self.last}"
         if self.seconds is not None:
             words = f"{self._moment(tick, fraction):.1f} of {self.seconds[-1]:.1f} s"
@@ -180,16 +182,16 @@ class Run(Struct):
         return track.regions[max(0, tick - ticks) : tick + 1]
 
     def ahead(self, track: RobotTrack, tick: int) -> tuple[Region | None, list[Region]]:
-        """Return the target that a robot reaches next, as far as that is known, and the regions on
-        its way there, from its own."""
+        """Return the target that a robot reaches next, if that is known, and the regions of its
+        path there, from its own."""
         aim, end = self._aim(track, track.objectives.at(tick), tick)
         return aim, track.regions[tick : min(end, tick + AHEAD) + 1]
 
     def _aim(
         self, track: RobotTrack, objective: Objective | None, tick: int
     ) -> tuple[Region | None, int]:
-        """Return the target that a robot reaches next, if it reaches one before its objective
-        changes, and when; else where it is then."""
+        """Return the target that a robot reaches next before its objective changes, and the tick;
+        if there is none, its region at that change."""
         targets = target_regions(objective)
         changes = (at for at, _ in track.objectives.after(tick))
         until = min(next(changes, self.last), self.last)
@@ -227,7 +229,7 @@ class Run(Struct):
         return row + (to_row - row) * part, col + (to_col - col) * part, degrees
 
     def doing(self, track: RobotTrack, objective: Objective | None) -> str:
-        """Return an objective of a robot in words; also whether a joint plan moves it while it
+        """Return an objective of a robot in words, with a note if a joint plan moves it while it
         waits."""
         if objective is None:
             return "no objective"

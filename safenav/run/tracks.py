@@ -70,7 +70,7 @@ class RobotTrack(Struct):
         return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
 
     def stand(self) -> None:
-        """Add a tick, with the same pose; the robot remains in a step that it is in."""
+        """Add a tick with the same pose; a robot in transit remains in its step."""
         tick = len(self.regions)
         self.regions.append(self.regions[-1])
         self.headings.append(self.headings[-1])
@@ -78,7 +78,8 @@ class RobotTrack(Struct):
             self.steps[-1] = replace(self.steps[-1], last=tick)
 
     def move(self, to: Region, heading: str | None, toward: Region | None) -> None:
-        """Take a turn in lockstep: it is then in a region, or in transit ``toward`` another."""
+        """Record a turn in lockstep: the robot is then in a region, or in transit ``toward``
+        another."""
         tick = len(self.regions)
         before = self.transit(tick - 1)
         self.regions.append(to)
@@ -89,7 +90,7 @@ class RobotTrack(Struct):
             self.steps.append(LongStep(tick, tick, toward, tick - 1, tick + 1))
 
     def depart(self, tick: int, to: Region, now: float, seconds: float) -> None:
-        """Begin a step of a live run, which probably takes these seconds."""
+        """Begin a step of a live run, with its expected duration in seconds."""
         self.steps.append(LongStep(tick, tick, to, now, now + seconds))
 
     def arrive(self, tick: int, at: Region, heading: str | None, now: float) -> None:

@@ -1,5 +1,5 @@
-"""The values of a run: what the team knows, does and says, at one moment or over time; and the look
-of each robot, the same in every picture and page."""
+"""The values of a run, at one moment or over time: knowledge, actions, and words; and the
+appearance of each robot, the same in every picture and page."""
 
 from __future__ import annotations
 
@@ -193,9 +193,10 @@ class StackRow(Struct, frozen=True):
 
 
 class Look(Struct, frozen=True):
-    """Look of one robot: body, and the colours of the body and of the letters on it. Colours are
-    those of Okabe and Ito (Color Universal Design, 2008), distinct with every common kind of colour
-    blindness; shapes repeat what colours show. Paths are SVG path data in a square from -1 to 1.
+    """Appearance of one robot: shape and colour of the body, and colour of the letters on it.
+    Colours are those of Okabe and Ito (Color Universal Design, 2008), distinct with every common
+    kind of colour blindness; shapes repeat what colours show. Paths are SVG path data in a square
+    from -1 to 1.
 
     ``size`` of the letters and ``drop`` of their baseline are in radii of the body."""
 
@@ -242,13 +243,13 @@ def looks(names: Sequence[str]) -> tuple[Look, ...]:
 
 
 def labels(names: Sequence[str]) -> list[str]:
-    """Return a label of at most two characters for each of up to 36 robots of one initial, no two
-    the same: those of the terminal, the page and pictures.
+    """Return a label for each robot: at most two characters, different for up to 36 robots of one
+    initial. The terminal, the page and pictures use these labels.
 
-    A robot alone with its initial gets that letter. Of several robots, the one named in one plain
-    word keeps it (``quad`` beside ``quad_2``); others add their number (``Q2``) or the first letter
-    that tells them apart (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two figures stand alone
-    (``robot_11``: ``11``)."""
+    A robot alone with its initial gets that letter. Among several robots, the one whose name is a
+    single word keeps the letter (``quad`` beside ``quad_2``); others add their number (``Q2``) or
+    the first letter that tells them apart (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two
+    figures stand alone (``robot_11``: ``11``)."""
     chosen: list[str] = []
     for name in names:
         free = (label for label in _candidates(name, names) if label not in chosen)

@@ -27,7 +27,7 @@ _SENTENCES = {
     "plan_end": "the joint plan has ended: {reason}",
     "resumed": "the run was interrupted and continues",
 }
-"""Sentences of lines by their type; their fields are filled in, in words."""
+"""Sentences of lines by type, with placeholders for their fields in words."""
 
 _REASONS = {
     "initial": "before the start",
@@ -50,7 +50,7 @@ _REASONS = {
 _UNCOUNTED = (
     "debris dirt dust fire fog glass gravel ice mud oil rubble sand smoke snow uncertainty water"
 )
-"""Kinds of obstacles without a plural, and so without an article."""
+"""Obstacle types that are uncountable, and so have no article."""
 _LISTED_ROBOTS = 4
 """Largest team that is listed by name when all of it is meant."""
 _OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
@@ -208,7 +208,7 @@ class Wording(Struct, frozen=True):
         return obstacle_words(name, self.map.word)
 
     def instead(self, violation: records.Violation, backtrack: records.Backtrack) -> str:
-        """Return the safe action that was taken instead of a violation."""
+        """Return the safe action instead of a violation, in words."""
         stays = backtrack.to == violation.at
         return "it stays" if stays else f"it goes to {self._at(backtrack.to)}"
 
@@ -248,7 +248,7 @@ class Wording(Struct, frozen=True):
         return text if line.requested else text + " (without a request)"
 
     def _with(self, line: records.Met | records.Resolved) -> str:
-        """Return the others that took part, which may be elsewhere."""
+        """Return the other participants in words, with their regions if those differ."""
         others = [name for name in line.robots or () if name != line.robot]
         return f" with {self._all(others)}" if others else ""
 
