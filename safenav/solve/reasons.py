@@ -38,9 +38,9 @@ class Helper(Struct, frozen=True):
 class Shortfall(Struct, frozen=True):
     """The unfulfilled need of an obstacle that is never resolved. ``met``: the actions of its needs
     that are fulfilled, or will be; ``action``: that of the need that never is, by ``robots``
-    robots, ``together`` in one tick; ``done``: robots that have fulfilled their part of it;
-    ``helpers``: the other robots that have the action and those ``beside`` it: the actions of later
-    needs that the same robots must fulfil."""
+    robots, ``together`` in one tick; ``done``: robots that have fulfilled their part of this need;
+    ``beside``: the actions of later needs that the same robots must fulfil; ``helpers``: the other
+    robots with all these actions."""
 
     obstacle: str
     action: str
@@ -174,8 +174,8 @@ def need_words(action: str, robots: int, *, together: bool) -> str:
 
 
 def without_room(now: Sets, word: Word) -> list[str]:
-    """Return a sentence for each need to be fulfilled together for which enough robots reach the
-    resolution regions, but not a region each."""
+    """Return a sentence for each need with ``together`` for which enough robots reach the
+    resolution regions, but not a separate one each."""
     floor, found = now.floor, []
     for g in floor.open(now.stages):
         need, regions, names = floor.need(g, now.stages), 0, []

@@ -1,5 +1,5 @@
-"""SOLVE: an order of resolutions after which every robot can continue, if robots did not collide
-(docs/coordination.md).
+"""SOLVE: an order of resolutions after which every robot can continue, for robots that never
+collide (docs/coordination.md).
 
 A robot is the set of poses that it may choose to be in. A step meets one need by a group, or one
 robot's part of it. Resolving only opens paths, so a step after which its robots can return to all
@@ -21,7 +21,7 @@ from safenav.world.poses import FAR, Mask, bits
 MOST_NODES = 20_000
 Rank = tuple[object, ...]
 Present = Mapping[int, tuple[int, ...]]
-"""The robots that serve each obstacle already."""
+"""The robots that already serve each obstacle."""
 
 
 class BudgetError(Exception):
@@ -76,7 +76,7 @@ def around(floor: Floor, poses: tuple[int, ...], stages: Stages) -> Sets:
 
 
 class Solver:
-    """Solves one floor; remembers what it found."""
+    """Solver of one floor, which remembers its results."""
 
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
@@ -90,8 +90,8 @@ class Solver:
     def plan(
         self, poses: tuple[int, ...], stages: Stages, wanted: frozenset[int], present: Present
     ) -> tuple[Step, ...] | None:
-        """Return the steps that resolve ``wanted``, by the nearest robots or those ``present``, and
-        no others."""
+        """Return the steps that resolve ``wanted`` and no other obstacles, by the nearest robots or
+        those ``present``."""
         self._nodes = 0
         now = around(self.floor, poses, stages)
         origins = Sets(self.floor, tuple(1 << pose for pose in poses), stages)
@@ -280,9 +280,9 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
 
 
 def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
-    """Where SOLVE fails, a closure in which some robot can never continue (None: no step is left),
-    and the steps that lead there, a lossless one wherever there is one. It is as bad after any
-    others."""
+    """Return, where SOLVE fails, a closure in which some robot can never continue (None: no step is
+    left), and the steps that lead there, which are lossless where possible. No other steps lead to
+    a better end."""
     taken: tuple[Step, ...] = ()
     while all((closure := closure_of(now)).live):
         steps, free = options(now, None, {}, every=True), now.floor.commits
@@ -313,9 +313,9 @@ class Duty(Struct, frozen=True):
 
 
 class Settlement(Struct, frozen=True):
-    """``served`` gates in order; the others are walls for now. ``safe``: where each robot may go
-    (None: it was not asked). ``plan``: the steps of which the duties are the first. ``hopeless``:
-    some robot can never continue; the rest is void then."""
+    """``served`` gates in order; the others are walls for now. ``safe``: the poses to which each
+    robot may go (None: not computed). ``plan``: the steps of which the duties are the first.
+    ``hopeless``: some robot can never continue; the other fields are then void."""
 
     served: tuple[int, ...] = ()
     duties: dict[int, Duty] = field(default_factory=dict)
@@ -357,8 +357,8 @@ def settle(
 def _present_duties(
     solver: Solver, plan: tuple[Step, ...], now: Sets, wanted: frozenset[int]
 ) -> dict[int, Duty]:
-    """A step is a duty now if no earlier one is about its obstacle or its robots, and all can get
-    there."""
+    """Return the steps that are duties now: no earlier step concerns their obstacle or robots, and
+    all their robots can get there."""
     duties: dict[int, Duty] = {}
     begun: set[int] = set()
     busy: set[int] = set()
@@ -388,8 +388,8 @@ def _safe(solver: Solver, i: int, now: Sets, wanted: frozenset[int]) -> Mask:
 
 def _lasting(solver: Solver, i: int, candidates: Mask, now: Sets, wanted: frozenset[int]) -> Mask:
     """Return the candidates from which ``wanted`` can be served and all can continue. One answer
-    decides many poses: all from which a good one is reachable are good; all that are reachable from
-    a bad one are bad."""
+    decides many poses: a pose from which a good one is reachable is good; a pose that is reachable
+    from a bad one is bad."""
     graph, allowed = now.floor.graphs[i], now.floor.allowed(i, now.stages)
     good, left = 0, candidates
     while left:

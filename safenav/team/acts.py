@@ -11,12 +11,12 @@ from safenav.team.team import Team, introduced
 from safenav.world.map import Region
 
 FAILURE = "world"
-"""The cause of a robot's time out of service that its own failures explain."""
+"""The ``cause`` of a robot that its own failures put out of service."""
 
 
 def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
-    """Return the region of each robot that can take part in an action; ``moving``: also of those in
-    transit or out of service."""
+    """Return the region of each robot that can take part in an action; ``moving``: also those of
+    robots in transit or out of service."""
     can = (moving or (r.to is None and r.active) for r in state.robots)
     return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
 
@@ -76,8 +76,8 @@ def resolved(team: Team, k: int, stage: now.Stage) -> bool:
 def consequences(
     team: Team, before: State, event: now.Elsewhere | now.Failed | now.Lost
 ) -> Iterator[now.Event]:
-    """Yield what the end of a step changes that is not as commanded. A robot that has got where
-    another may be needs an operator. ``before``: the state before the event."""
+    """Yield the events that follow from a step that did not end as commanded. A robot that has come
+    where another may be needs an operator. ``before``: the state before the event."""
     i, robot = event.robot, team.members[event.robot].robot
     here, target = (pose % team.size for pose in (before.robots[i].pose, before.robots[i].next))
     policy, tried = team.scenario.failures, (*before.robots[i].failed, target)
@@ -124,8 +124,9 @@ def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iter
 def vain(
     team: Team, before: State, after: State, i: int, failed: Collection[int]
 ) -> Iterator[now.Event]:
-    """Yield what failed actions show: an obstacle that the team did not know, or one in which the
-    robot stands and which it leaves to others. ``before``, ``after``: that action."""
+    """Yield the events that follow from failed actions: an obstacle that the team did not know, or
+    one in which the robot stands and that it leaves to others. ``before``, ``after``: that
+    action."""
     pose, late = after.robots[i].pose, barred(team, after) - barred(team, before)
     behind, steps = after.robots[i].behind, team.members[i].graph.steps(pose)
     for k in failed:
@@ -139,7 +140,7 @@ def vain(
 
 
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events by which an obstacle joins those of the team, if it must."""
+    """Yield the events by which an obstacle joins those of the team, if it is not one of them."""
     if obstacle.name not in team.numbers:
         yield now.Introduced(obstacle)
     yield now.Seen(number(team, state, obstacle))
@@ -147,7 +148,7 @@ def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]
 
 def number(team: Team, state: State, obstacle: Obstacle) -> int:
     """Return the number of an obstacle: its own if it is known, else that of the first one with its
-    name that is not over, else of the last one; the next number if its name is new."""
+    name that is not ``OVER``, else that of the last one; the next number if the name is new."""
     numbers = team.numbers.get(obstacle.name)
     if numbers is None:
         return len(team.obstacles)
@@ -173,5 +174,5 @@ def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
 
 
 def stands_for(obstacle: Obstacle, robot: str) -> bool:
-    """Return whether an obstacle stands for a lost robot."""
+    """Return whether an obstacle represents a lost robot."""
     return obstacle.type.name == f"lost_{robot}"

@@ -29,8 +29,8 @@ _SURPRISES = (
 
 
 def initial(team: Team) -> State:
-    """Algorithm 1, lines 1 to 3: every robot at its start with its own objective; the stack is
-    empty."""
+    """Return the initial state (Algorithm 1, lines 1 to 3): every robot at its start with its own
+    objective; an empty stack."""
     robots = tuple(map(_initial, team.members))
     away = ObstacleNow(Is.AWAY)
     obstacles = (ObstacleNow() if each.source.appears is None else away for each in team.obstacles)
@@ -51,8 +51,9 @@ def _memory(member: Member, pose: int) -> now.Values:
 
 
 def apply(team: Team, state: State, event: now.Event) -> State:
-    """Return the state after an event. What is set aside gets another chance after each that
-    changes an obstacle, the service of a robot or an objective, and with what was given up."""
+    """Return the state after an event. Requests that are set aside are served again after each
+    event that changes an obstacle, the service of a robot or an objective, and when given-up
+    obstacles are reopened."""
     if isinstance(event, _HELPS) or (isinstance(event, now.Acted) and event.truths):
         for number, each in enumerate(state.obstacles):
             if each.aside:
@@ -227,13 +228,13 @@ def _charged(team: Team, state: State, i: int, time: float) -> State:
 
 
 def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State:
-    """Forget the failed actions of a robot, or on an obstacle."""
+    """Forget the failed actions of a robot, or those on an obstacle."""
     left = tuple(pair for pair in state.attempts if pair[0] != i and pair[1] != k)
     return state if left == state.attempts else replace(state, attempts=left)
 
 
 def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
-    """``team``: the one in which the robot has its new objective already."""
+    """Give a robot another objective. ``team``: the one in which the robot already has it."""
     robot, graph = state.robots[i], team.members[i].graph
     plain = plain_graph(team.world, graph.mobility)
     pose, to = (
@@ -250,8 +251,8 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
 def _stepped(
     team: Team, state: State, i: int, pose: int, values: now.Values | None
 ) -> dict[str, object]:
-    """Begin a step or a stay of a robot: formulas count what that meets. ``values``: those of its
-    strategy there; else its memory stays, or is that of its state."""
+    """Begin a step or a stay of a robot; formulas count the goals that it meets. ``values``: those
+    of its strategy there; otherwise its memory stays, or is that of its state."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
         return {}
@@ -300,7 +301,7 @@ def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...])
 
 
 def _dropped(state: State, k: int) -> State:
-    """Remove a request from the stack, wherever it stands in it."""
+    """Remove a request from the stack, at any position."""
     return replace(state, requests=tuple(each for each in state.requests if each != k))
 
 
@@ -360,7 +361,7 @@ def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
 
 
 def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Return those of a robot's own objective: on a duty only if its plan or strategy remembers
+    """Return the goals of a robot's own objective; on a duty only if its plan or strategy remembers
     them."""
     if on_own(team, state, i) or _remembers(team, i):
         robot, own = _begun(team, state, i), team.members[i].objective
@@ -381,7 +382,7 @@ def _met(objective: Objective, counts: Iterable[Counted]) -> Goals:
 
 
 Counted = tuple[Count, Count, tuple[int, ...]]
-"""Progress before and after it is counted once, and the targets met."""
+"""Progress before and after one count, and the targets met."""
 
 
 def _counts(
@@ -393,9 +394,9 @@ def _counts(
     most: int,
     ticks: int | None,
 ) -> Iterator[Counted]:
-    """Yield each count of what a robot meets where it stands: one, or if that takes no time each
-    target, and where it settles ``most`` rounds; none in transit. Formulas count one step each
-    time."""
+    """Yield each count of the goals that a robot meets where it stands, none in transit. There is
+    one count; if the turn takes no time there is one for each target and, where the objective
+    settles, for up to ``most`` rounds. Formulas count one step each time."""
     if robot.to is not None:
         return
     here, region = reached(objective, team.members[i].graph, robot), robot.pose % team.size
@@ -410,7 +411,7 @@ def _counts(
 
 def _begun(team: Team, state: State, i: int) -> RobotNow:
     """Let a robot that has just got a strict objective begin with the target on which it stands, if
-    any. (Planned ones keep to the order of their plan.)"""
+    any. (Robots of a plan keep the order of the plan.)"""
     robot, member = state.robots[i], team.members[i]
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
@@ -461,7 +462,7 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
 
 
 def will_count(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot has still to count what it meets by staying."""
+    """Return whether a robot still counts goals by staying."""
     robot, member = state.robots[i], team.members[i]
     here = member.kept(robot.pose)
     after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
@@ -470,7 +471,7 @@ def will_count(team: Team, state: State, i: int) -> bool:
 
 
 def orders_ahead(team: Team, state: State) -> bool:
-    """Return whether the scenario lets an order come."""
+    """Return whether orders of the scenario are still to come."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     return any(o.ordered and each.state is Is.AWAY for o, each in pairs)
 
@@ -487,8 +488,8 @@ def done(team: Team, state: State, i: int) -> bool:
 
 
 def stands(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot is where its own objective settles; True if that settles nowhere. One
-    that is lost may be at several places."""
+    """Return whether a robot is where its own objective settles; True if it settles nowhere. A lost
+    robot may be in several regions."""
     member, robot = team.members[i], state.robots[i]
     if not member.pursuit.settles:
         return True

@@ -1,8 +1,8 @@
-"""Batteries, the one resource: what steps and stays use, from where a robot can continue, and where
-it goes first.
+"""Batteries: the charge that steps and stays use, the poses from which a robot can continue, and
+its next destination.
 
-More charge is never worse, so one number for each pose and next target states what suffices, and
-searches keep the highest charges of a state only.
+More charge is never worse, so one number for each pose and next target states the sufficient
+charge, and searches keep only the highest charges of a state.
 """
 
 from collections import deque
@@ -35,7 +35,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         return bool(self.chargers >> pose & 1)
 
     def is_flat(self, charge: float, pose: int) -> bool:
-        """Return whether it can take no step, and gets no charge."""
+        """Return whether a robot with this charge can take no step, and gets no charge in its
+        pose."""
         return charge < self.battery.move and not self.charging(pose)
 
     # The least charge from which it can continue.
@@ -68,7 +69,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def suffices(self, allowed: Mask, turn: int, goals: int) -> dict[int, float]:
-        """Return the least charge of each pose with which it can meet so many goals, alone."""
+        """Return the least charge of each pose with which it alone can meet this number of
+        goals."""
         then: Mapping[int, float] = dict.fromkeys(bits(allowed), 0)
         for k in range(goals - 1, -1, -1):
             then = self._leg(allowed, self.targets[self.turn(turn + k)], then)
@@ -124,7 +126,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def _levels(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, int]:
-        """Return the chargers from which it reaches the goal, with the number of stops on the
+        """Return the chargers from which it reaches the goal, each with the number of stops on the
         way."""
         direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
         places = [*bits(self.chargers & allowed)]

@@ -18,12 +18,12 @@ from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 NEVER = 1 << 40
 
 ByTick = dict[int, Mask]
-"""Poses by the tick from whose end on a robot may be there: it may always wait."""
+"""Poses by the tick at whose end a robot may first be there; afterwards it may wait there."""
 
 
 class Walker(Struct, frozen=True, eq=False):
-    """A robot in ``allowed`` poses; ``ticks``: duration of its fastest step. ``gates``: poses, each
-    with the first tick in which it may set out for them, the latest first."""
+    """A robot in ``allowed`` poses; ``ticks``: duration of its fastest step. ``gates``: sets of
+    poses, each with the first tick in which the robot may set out for them, the latest first."""
 
     graph: PoseGraph
     ticks: int
@@ -66,7 +66,7 @@ class Bound:
         tick = int(state.time)
         self.now = tick * self.count + had - 1
         self.ready = [tick - (i >= had) for i in range(self.count)]
-        """The tick from whose end on each robot is in its next pose."""
+        """The tick at whose end each robot is in its next pose."""
         for i, robot in enumerate(state.robots):
             if robot.to is not None:
                 self.ready[i] = max(self.ready[i] + 1, robot.due or 0)
@@ -150,8 +150,8 @@ class Bound:
     def _seeds(
         self, i: int, k: int, number: int, since: tuple[int, int], former: Mapping[int, ByTick]
     ) -> ByTick:
-        """Return where a robot that takes part in a need of an obstacle is before; nothing if it
-        cannot. ``since``: the turns from which the former need and this one can be met;
+        """Return the poses from which a robot goes to take part in a need of an obstacle; empty if
+        it cannot. ``since``: the turns from which the former need and this one can be met;
         ``former``: the poses of the robots that took part in the former need."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
         if number == stage.need:  # none if it has done its part, or is not in the group

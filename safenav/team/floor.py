@@ -1,9 +1,9 @@
 """The transition model on poses: what robots may do on a floor with these obstacles, and what
 follows.
 
-A ``Floor`` is what the team knows at one moment, without poses: SOLVE, joint searches, proofs, the
-simulated world and the execution all ask it the same questions. ``stages`` are those of its
-``gates``, in its order.
+A ``Floor`` is the team's knowledge at one moment, without poses. SOLVE, joint searches, proofs, the
+simulated world and the execution use the same methods of it. ``stages`` are those of its ``gates``,
+in its order.
 """
 
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
@@ -28,8 +28,8 @@ if it has entered it to resolve it (None: any)."""
 
 
 class Joint(NamedTuple):
-    """A joint state of a search: all that its future depends on. ``charges``: of all robots, in
-    searches that follow them."""
+    """A joint state of a search: all that its future depends on. ``charges``: those of all robots,
+    in searches with batteries."""
 
     poses: tuple[int, ...]
     counts: tuple[tuple[int, int], ...]
@@ -44,8 +44,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     resolve one by entering it; ``inside``: of each robot where it is in obstacles closed to it;
     ``helping``: those that serve each obstacle already; ``rounds``: those to be completed, if not
     all of the mission; ``away``: poses that only robots out of service keep from each robot;
-    ``either``: strict objectives may begin with any target; ``laden``: robots that carry loads of
-    other obstacles."""
+    ``either``: whether strict objectives may begin with any target; ``laden``: robots that carry
+    loads of other obstacles."""
 
     team: Team
     gates: tuple[int, ...]
@@ -104,8 +104,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def skilled(self, g: int, stages: Stages) -> tuple[int, ...]:
-        """Return the robots that have what the next need takes; of a chosen group, if there is
-        one."""
+        """Return the robots with the skills of the next need; only those of the chosen group, if
+        there is one."""
         skills, group = self.need(g, stages).skills, stages[g].group
         able = (i for i in self.robots if skills <= self.team.members[i].robot.capabilities)
         return tuple(
@@ -116,7 +116,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def able(self, g: int, stages: Stages) -> tuple[int, ...]:
-        """Return the robots that would do their part of the next need where they can."""
+        """Return the robots that do their part of the next need when they are in its regions."""
         out = stages[g].done
         if self.need(g, stages).takes:
             out = out | self.gate(g).strays[stages[g].need] | self.carriers(stages)
@@ -124,8 +124,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def carriers(self, stages: Stages) -> frozenset[int]:
-        """Return the robots that carry a load, or have taken their part of one. Each carries one at
-        most."""
+        """Return the robots that carry a load, or have taken their part of one. Each carries at
+        most one."""
         found = {*self.laden}
         for g in self.open(stages):
             if self.need(g, stages).same:
@@ -138,7 +138,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.need(g, stages).robots - len(stages[g].done)
 
     def commits(self, g: int, stages: Stages) -> bool:
-        """Return whether meeting the next need chooses the robots of a later one."""
+        """Return whether fulfilling the next need determines the robots of a later one."""
         stage, needs = stages[g], self.gate(g).needs
         chosen = stage.group is not None and len(stage.group) <= needs[stage.need].robots
         return self.chained(g, stages) and not chosen
@@ -216,8 +216,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self._settled(poses, counts, stages, self.robots, arriving)
 
     def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
-        """Return the joint state after robots ``who`` have gone to their ``poses``: all act, and
-        goals count. Those that arrive before a resolution count before it."""
+        """Return the joint state after robots ``who`` have gone to their ``poses``, all have acted,
+        and goals have counted: before a resolution, for those that arrive before it."""
         moved = [i for i in who if poses[i] != joint.poses[i]]
         after = self._settled(poses, joint.counts, joint.stages, who, moved)
         if len(moved) > 1 and self._restarts(joint.stages, after.stages):
@@ -278,8 +278,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.team.members[i].pursuit.rounds(count[1])
 
     def awaited(self, i: int, count: tuple[int, int]) -> Mask:
-        """Return the poses that a robot wants to reach next; if it is done, those where it must
-        end."""
+        """Return the poses of a robot's next target; if its rounds are completed, those where it
+        must end."""
         member = self.team.members[i]
         if not self.is_done(i, count):
             return member.awaited(count[0])
@@ -288,7 +288,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def completed(
         self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
     ) -> bool:
-        """Return whether all is done, and each robot (``who``) stands where it may end."""
+        """Return whether all rounds are completed, and each robot (of ``who``) is in a pose where
+        it may end."""
         robots = self.robots if who is None else who
         if not all(self.is_done(i, joint.counts[i]) for i in robots):
             return False
@@ -298,8 +299,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def final(self, i: int, stages: Stages) -> Mask:
-        """Return the poses where a robot may end: it can continue forever, and is at the target at
-        which its objective settles, if it does."""
+        """Return the poses where a robot may end: it can continue forever and, if its objective
+        settles, is at that target."""
         member, live = self.team.members[i], self.live(i, self.allowed(i, stages))
         return live & member.targets[-1] if member.pursuit.settles else live
 
@@ -357,7 +358,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
 
 class _Known(dict[int, T]):
-    """A fact by pose, computed once."""
+    """A function of the pose, computed once for each."""
 
     def __init__(self, of: Callable[[int], T]) -> None:
         self.of = of
@@ -372,8 +373,8 @@ def put(stages: Stages, g: int, stage: Stage) -> Stages:
 
 
 def restarted(member: Member, count: Count) -> Count:
-    """Return the progress after a resolution: rounds are counted from zero, a next target stays the
-    next."""
+    """Return the progress after a resolution: rounds count from zero, and the next target remains
+    the next."""
     return Count(count.memory if member.pursuit.in_turn else 0, 0, count.held)
 
 
@@ -403,7 +404,7 @@ def gates_of(state: State) -> tuple[int, ...]:
 
 
 def floor_now(team: Team, state: State, *, everyone: bool = False) -> Floor:
-    """Return the floor as the team knows it, of all robots in service, or of ``everyone``."""
+    """Return the floor as the team knows it, with all robots in service, or with ``everyone``."""
     pairs = enumerate(() if everyone else state.robots)
     out = frozenset((i, robot.next) for i, robot in pairs if not robot.active)
     closed, within = barred(team, state), inside(team, state)
@@ -492,7 +493,6 @@ def stages_of(floor: Floor, state: State) -> Stages:
 
 
 def barred(team: Team, state: State) -> frozenset[tuple[int, int]]:
-    """Return the robots whose actions on an obstacle have failed too often, each with that
-    obstacle."""
+    """Return pairs of a robot and an obstacle on which its actions have failed too often."""
     pairs = state.attempts
     return frozenset(pair for pair in pairs if pairs.count(pair) >= team.scenario.failures.actions)

@@ -2,7 +2,7 @@
 states in which goals are met.
 
 Steps depend on the memory of the formulas. A robot with rivals follows joint plans, so its states
-are poses with their memory; a lone one follows its strategy, so those of its poses suffice.
+are poses with a memory; a lone robot follows its strategy, so poses suffice as its states.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph
 
 MOST_STATES = 4000
-"""Most states of a robot that shares its floor."""
+"""Maximum number of states of a robot that shares its floor."""
 
 
 def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
@@ -59,7 +59,7 @@ def targets_of(objective: Objective, graph: PoseGraph) -> tuple[Mask, ...]:
 
 @lru_cache(maxsize=256)
 def _posed(formulas: Ltl, world: RegionMap, mobility: Mobility) -> PoseGraph:
-    """Return the poses, and the steps that formulas allow with some memory."""
+    """Return the graph of poses, with the steps that formulas allow for some memory."""
     graph, allows = plain_graph(world, mobility), guarantees_of(formulas).allows
     steps = ((pose, step) for pose in bits(graph.everywhere) for step in graph.steps(pose))
     closed = (each for each in steps if not allows(graph.pose(each[0]), graph.pose(each[1])))
@@ -136,8 +136,8 @@ class StateGraph(PoseGraph):
         return super().pose(number % self._span)
 
     def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
-        """Return this graph without the steps into a pose, for every memory. In runs the robot may
-        leave only to the region behind it."""
+        """Return this graph without the steps into a pose, for every memory. From there, runs of
+        the robot may lead only to the region behind it."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, shut)
 

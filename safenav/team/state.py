@@ -29,9 +29,9 @@ class Count(NamedTuple):
 
 
 class Is(StrEnum):
-    """State of an obstacle. ``SEEN``: a sensor shows it, no request yet; ``OPEN``: met or ordered,
-    a request; ``SEALED``: in O, found untraversable or never to be resolved; ``OVER``: resolved, or
-    gone."""
+    """State of an obstacle. ``SEEN``: a sensor shows it, but it has no request; ``OPEN``:
+    encountered or ordered, with a request; ``SEALED``: permanent (in O), since it is untraversable
+    or can never be resolved; ``OVER``: resolved, or gone."""
 
     AWAY = "away"
     HIDDEN = "hidden"
@@ -42,7 +42,7 @@ class Is(StrEnum):
 
 
 class ObstacleNow(Struct, frozen=True):
-    """``asked``: robots that met it, each with the region where it waits, the last one last;
+    """``asked``: robots that encountered it, each with the region where it waits, the latest last;
     ``given_up``: sealed because no robot can resolve it, not because it was found untraversable;
     ``aside``: no joint plan serves it; ``due``: the tick by whose end its request must be met."""
 
@@ -55,7 +55,7 @@ class ObstacleNow(Struct, frozen=True):
 
     @property
     def known(self) -> bool:
-        """Whether the team knows it as unresolved: robots act on it."""
+        """Whether the team knows it as unresolved, so that robots act on it."""
         return self.state in (Is.OPEN, Is.SEEN) or self.given_up
 
 
@@ -70,18 +70,18 @@ Base = tuple[Objective, int | None, Count, Values]
 
 class RobotNow(Struct, frozen=True):
     """``to``: the pose of the step under way (it reserves both regions); ``due``: the tick in which
-    that ends (lockstep). ``objective``: the one in force, with its progress ``task``; ``own``:
+    this step ends (lockstep). ``objective``: the one in force, with its progress ``task``; ``own``:
     progress with its own. ``node``: that of its strategy at its next pose. ``at``: its place in the
     joint plan; ``by``: what decided the step under way; ``command``: the number of the last one
     (live). ``acting``: the robot in whose action it takes part. ``active``: it is in service;
-    ``failed``: the regions of the steps that failed since it arrived somewhere. ``fresh``: it has
-    not counted its objective since it got it. Of formulas: ``values`` of the memory and the inputs
-    at the pose of its next decision; ``came``: its pose and these values before its last turn.
-    ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input that set
-    its own objective; ``base``: what it had before that. ``charge``: of its battery; ``flat``: that
-    was used up, and the robot waits for another one; ``cause``: who took it out of service.
-    ``behind``: the region from which it entered its own; None if it was put there. ``broken``: the
-    assumptions of its last strategy that did not hold."""
+    ``failed``: the regions of the steps that failed since it arrived somewhere. ``fresh``: it has a
+    new objective, of which it has counted nothing yet. Of formulas: ``values`` of the memory and
+    the inputs at the pose of its next decision; ``came``: its pose and these values before its last
+    turn. ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input
+    that set its own objective; ``base``: its objective before that. ``charge``: of its battery;
+    ``flat``: the charge is used up, and the robot waits for another battery; ``cause``: the reason
+    why it is out of service. ``behind``: the region from which it entered its own; None if it was
+    put there. ``broken``: the assumptions of its last strategy that did not hold."""
 
     pose: int
     objective: Objective
@@ -168,7 +168,7 @@ class Event(Struct, frozen=True):
 
 
 class Change(Event, frozen=True):
-    """An event beyond the turns of robots, of which the team decides together."""
+    """An event outside the turns of robots, after which the team decides again."""
 
 
 class Ended(Event, frozen=True):
@@ -178,7 +178,7 @@ class Ended(Event, frozen=True):
 
 
 class Turn(Event, frozen=True):
-    """It is a robot's turn. ``ticks``: how long it takes (None: no time, so staying counts
+    """The turn of a robot. ``ticks``: its duration (None: no time, so staying counts
     immediately)."""
 
     robot: int
@@ -192,7 +192,7 @@ class Goes(Event, frozen=True):
 
 
 class Time(Change, frozen=True):
-    """``flows``: charges change with the time, else with each stay."""
+    """The time of the run. ``flows``: charges change with it, else with each stay."""
 
     now: float
     flows: bool = False
@@ -201,7 +201,7 @@ class Time(Change, frozen=True):
 class Departed(Event, frozen=True):
     """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there, with
     the ``values`` of its formulas; ``due``: the tick in which the step ends, if it takes several;
-    live ``command``, ``seconds``: its number, and how long it is expected to take."""
+    live: ``command``, its number, and ``seconds``, its expected duration."""
 
     robot: int
     pose: int
@@ -214,7 +214,7 @@ class Departed(Event, frozen=True):
 
 
 class Arrived(Ended, frozen=True):
-    """A robot is where its step leads. ``why``: what took it more than one attempt."""
+    """A robot has arrived where its step leads. ``why``: the reason for more than one attempt."""
 
     why: str = ""
 
@@ -227,8 +227,8 @@ class Elsewhere(Ended, frozen=True):
 
 
 class Astray(Event, frozen=True):
-    """These assumptions of a robot's strategy are violated by what it observes; the strategy does
-    not say how to continue."""
+    """A robot's observation violates these assumptions of its strategy, which has no successor for
+    it."""
 
     robot: int
     rules: tuple[str, ...]
@@ -243,14 +243,14 @@ class Failed(Ended, frozen=True):
 
 
 class Lost(Ended, frozen=True):
-    """A robot is somewhere in these regions; nothing else is known of it."""
+    """A robot is in one of these regions; it is not known in which."""
 
     regions: frozenset[int]
     why: str = ""
 
 
 class Stayed(Event, frozen=True):
-    """A robot stays for this turn, of so many ``ticks``. ``by`` as above."""
+    """A robot stays for this turn of ``ticks`` (as in ``Turn``). ``by``: what decided that."""
 
     robot: int
     by: str
@@ -268,7 +268,7 @@ class Flat(Event, frozen=True):
 
 
 class Served(Change, frozen=True):
-    """A robot is out of service, or back in it. ``cause``: who decided that."""
+    """A robot is out of service, or back in service. ``cause``: the reason."""
 
     robot: int
     active: bool
@@ -283,7 +283,7 @@ class Placed(Change, frozen=True):
 
 
 class Assigned(Change, frozen=True):
-    """A robot has another objective of its own. ``cause``: who gave it; ``within``: the ticks until
+    """A robot has another objective of its own. ``cause``: the reason; ``within``: the ticks until
     its deadline; ``mode``: the input that sets it; ``base``: what the robot had before it was set,
     or has again; ``own``: it pursued its own objective until now."""
 
@@ -297,8 +297,8 @@ class Assigned(Change, frozen=True):
 
 
 class Looked(Event, frozen=True):
-    """A robot has looked around: what it knows of the robots that it tracks now, and the regions
-    where each may be."""
+    """A robot has observed the robots that it tracks: its knowledge now, and the regions where each
+    may be."""
 
     robot: int
     known: tuple[tuple[int, Known], ...]
@@ -319,7 +319,7 @@ class Declared(Change, frozen=True):
 
 
 class Intervened(Change, frozen=True):
-    """An operator intervenes. ``what``: the word for it."""
+    """An operator intervenes. ``what``: the word for the intervention."""
 
     what: str
     robot: int | None = None
@@ -361,9 +361,9 @@ class Acts(Event, frozen=True):
 
 class Acted(Event, frozen=True):
     """A robot has done all that it can where it stands. ``stages``: those that changed; ``truths``:
-    what each resolved obstacle revealed; ``failed``: the obstacles that it would have resolved, and
-    has not; ``gone``: those that it did not find; ``why``: the reason of a failure; ``again``:
-    those that it opened once more, unasked."""
+    what each resolved obstacle revealed; ``failed``: the obstacles that it failed to resolve;
+    ``gone``: those that it did not find; ``why``: the reason of a failure; ``again``: those that a
+    sensor showed again, and that it resolved without a request."""
 
     robot: int
     stages: tuple[tuple[int, Stage], ...]
@@ -395,7 +395,7 @@ class Met(Event, frozen=True):
 
 class Appeared(Change, frozen=True):
     """An obstacle appears. ``truth``: what resolving it will reveal, if the world is simulated;
-    ``another``: it differs from that of the last obstacle of its name."""
+    ``another``: this truth differs from that of the last obstacle of its name."""
 
     obstacle: int
     truth: bool | None = None
@@ -411,7 +411,7 @@ class Gone(Change, frozen=True):
 
 
 class Counted(Event, frozen=True):
-    """A robot's turn is over: goals count where it stands. ``ticks`` as above."""
+    """A robot's turn is over: goals count where it stands. ``ticks``: as in ``Turn``."""
 
     robot: int
     ticks: int | None = 1
@@ -451,10 +451,10 @@ class Turned(Event, frozen=True):
 
 
 class Planned(Event, frozen=True):
-    """A decision: the sharing robots follow this plan."""
+    """A decision: the robots that share a floor follow this plan."""
 
     plan: Plan | None
 
 
 Strayed = Elsewhere | Failed | Lost | Met
-"""Ends of steps that are not as decided; more changes may follow from them."""
+"""Ends of steps that differ from the decision; further changes may follow."""

@@ -1,4 +1,5 @@
-"""A team as numbers: robots, obstacles and their needs. Made once from a scenario; never changes.
+"""A team in numbers: robots, obstacles and their needs. It is made once from a scenario, and never
+changes.
 
 Robots and obstacles are numbered in the scenario's order. A set of regions or poses is a mask.
 """
@@ -23,9 +24,9 @@ from safenav.world.poses import Mask, PoseGraph, bits, plain_graph, region_mask
 
 class Need(Struct, frozen=True):
     """``robots`` distinct robots do ``action`` in ``regions``, at the same time if ``together``;
-    they are of those that met the need before if ``same``. ``skills``: all that they must be able
-    to do, up to the last need that the same robots meet; ``takes``: they carry a load from then
-    on."""
+    with ``same``, robots that fulfilled the need before. ``skills``: all actions that they must
+    have, up to the last need that the same robots fulfil; ``takes``: whether they carry a load from
+    then on."""
 
     action: str
     robots: int
@@ -56,13 +57,13 @@ class Obstacle(Struct, frozen=True, eq=False):
 
 
 Zone = tuple[frozenset[int], Mask]
-"""Other robots, and regions."""
+"""An entry of ``never_together`` for one robot: the other robots, and the regions."""
 
 
 class Member(Struct, frozen=True, eq=False):
     """A robot. ``floor``: the poses that walls and its own rules leave; ``targets``: masks of
     poses; ``rivals``: the robots with which it never shares a region; ``zones``: regions in which
-    it is never together with others, each with these; ``ticks``: of its slowest step."""
+    it is never together with others, each with these; ``ticks``: those of its slowest step."""
 
     name: str
     robot: model.Robot
@@ -103,7 +104,7 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def either(self) -> bool:
-        """Whether its first target may be any: strict objectives leave that open."""
+        """Whether it may begin with any target, as strict objectives allow."""
         return self.objective.strict and not self.objective.literal
 
     @property
@@ -146,7 +147,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def numbers(self) -> dict[str, tuple[int, ...]]:
-        """The numbers of the obstacles of each name: one that comes back has several."""
+        """The numbers of the obstacles of each name; an obstacle that returns has several."""
         found: dict[str, tuple[int, ...]] = {}
         for k, each in enumerate(self.obstacles):
             found[each.name] = (*found.get(each.name, ()), k)
@@ -162,7 +163,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def crowds(self) -> tuple[frozenset[int] | None, ...]:
-        """For each robot it and its rivals, if all of these are rivals of each other."""
+        """For each robot: the robot with its rivals, if all of these are rivals of each other."""
         whole = [member.rivals | {i} for i, member in enumerate(self.members)]
         return tuple(each if all(whole[j] == each for j in each) else None for each in whole)
 
@@ -173,7 +174,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def lone(self) -> tuple[int, ...]:
-        """The robots that their strategies drive."""
+        """The robots that are driven by their strategies."""
         return tuple(i for i, member in enumerate(self.members) if not member.planned)
 
     @cached_property
@@ -183,8 +184,8 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def step_ticks(self) -> tuple[int, ...]:
-        """The ticks of each robot's step; in a live run seconds, rounded up: the mean of one
-        straight on and one with a quarter turn."""
+        """The ticks of each robot's step; in a live run its seconds, rounded up: the mean of a
+        straight step and one with a quarter turn."""
         if self.scenario.clock is not model.Clock.LIVE:
             return tuple(member.ticks for member in self.members)
         found = []
@@ -262,8 +263,8 @@ def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None
 def assigned(
     team: Team, i: int, objective: Objective, within: int | None, *, remember: bool = True
 ) -> Team:
-    """Return the team in which a robot has another objective of its own, each round ``within`` so
-    many ticks."""
+    """Return the team in which a robot has another objective of its own, each round due ``within``
+    this number of ticks."""
     member = team.members[i]
     robot = replace(member.robot, objective=objective, within=within)
     new = _member(team.scenario, robot, member.rivals, member.zones, remember=remember)
@@ -307,7 +308,7 @@ def _strays(
 
 
 def _cut_off(robot: model.Robot, later: list[tuple[int, ...]], scenario: model.Scenario) -> bool:
-    """Return whether the map leaves a robot no path to some of these places."""
+    """Return whether the map leaves a robot no path to some of these regions."""
     graph = plain_graph(scenario.map, robot.model.mobility)
     there = graph.closure(1 << graph.number(robot.start), graph.outside(robot.objective.avoid))
     return any(not there & graph.on(regions) for regions in later)
