@@ -27,8 +27,8 @@ from safenav.world.poses import Pose
 class Intervention(Struct, frozen=True):
     """A change by a user. ``kind``: see ``LINES``; in a simulated world also ``close``: the
     ``obstacle`` appears as soon as no robot is there, ``open``: one disappears, ``truth``:
-    resolving one reveals another. ``name``: of the robot, the obstacle or the input; ``on``: that
-    is in service, traversable or on from now on."""
+    resolving one reveals another. ``name``: that of the robot, the obstacle or the input; ``on``:
+    whether the robot is in service, the obstacle traversable, or the input on from now on."""
 
     kind: str
     name: str = ""
@@ -153,7 +153,7 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
 
 
 def _flag(data: Mapping[str, Any], key: str) -> bool:
-    """A truth, which must be stated as one: every text would be true, ``"out"`` as well."""
+    """A truth value, which must be stated as one: any text would count as true, even ``"out"``."""
     value = data.get(key)
     if not isinstance(value, bool):
         raise UsageError(f"'{key}' must be true or false, not {value!r}")

@@ -1,7 +1,7 @@
 """Answers to the questions of a team: strategies and joint plans, remembered by the question.
 
 Beside a running clock they are computed in threads: a question without an answer yet raises
-Pending, and is asked again. A question that is not repeated is abandoned.
+Pending, and is repeated in the next pass. A question that is not repeated is abandoned.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 Answer = TypeVar("Answer")
 FEW = 4
-"""Robots for which a search without charges comes first."""
+"""Maximum number of robots for which a search without charges comes first."""
 
 Check = Callable[[], None]
-"""Raises an exception if a search must end."""
+"""Function that raises an exception if a search must end."""
 
 
 class Pending(Exception):  # noqa: N818 - it is not an error
@@ -45,7 +45,7 @@ class Obsolete(Exception):  # noqa: N818 - it is not an error
 
 
 class Question(Struct, eq=False):
-    """A question under way. ``asked``: since the last call of ``forget``."""
+    """A question under way. ``asked``: whether it was asked since the last call of ``forget``."""
 
     future: Future[Any] | None = None
     asked: bool = True
@@ -116,8 +116,8 @@ class Answers:
     def more(
         self, floor: Floor, joint: Joint, seed: int, charges: tuple[float, ...], time: float
     ) -> Plan | None:
-        """Return a plan for rounds beyond the mission, if there is one for which the charges
-        suffice. It is searched once: the joint state does not change while the robots stand."""
+        """Return a plan for rounds beyond the mission, if the charges suffice for one. The search
+        runs once, since the joint state does not change while the robots stand."""
         about = floor.team, floor.floors, floor.robots, floor.rounds, seed
         if about in self._vain:
             return None
@@ -139,13 +139,13 @@ class Answers:
         return all(each.future is None or each.future.done() for each in self._questions.values())
 
     def fresh(self) -> bool:
-        """Return whether all answers have come since the last call."""
+        """Return whether all answers have arrived since the last call."""
         ready = self.ready  # once: an answer may come at any moment
         come, self._awaited = self._awaited and ready, not ready
         return come
 
     def keep(self) -> None:
-        """Continue with all questions under way."""
+        """Keep all questions under way, as if each had been asked."""
         for each in self._questions.values():
             each.asked = True
 

@@ -1,8 +1,8 @@
 """The intentions of the team, a function of its state and of its intentions before.
 
 Duties are decided again iff the question has changed (requests, obstacles, service), once for all
-changes since. The plan of the sharing robots is computed again iff there is none: a surprise has
-dropped it (``apply``), or it is at its end and its promise is not kept.
+changes since. The plan of the robots that share a floor is computed again iff there is none: a
+surprise has dropped it (``apply``), or it is at its end and the mission is not complete.
 """
 
 from collections.abc import Callable, Collection, Hashable, Sequence
@@ -47,8 +47,8 @@ _OUT = {
 class Control(Struct, frozen=True):
     """Intentions of the team. ``new``: the robots that have just been synthesized; ``pending``:
     those that wait for a strategy, because of ``asked``; ``thinks``: the plan is still being
-    computed; ``helped``: what could not be done may be possible since a change. ``vain``: obstacles
-    that a robot was to resolve for which it has no strategy, by these ``failed`` syntheses."""
+    computed; ``helped``: a change may have made a failed resolution possible. ``vain``: obstacles
+    that a robot was to resolve without a strategy for that, by these ``failed`` syntheses."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -71,7 +71,7 @@ def coordinate(
     team: Team, state: State, before: Control, answers: Answers, coming: Coming = lambda: False
 ) -> tuple[Control, list[now.Event]]:
     """Return the intentions of the team now, and the decisions that lead there, in order.
-    ``coming``: whether a change is to come, for which a team that can do nothing waits."""
+    ``coming``: whether a change is to come, for which a team waits if it can do nothing else."""
     decided: list[now.Event] = []
 
     def decide(event: now.Event) -> None:
@@ -177,7 +177,7 @@ def _question(team: Team, state: State) -> Hashable:
 
 
 def _is_astray(robot: RobotNow) -> bool:
-    """Return whether a robot that its strategy drives is in none of its nodes."""
+    """Return whether a robot with a strategy is in none of the strategy's nodes."""
     return robot.active and robot.to is None and robot.node is None
 
 
@@ -294,8 +294,8 @@ def _meanwhile(
 def _planned(
     team: Team, state: State, control: Control, answers: Answers, decide: Decide
 ) -> End | None:
-    """Give the sharing robots a plan if they need one: the end of the run if there is none.
-    Raises Pending."""
+    """Give the robots that share a floor a plan if they need one; return the end of the run if
+    there is none. Raises Pending."""
     if not team.sharing:
         return None
     helps = (control.roles[i].helps for i in team.lone)
@@ -367,8 +367,8 @@ def _out_of_service(team: Team, state: State, control: Control) -> End | None:
 
 
 def _without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
-    """Return the end of a run that lacks robots out of service. ``left``: the reason why it is not
-    completed, if known."""
+    """Return the end of a run that cannot continue without robots out of service. ``left``: the
+    reason why it is not completed, if known."""
     names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
     left = left or what_is_left(team, state, (), live=team.scenario.clock is Clock.LIVE)
     return End("operator_needed", f"{names} out of service; {left}", "out_of_service")

@@ -57,9 +57,9 @@ class End(Struct, frozen=True):
 
 
 def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = False) -> Sets:
-    """Return the team as if every robot were in service, or with ``serving`` as if the others did
-    nothing, and blocked no robot; with ``given_up`` as if the obstacles that are given up were
-    still requested."""
+    """Return the team as if every robot were in service, or with ``serving`` as if only these
+    robots acted, and the others blocked no robot; with ``given_up`` as if the obstacles that are
+    given up were still requested."""
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
@@ -99,7 +99,8 @@ def infeasible(team: Team, state: State, now: Sets) -> End:
 
 
 def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) -> list[str]:
-    """Return the reasons up to a dead end. ``left``: whether a step is left there."""
+    """Return the reasons along the choices up to a dead end. ``left``: whether a step is left
+    there."""
     sentences, lossless = list[str](), True
     for step in steps:
         lossless = lossless and step.lossless
@@ -113,8 +114,8 @@ def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) 
 
 
 def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
-    """Return the reason why a robot cannot continue. ``chosen``: after an option that was
-    chosen."""
+    """Return the reason why a robot cannot continue. ``chosen``: whether the state follows a chosen
+    option."""
     robot, word = team.members[i].robot, team.world.word
     objective = robot.objective
     if objective.formulas is not None:
@@ -301,7 +302,8 @@ class Request:
         return [i for i in able if i not in stage.done]
 
     def _loads(self) -> str | None:
-        """Return the loads of robots that cannot take another one; None if there are none."""
+        """Return in words the loads of robots that cannot take another one; None if there are
+        none."""
         floor, parts = self.floor, []
         carrying = floor.carriers(self.stages) if self.need.takes else frozenset()
         for i in carrying.intersection(floor.skilled(self.g, self.stages)):
@@ -348,7 +350,8 @@ class Stopped(BaseException):
 
 
 class Stop:
-    """``seconds``: the most wall time of the run (None: any). ``asked``: why it is to end."""
+    """``seconds``: maximum wall time of the run (None: no limit). ``asked``: the end that was
+    requested."""
 
     def __init__(self, seconds: float | None) -> None:
         self.seconds, self.asked = seconds, ""

@@ -76,8 +76,8 @@ class Roles:
         return self.floor.gates[self.found.duties[i].g]
 
     def _meets_own_first(self, i: int) -> bool:
-        """Return whether a robot must meet the next target of its ``once`` before its duty, since
-        it could not meet all that are left afterwards; and can."""
+        """Return whether a robot must and can meet the next target of its ``once`` before its duty,
+        since it could not meet all remaining targets afterwards."""
         member, duty, floor = self.team.members[i], self.found.duties[i], self.floor
         if not (member.pursuit.settles and member.pursuit.in_turn):
             return False
@@ -90,8 +90,8 @@ class Roles:
         return not rest and bool(graph.closure(first, now) & duty.goal)
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
-        """Return the region where it waits, or the first own target between which and its duty it
-        can go."""
+        """Return the region where it waits, or the first own target such that it can alternate
+        between that and its duty."""
         waiting = [frozenset({place}) for place in self._places(i)]
         for target in (*waiting, *self.team.members[i].objective.targets):
             if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):
@@ -110,7 +110,7 @@ class Roles:
         return self._toward(i, targets, other) if self._goes_between(i, targets) else None
 
     def _wait(self, i: int) -> Role:
-        """Return the role of a robot that waits: its objective for that time, else to hold where it
+        """Return the role of a robot that waits: its objective for that time, or to hold where it
         encountered the obstacle."""
         other = self.meanwhile(i) if self.waits(i) else None
         if other is not None:

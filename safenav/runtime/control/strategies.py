@@ -201,7 +201,8 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
 
 
 def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[Known, ...]:
-    """Return the regions beyond the walls that a robot must not plan through."""
+    """Return the regions other than walls that are closed in a robot's specification, each with its
+    reason."""
     robot = team.members[i].robot
     found = [
         Known(r, f"robots.{robot.name}.objective.avoid", f"{robot.name} avoids it")
@@ -260,7 +261,7 @@ def standing(team: Team, state: State) -> frozenset[int]:
 
 
 def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
-    """Return the inputs of a robot's strategy now."""
+    """Return the present inputs of a robot's strategy."""
     robot, places = state.robots[i], {m.name: j for j, m in enumerate(team.members)}
     at = {each.name: state.robots[places[each.name]].pose % team.size for each in task.observed}
     known = {name: dict(robot.known).get(places[name], at[name]) for name in at}
@@ -285,9 +286,9 @@ def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
 
 
 def after_look(watch: Tracker, own: Region, other: Region, known: Knowledge) -> Knowledge:
-    """Return the knowledge after a look from region ``own`` while the other is in ``other``, which
-    only decides whether it is seen. If it is not, although every region that it can have reached is
-    in sight, the belief is all cells."""
+    """Return the knowledge after an observation from region ``own`` while the tracked robot is in
+    ``other``, which only decides whether it is seen. If it is out of sight although every region
+    that it can have reached is in sight, the belief is all cells."""
     if watch.visibility.sees(own, other):
         return other
     belief = watch.update(own, known).belief
@@ -295,8 +296,8 @@ def after_look(watch: Tracker, own: Region, other: Region, known: Knowledge) -> 
 
 
 MOST_STEPS = 40
-"""Number of steps of a strategy that are followed to see whether they lead to a goal: it may first
-meet one that it pursued before."""
+"""Number of steps of a strategy that ``leads`` follows: the strategy may first meet the goal that
+it pursued before."""
 Step = tuple[int, int | None, int]
 """A region, a heading, and the strategy's node there."""
 
@@ -328,7 +329,7 @@ def commanded(
     field = graph.distances(goal, free)
 
     def leads(step: Step | None, place: int | None) -> bool:
-        """Return whether the strategy comes nearer to the goal by this step and its next ones."""
+        """Return whether this step and the next ones of the strategy lead nearer to the goal."""
         for _ in range(MOST_STEPS):
             if step is None or not free >> number(step) & 1:
                 return False
@@ -338,7 +339,7 @@ def commanded(
         return False
 
     def near(region: Region) -> tuple[int, Region]:
-        """Return the steps from a region to the goal."""
+        """Return the number of steps from a region to the goal."""
         return min(field[pose] for pose in bits(graph.on({region}))), region
 
     if not 0 < field[robot.pose] < FAR:

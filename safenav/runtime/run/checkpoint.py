@@ -28,11 +28,11 @@ from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.file import Trace, as_data
 
 FREE = ("name", "limits", "seed", "expect", "requirements", "catalogue", "clock", "failures")
-"""Parts of a scenario that may be others when a run continues."""
+"""Parts of a scenario that may differ when a run continues."""
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE = 50, 2, 150
-"""A checkpoint follows after that many lines at least, when they take ``SHARE`` times the space of
-the last one, with ``LINE`` bytes for each."""
+"""A checkpoint follows after at least ``FEWEST`` lines, when they take ``SHARE`` times the space of
+the last checkpoint, at ``LINE`` bytes per line."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
@@ -62,7 +62,8 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     sha256: str = ""
 
     def checkpoint(self, lines: int, first: bytes) -> records.Checkpoint:
-        """Return the run after so many lines of its trace, the ``first`` of which is the header."""
+        """Return the run after this number of lines of its trace, of which ``first`` is the
+        header."""
         return sealed(records.Checkpoint(self.memory.tick, lines, plain(self)), first)
 
 
@@ -137,7 +138,7 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
 
 
 def _compare(trace: Trace, scenario: Scenario) -> None:
-    """Compare a scenario with that of a trace. Raises UsageError if it is another one."""
+    """Compare a scenario with that of a trace. Raises UsageError if they differ."""
     there, here = trace.header.scenario.recorded, scenario.recorded
     if there.clock is not scenario.clock:
         clock = "in seconds" if trace.header.live else "in ticks"
@@ -162,7 +163,8 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
 
 
 class Checkpoints:
-    """The checkpoints of a run, of which it ``emits`` the lines: at most a share of the trace."""
+    """The writer of a run's checkpoints, whose lines it ``emits``: they are at most a share of the
+    trace."""
 
     def __init__(self, emit: Callable[[records.Record], None]) -> None:
         self._emit = emit

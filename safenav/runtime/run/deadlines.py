@@ -1,7 +1,6 @@
-"""The deadlines of a run: when each begins, and its verdict (docs/deadlines.md), a fold over
-events; deadlines that cannot be met, and charges that do not suffice, found before the start.
-
-Lines follow those of each event, and the turns with new requests or other bounds.
+"""The deadlines of a run: their starts and verdicts (docs/deadlines.md), as a fold over events;
+before the start, deadlines that cannot be met and charges that do not suffice. Lines follow those
+of an event, or of a turn with new requests or bounds.
 """
 
 from bisect import bisect_left
@@ -33,8 +32,8 @@ its number."""
 
 class Due(Struct, frozen=True):
     """A deadline: the tick by whose end it must be met. ``past``: it was missed; ``reported``: it
-    was recorded as lost. Rounds have ``disturbed``: the robot did not only pursue its objective;
-    ``before``: nor in the previous round; ``done``: rounds since the last resolution."""
+    was recorded as lost. For a round: ``disturbed``: the robot also waited, helped or was out of
+    service; ``before``: so in the previous round; ``done``: rounds since the last resolution."""
 
     tick: int
     past: bool = False
@@ -90,7 +89,7 @@ class Ledger:
         return bool(self.late) and self.scenario.late is LatePolicy.STOP
 
     def happened(self, team: Team, before: State, event: now.Event) -> None:
-        """Learn of an event, the first one of each tick being its ``Time``."""
+        """Take an event; the first one of each tick is its ``Time``."""
         if not self.active:
             return
         match event:
@@ -126,7 +125,7 @@ class Ledger:
                         self._begins(team, i, done=0)
 
     def turn_ends(self, team: Team, state: State) -> None:
-        """Record what follows from a turn and what was before it, and from its decisions."""
+        """Record the verdicts that follow from a turn and its decisions, given the state before."""
         if not self.active:
             return
         for kind, k in sorted(self.dues):
@@ -211,7 +210,8 @@ def objectives_change(team: Team, tick: int) -> bool:
 
 
 Orders = list[list[Mask]]
-"""The sequences of targets of which a robot must meet one; none if it chooses their order."""
+"""Alternative sequences of targets, one of which a robot must meet; none if it chooses the
+order."""
 
 
 def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> Orders:

@@ -1,5 +1,5 @@
-"""A robot's next move: what its driver proposes (NP), whether it is safe (EC), and what it does
-instead."""
+"""A robot's next move: the proposal of its driver (NP), whether that is safe (EC), and the
+alternatives."""
 
 from typing import NamedTuple
 
@@ -19,8 +19,8 @@ from safenav.team.team import Team
 
 
 class Proposal(NamedTuple):
-    """A pose to go to (its own: it stays), what decides that, and the strategy's node there,
-    with the values of its formulas."""
+    """A destination (its own pose: a stay), the origin of the decision, and the strategy's node
+    there, with the values of its formulas."""
 
     pose: int
     by: str
@@ -30,7 +30,7 @@ class Proposal(NamedTuple):
 
 def continues(team: Team, state: State, control: Control, i: int) -> bool:
     """Return whether a robot moves while the team waits for help from outside: it can undo each of
-    its steps alone, and needs no help itself, or has an objective for that time."""
+    its steps alone and needs no help itself, or it has an objective for that time."""
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or member.objective.formulas is not None:
         return False
@@ -66,8 +66,8 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
 
 
 def _is_kept(team: Team, state: State, i: int, pose: int) -> bool:
-    """Return whether the inputs of its formulas let a robot take a step now: plans do not foresee
-    them."""
+    """Return whether a step satisfies a robot's formulas with the present inputs, which plans do
+    not foresee."""
     robot, graph = state.robots[i], team.members[i].graph
     formulas = team.members[i].objective.formulas
     if formulas is None or not formulas.inputs:
@@ -133,7 +133,7 @@ def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...
 
 def closing(team: Team, state: State, i: int, pose: int) -> int | None:
     """Return the known obstacle that a robot would enter by a move to a pose, or in which it stands
-    and which it would leave on another side than it came from."""
+    and that it would leave on another side than the one of its entry."""
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size
     if region == here:
@@ -164,7 +164,7 @@ def way_back(team: Team, state: State, i: int) -> int | None:
 
 
 def others(team: Team, state: State, control: Control, i: int, refused: Proposal) -> list[Proposal]:
-    """Return other successors of the strategy's node, which leave the refused region aside."""
+    """Return the other successors of the strategy's node, without those into the refused region."""
     if team.members[i].planned or team.members[i].ticks > 1:
         return []
     found = _successors(team, state, control, i)

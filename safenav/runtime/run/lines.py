@@ -1,5 +1,4 @@
-"""Trace lines of moves, of joint plans, and of a synthesis with all that its specification was made
-from."""
+"""Trace lines of moves, of joint plans, and of a synthesis with all data of its specification."""
 
 from collections.abc import Callable, Collection
 
@@ -50,7 +49,7 @@ def move_line(
 def command_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
-    """Live: the line of a command to go somewhere, or of its end; None for other events."""
+    """Return the line of a live command to move, or of its end; None for other events."""
     regions, reason = None, None
     match event:
         case now.Departed(i, pose, by, node):
@@ -76,7 +75,7 @@ def command_line(
 
 class PlanLines:
     """The joint plan as far as it needs no further resolution. ``said``: the last place of each
-    robot in the recorded part (None: none is in force); ``basis``: its plan and obstacles."""
+    robot in the recorded part (None: no plan is in force); ``basis``: its plan and obstacles."""
 
     def __init__(self, emit: Emit) -> None:
         self._emit = emit

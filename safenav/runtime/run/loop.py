@@ -39,9 +39,9 @@ HELPED = ("operator_needed", "assumption_violated", "search_limit")
 
 
 Action = Iterator[now.Event]
-"""The results of an action, each of which applies before the next is read."""
+"""The results of an action; each one applies before the next one is read."""
 MOST_PASSES = 50
-"""The most passes at one moment, for each robot and ten more."""
+"""Maximum number of passes at one moment, for each robot and for ten more."""
 
 
 class Run:
@@ -101,8 +101,8 @@ class Run:
         self.settle()
 
     def step(self) -> None:
-        """Run a pass: a tick, or a moment at which something happens. The team decides together of
-        all changes of this moment."""
+        """Run a pass: a tick, or a moment at which something happens. The team makes one decision
+        for all changes of this moment."""
         changed = happened = False
         for event in self.world.wait(self):  # reports of the world, and turns
             self.check()
@@ -141,7 +141,7 @@ class Run:
             self.answers.forget()
 
     def look(self, i: int) -> None:
-        """Let a robot look for those that it tracks."""
+        """Let a robot observe those that it tracks."""
         controller = self.control.controller(i)
         if controller is not None:
             seen = looked(self.team, self.state, i, controller.task)
@@ -189,8 +189,8 @@ class Run:
         return decide.closing(self.team, self.state, i, step.pose)
 
     def back_up(self, i: int, refused: decide.Proposal) -> decide.Proposal:
-        """Return another successor of the strategy's node that is safe; else the stay, which keeps
-        the node."""
+        """Return another, safe successor of the strategy's node; if there is none, the stay, which
+        keeps the node."""
         if not self.world.live:
             for step in decide.others(self.team, self.state, self.control, i, refused):
                 if self.characterize(i, step) is None:
@@ -231,8 +231,8 @@ class Run:
         return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:
-        """Count the goals of a robot where it stands, at the end of its turn. One that got another
-        objective in its turn has counted when it got it."""
+        """Count the goals of a robot where it stands, at the end of its turn; a new objective was
+        already counted when the robot got it."""
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
@@ -244,8 +244,8 @@ class Run:
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
     def drains(self, i: int) -> bool:
-        """Return whether the charge of a robot off the chargers does not suffice for a step; if so,
-        put it out of service: it needs another battery."""
+        """If the charge of a robot off the chargers does not suffice for a step, put it out of
+        service until it gets another battery. Return whether that is so."""
         robot, energy = self.state.robots[i], self.team.members[i].energy
         kind = self.team.scenario.flat
         if energy is None or not (robot.active and robot.to is None):
@@ -305,7 +305,8 @@ class Run:
         self.settled = (self.team, self.state, self.control) if final else None
 
     def has_ended(self, event: now.Event) -> bool:
-        """Return whether nothing can help after this turn, so that the other robots stand."""
+        """Return whether the run ends after this turn since nothing can help, so that the other
+        robots stand."""
         if self.recorder.ledger.stops:
             return True
         ended = isinstance(event, now.Turn | now.Arrived)
@@ -326,7 +327,8 @@ class Run:
         return self.awaited() if helped else None
 
     def awaited(self) -> float | None:
-        """Return when the scenario changes something; None where only an operator is waited for."""
+        """Return when the scenario changes something; None if the run waits only for an
+        operator."""
         real = self.world.attended and not self.world.commands.simulated
         return None if real else self.world.coming(self)
 
@@ -391,7 +393,7 @@ _THERE = (now.Is.HIDDEN, now.Is.SEEN, now.Is.OPEN, now.Is.SEALED)
 
 
 def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
-    """Return whether a change may help with what has been given up. ``ended``: nothing else can
+    """Return whether a change may make a given-up resolution possible. ``ended``: nothing else can
     help."""
     match event:
         case now.Gone(k):

@@ -1,4 +1,4 @@
-"""A mission: the run of a scenario in the actual world, in one call or one tick after the other.
+"""A mission: the run of a scenario in the actual world, in one call or tick by tick.
 
     result = Mission(load_scenario(path)).run()
 
@@ -62,9 +62,9 @@ class Mission:
     ``clock``. A ``World`` makes the run live, a ``BlockingWorld`` lockstep. ``listeners`` receive
     every event as it happens (a ``TraceWriter`` is one). ``progress`` receives the state of running
     syntheses. ``attended``: a live run waits for an operator instead of ending. ``begun``: the run
-    that it continues, all lines of which the listeners receive first; ``checkpoints``: the lines
-    from which an interrupted run can be continued are among those of the trace. ``ending``: whether
-    it has ended, or is about to record its end. ``end``: the reasons of the ``result``.
+    that it continues, all lines of which the listeners receive first; ``checkpoints``: whether the
+    trace gets the lines from which an interrupted run can continue. ``ending``: whether it has
+    ended, or is about to record its end. ``end``: the reasons of the ``result``.
 
     Raises UsageError for a scenario whose strategies would not be correct in a live run.
     """
@@ -157,8 +157,8 @@ class Mission:
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
-        """Abort, by an exception, a running computation if the run must end. No effect in other
-        threads."""
+        """Abort a running computation, by an exception, if the run must end. This has no effect in
+        other threads."""
         if self._run.answers.busy and get_ident() == self._thread:
             self._stop.check()
 
@@ -224,7 +224,7 @@ class Mission:
 
     @property
     def still(self) -> bool:
-        """Whether no robot has a command, except those that continue while the team waits."""
+        """Whether no robot has a command, except robots that continue while the team waits."""
         return all(
             robot.idle or (self._run.waits() and self._run.moves(i))
             for i, robot in enumerate(self._run.state.robots)
@@ -237,7 +237,8 @@ class Mission:
             listener(record)
 
     def _guarded(self, part: Callable[[], None]) -> None:
-        """Do a part of the run; end the run if it is over, or the part raises."""
+        """Execute a part of the run; end the run if it is over, or if the part raises an
+        exception."""
         self._thread = get_ident()
         try:
             part()

@@ -1,7 +1,7 @@
 """Changes by an operator and by the scenario's list, as events at the beginning of a tick.
 
 The team encounters a closed region, an opened one or another truth like any part of the scenario;
-a new objective, an order and a robot's service it knows immediately. An impossible change is
+it immediately knows a new objective, an order and a robot's service. An impossible change is
 refused at the call; one that becomes impossible later is dropped, and recorded.
 """
 
@@ -109,7 +109,7 @@ class Operator:
             raise Stopped(end)
 
     def selected(self, run: Running) -> Iterator[now.Assigned]:
-        """Yield the objectives of robots that follow from the inputs, where these are others than
+        """Yield the objectives of robots that follow from the inputs, if they differ from those
         before."""
         for i, (robot, member) in enumerate(zip(run.state.robots, run.team.members, strict=True)):
             given = dict(member.robot.when)

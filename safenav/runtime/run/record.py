@@ -1,7 +1,5 @@
-"""The trace: its lines are derived here, from consecutive states and the event between them.
-
-It remembers only what it has recorded: the stack, the helpers of each request, and the part of
-the plan.
+"""Derivation of the trace's lines from consecutive states and the event between them. The recorder
+remembers only recorded facts: the stack, the helpers of each request, and the part of the plan.
 """
 
 from collections.abc import Collection, Iterable, Sequence
@@ -334,8 +332,8 @@ class Recorder:
         *,
         coming: bool,
     ) -> None:
-        """Record a decision: what is given up, the stack, strategies, goals met where robots stand.
-        ``coming``: the scenario still changes something."""
+        """Record a decision: given-up obstacles, the stack, strategies, goals met where robots
+        stand. ``coming``: the scenario still changes something."""
         state = before
         for event in decided:
             if isinstance(event, now.GaveUp):
@@ -421,8 +419,8 @@ class Recorder:
         )
 
     def _pops(self, state: State, *, ended: bool = False) -> None:
-        """Remove the entries of requests that are over from the stack. ``ended``: no decision
-        follows, so that the robots that took part have their own objectives again."""
+        """Remove the entries of closed requests from the stack. ``ended``: no decision follows, so
+        the robots that took part have their own objectives again."""
         told = [robot.objective for robot in state.robots]
         for k, who, helpers in self.stack if ended else ():
             for i, member in enumerate(self.team.members):

@@ -1,9 +1,9 @@
 """The world of a run as numbered events: its commands, and their results.
 
 A simulated world and a real one answer the same commands (``runtime.worlds.commands``), so the team
-learns of an obstacle only what a robot notices. In lockstep a pass is a tick, in which each robot
-in turn moves or continues; a step of one tick has ended when ``start`` returns. In a live run a
-pass is an instant at which something ends, after which each idle robot has its turn.
+knows of an obstacle only what robots notice. In lockstep a pass is a tick, in which each robot in
+turn moves or continues; a step of one tick has ended when ``start`` returns. In a live run a pass
+is an instant at which something ends, after which each idle robot has its turn.
 """
 
 from collections.abc import Iterator
@@ -48,7 +48,7 @@ SLOWEST = 20.0
 class World:
     """``truth``: the simulated world, if it is one; ``attended``: an operator may help; ``still``:
     no robot moves, and nothing will ever happen; ``passes``: those at the present moment.
-    ``limit``: when the run ends at the latest, and with which outcome."""
+    ``limit``: the latest end of the run, and its outcome."""
 
     def __init__(
         self,
@@ -74,7 +74,8 @@ class World:
         self._set: frozenset[str] = frozenset()
         self._places: object = None
         self._stood: list[State] = []
-        """The states since a robot moved last: strategies may go in a circle where they stand."""
+        """The states since the last move of a robot: strategies may repeat their nodes while robots
+        stand."""
         self._works: dict[int, tuple[int, ...]] = {}
         """The obstacles on which robots act now."""
         self._acts_now = False
@@ -82,7 +83,8 @@ class World:
         self._asked: set[int] = set()
         """The robots that have acted since their last move."""
         self._opened: dict[str, float] = {}
-        """When obstacles were opened last: earlier reports of them are late."""
+        """The time at which each obstacle was last resolved or gone: earlier reports of it are
+        late."""
 
     def kept(self) -> Truth | None:
         """Return the simulated world for a checkpoint."""
@@ -157,7 +159,7 @@ class World:
                 yield now.Turn(i, None if self.live else 1)
 
     def _on(self, run: Running) -> frozenset[str]:
-        """Return the inputs that are on now: as an operator has set them, else the world."""
+        """Return the inputs that are on now, as set by an operator or else by the world."""
         names = [each.name for each in run.team.scenario.inputs]
         found = {name: name in run.state.inputs for name in names}
         found |= inputs_of(self._inputs if names else None, int(self.commands.now()))
@@ -408,8 +410,8 @@ class World:
         return {k: stage for k, stage in changes if not resolved(team, k, stage)}
 
     def _acts(self, run: Running, i: int) -> list[int]:
-        """Return the known obstacles on which a robot acts: one that is sent for a load leaves
-        others. (A joint plan says which loads its robots take.)"""
+        """Return the known obstacles on which a robot acts. A robot that is sent for a load leaves
+        other loads. (A joint plan decides which loads its robots take.)"""
         obstacles, roles = run.team.obstacles, run.control.roles
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
         known = [k for k in known if not self._is_met(run, i, k)]
@@ -425,7 +427,7 @@ class World:
         return others > 0 and (need.together or others + len(stage.done) >= need.robots)
 
     def _is_busy(self, run: Running, i: int) -> bool:
-        """Return whether a robot leaves an obstacle beside it to others that act on it: if these
+        """Return whether a robot leaves an obstacle beside it to others that act on it; if they
         fail, it may act later."""
         if not any(self._works.values()):
             return False
@@ -459,8 +461,8 @@ class World:
 def _is_early(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Return whether a robot would have delivered a load that it has only taken: the same robot
-    must meet one of the needs that are left elsewhere."""
+    """Return whether a report has a robot deliver a load that it has only taken: the same robot
+    must still meet a need elsewhere."""
     here = state.robots[i].pose % team.size
     return any(
         need.same and here not in obstacle.resolution_regions(team.world, number)
@@ -471,7 +473,7 @@ def _is_early(
 def _shows(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Return whether a failed action shows an obstacle that the team did not know as present."""
+    """Return whether a failed action reveals an obstacle whose presence the team did not know."""
     here, last = state.robots[i].pose % team.size, len(obstacle.needs) - 1
     able = obstacle.needs[last].action in team.members[i].robot.capabilities
     able = able and here in obstacle.resolution_regions(team.world, last)

@@ -2,7 +2,7 @@
 used.
 
 An event that cannot be true counts as a fatal failure of its robot; one that ends no open command
-is dropped. Both leave the run as it is.
+is dropped. Neither changes the run otherwise.
 """
 
 import queue
@@ -36,13 +36,14 @@ LEAST = 1e-6
 """Seconds of the shortest wait: a clock that advances only by waits, and counts seconds since 1970
 in floating point, does not change by much less."""
 KEPT, FEWEST = 50, 5
-"""Most durations of a robot's commands that are kept, and the fewest from which a median is
-taken."""
+"""Maximum number of durations kept of a robot's commands, and the minimum for a median."""
 FIRST = 60.0
-"""Seconds that a step may take at least before that: the robot's own software may be starting."""
+"""Least time limit of a step, in seconds, before there is a median: the robot's own software may be
+starting."""
 SOONEST = 1.0
-"""Seconds that every step may take without a ``timeout``: the median of steps that take no time by
-the world's clock, or that of a mock-up, is shorter than a pause of the operating system."""
+"""Least time limit of a step, in seconds, without a ``timeout``: the median of a mock-up, or of
+steps that take no time by the world's clock, may be shorter than a pause of the operating
+system."""
 
 
 class OpenCommand(Struct):
@@ -127,12 +128,12 @@ class Commands:
         return None if self._expected is None else self._expected(robot)
 
     def placed(self, robot: Robot, pose: Pose) -> None:
-        """Notify a world that keeps poses of a robot that an operator has put somewhere."""
+        """Notify a world that keeps poses that an operator has put a robot somewhere."""
         if (placed := optional(self.world, "placed")) is not None:
             placed(robot, pose)
 
     def cleared(self, obstacle: Obstacle) -> None:
-        """Notify a world that remembers obstacles of one that an operator has resolved."""
+        """Notify a world that remembers obstacles that an operator has resolved one."""
         if (cleared := optional(self.world, "cleared")) is not None:
             cleared(obstacle)
 

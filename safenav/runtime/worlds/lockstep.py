@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 class WorldError(SafenavError):
-    """A world returned an impossible value, or failed. Names the call."""
+    """A world returned an impossible value, or failed. The message names the call."""
 
     exit_code = ExitCode.INTERNAL
 
@@ -181,7 +181,7 @@ def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
 
 
 def _part(call: str, found: Any, kind: Any) -> Any:
-    """Return what a call returned as a value of a type. Raises WorldError if it is none."""
+    """Return the result of a call converted to a type. Raises WorldError if that is impossible."""
     try:
         return protocol.fitted(found, kind)
     except ValueError as error:

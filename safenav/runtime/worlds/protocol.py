@@ -36,8 +36,8 @@ class WorldEvent(DatedEvent, frozen=True, kw_only=True):
 
 
 class Arrived(WorldEvent, frozen=True):
-    """The robot is in the commanded pose, and in no other region. ``reason``: why it took more than
-    one attempt."""
+    """The robot is in the commanded pose, and in no other region. ``reason``: that of more than one
+    attempt."""
 
     robot: str
     reason: str = ""
@@ -69,7 +69,7 @@ class Failed(WorldEvent, frozen=True):
 
 
 class Lost(WorldEvent, frozen=True):
-    """The robot is somewhere in ``regions``; nothing else is known of it."""
+    """The robot is in one of ``regions``; it is not known in which."""
 
     robot: str
     regions: frozenset[Region]
@@ -77,8 +77,8 @@ class Lost(WorldEvent, frozen=True):
 
 
 class Sensed(WorldEvent, frozen=True):
-    """``by`` (None: a sensor outside the robots) has seen an obstacle, or (``there`` false) that
-    it has disappeared."""
+    """The robot ``by`` (None: another sensor) has detected an obstacle or, with ``there`` false,
+    its absence."""
 
     obstacle: Obstacle
     by: str | None = None
@@ -166,8 +166,8 @@ def optional(world: object, name: str) -> Callable[..., Any] | None:
 
 class Change(Struct, frozen=True):
     """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
-    watches the run caused it. ``truth``: revealed by resolving it; ``another``: it differs from
-    that of the last obstacle of this name."""
+    watches the run caused it. ``truth``: revealed by resolving it; ``another``: this truth differs
+    from that of the last obstacle of this name."""
 
     obstacle: Obstacle
     appeared: bool
@@ -185,8 +185,8 @@ def is_time(found: Any) -> bool:
 
 
 def fitted(found: Any, kind: Any) -> Any:
-    """Return a value as one of its type, all parts of which have theirs: Python checks neither
-    types nor bounds, and accepts ``Obstacle("door", 47)``. Raises ValueError."""
+    """Return a value converted to its type, with all its parts. Python checks neither types nor
+    bounds, and accepts ``Obstacle("door", 47)``. Raises ValueError."""
     try:
         return convert(kind, plain(found))
     except (WrongError, TypeError) as error:
@@ -209,7 +209,7 @@ def checked_obstacle(found: Obstacle) -> Obstacle:
 
 
 def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
-    """Return a report all parts of which have their types, and that names only known robots.
+    """Return a report that names only known robots, with all its parts converted to their types.
     Raises ValueError."""
     if not isinstance(event, WorldEvent):
         raise ValueError(f"{event!r} is not an event")

@@ -27,9 +27,10 @@ from safenav.world.poses import Pose
 
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
-    """The state of a simulated world. ``truths``: what resolving each obstacle reveals; ``named``:
-    the same by name, of the last one of each; ``added``: the obstacles that the scenario does not
-    list, the last of all; ``brought``: the numbers of those that a user has brought."""
+    """The state of a simulated world. ``truths``: the truth that resolving each obstacle reveals;
+    ``named``: the same by name, for the last obstacle of each; ``added``: the obstacles that the
+    scenario does not list, which come last; ``brought``: the numbers of those that a user has
+    added."""
 
     obstacles: tuple[ObstacleNow, ...]
     truths: tuple[bool | None, ...]
@@ -54,7 +55,7 @@ class SimulatedWorld:
         self._regions: list[Region | None] = [robot.start.region for robot in scenario.robots]
         self._truths = [each.source.traversable for each in self._team.obstacles]
         self.truths: dict[str, bool | None] = {}
-        """The truth of each name that came last; at first that of the one that comes first."""
+        """The truth of the latest obstacle of each name; at first that of the earliest one."""
         for obstacle in sorted(scenario.obstacles, key=lambda each: each.appears or 0):
             self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
@@ -79,7 +80,8 @@ class SimulatedWorld:
     # A blocking world.
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Every robot notices the obstacles beside it; orders cannot be seen."""
+        """Return the obstacle in a region. Every robot notices the obstacles beside it; orders
+        cannot be seen."""
         del robot
         return self.standing().get(region)
 
