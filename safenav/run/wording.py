@@ -50,7 +50,7 @@ _REASONS = {
 _UNCOUNTED = (
     "debris dirt dust fire fog glass gravel ice mud oil rubble sand smoke snow uncertainty water"
 )
-"""Obstacle types that are uncountable, and so have no article."""
+"""Obstacle types that are uncountable: they have no article."""
 _LISTED_ROBOTS = 4
 """Largest team that is listed by name when all of it is meant."""
 _OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
