@@ -139,11 +139,8 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
         from safenav.motion.timing import in_time
 
         run, poses = in_time(run, motion), _poses(motion, frame)
-    try:
-        stamped = messages(run_of(run), frame, poses)
-        write_whole(path, lambda part: write_mcap(part, stamped))
-    except ValueError as error:
-        raise UsageError(f"{run.source}: {error}") from error
+    stamped = messages(run_of(run), frame, poses)
+    write_whole(path, lambda part: write_mcap(part, stamped))
     tell(path)
 
 

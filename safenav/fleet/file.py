@@ -56,7 +56,7 @@ RosName = Annotated[str, _in_ros(NAME)]
 
 def side_of(world: RegionMap | None) -> float:
     """Return the side of a region in metres; 1 for a map without metres."""
-    return min(world.frame.resolution) if world is not None and world.frame is not None else 1.0
+    return world.frame.resolution if world is not None and world.frame is not None else 1.0
 
 
 def on_regions(metres: float, side: float) -> float:

@@ -86,7 +86,7 @@ class Following:
         self._places = places
         self._lock = RLock()
         self._post: Callable[[transport.Message], None] = print  # set by ``open``
-        side = min(places.frame.resolution)
+        side = places.frame.resolution
         self.followers = {
             robot.name: Follower(robot.name, mover_of(robot, places), use.metres(side))
             for robot in robots
@@ -282,13 +282,7 @@ class Following:
 
 def mover_of(robot: Robot, places: transport.Places) -> Mover:
     """Return the mover of a robot, at rest at its start. Raises UsageError if its model has no
-    motion, or regions are not square."""
-    east, north = places.frame.resolution
-    if abs(east - north) > 1e-9 * max(east, north):
-        raise UsageError(
-            f"{robot.name} cannot follow references: regions of {east:g} x {north:g} m are not "
-            "square\n    leave out 'follow': then it gets goals"
-        )
+    motion."""
     model, start = robot.model, robot.start
     motion = model.figures
     if motion is None:
@@ -296,7 +290,7 @@ def mover_of(robot: Robot, places: transport.Places) -> Mover:
             f"{robot.name} cannot follow references: the model '{model.name}' has no "
             "motion\n    add 'motion' or 'speed' to it, or leave out 'follow'"
         )
-    floor = MetricFloor(places.world.rows, places.world.cols, east)
+    floor = MetricFloor(places.world.rows, places.world.cols, places.frame.resolution)
     return mover(robot.name, floor, *start.place, motion)
 
 

@@ -178,7 +178,7 @@ class Goals:
             return
         if task.phase is Phase.GOING and off > body.station.tolerance:
             self.stop(body, task, f"{off:.2f} m outside the regions of its step")
-        midst = min(self.places.frame.resolution) / 2
+        midst = self.places.frame.resolution / 2
         if task.phase in (Phase.STOPPING, Phase.RETURNING) and off > midst + body.station.tolerance:
             self.transport.cancel(body.robot.name)
             self.lose(body, task, f"{off:.2f} m outside the regions of its step")
@@ -248,7 +248,7 @@ class Goals:
         return body.robot.name in self.followers or far <= max(body.station.tolerance, least)
 
     def _is_well_inside(self, body: DrivenRobot, region: Region) -> bool:
-        return self._near(body, region, min(self.places.frame.resolution) / 4)
+        return self._near(body, region, self.places.frame.resolution / 4)
 
     def lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
         """Declare the robot lost. ``reason``: why, if its odometry is fresh and on the map."""

@@ -42,7 +42,7 @@ class Sensing:
         tell: Callable[[Obstacle, str | None, bool], None],
     ) -> None:
         self._scenario, self._places, self._bodies, self._tell = scenario, places, bodies, tell
-        self._side = min(places.frame.resolution)
+        self._side = places.frame.resolution
         self._strays: dict[str, Obstacle] = {}
         self._seen: dict[Region, Obstacle] = {}
         self._resolved_at: dict[Region, dict[str, float]] = {}

@@ -40,8 +40,8 @@ class Places(Struct, frozen=True):
     def region(self, x: float, y: float) -> Region | None:
         """Return the region that contains a point; None off the map."""
         east, north = self.frame.on_map(x, y)
-        col = floor(east / self.frame.resolution[0])
-        row = self.world.rows - 1 - floor(north / self.frame.resolution[1])
+        col = floor(east / self.frame.resolution)
+        row = self.world.rows - 1 - floor(north / self.frame.resolution)
         inside = 0 <= row < self.world.rows and 0 <= col < self.world.cols
         return self.world.region(row, col) if inside else None
 
@@ -59,10 +59,8 @@ class Places(Struct, frozen=True):
         """Return the distance in metres from a point to a region; 0 inside it."""
         east, north = self.frame.on_map(x, y)
         at = self.frame.on_map(*self.centre(region))
-        wide, high = self.frame.resolution
-        return hypot(
-            max(0.0, abs(east - at[0]) - wide / 2), max(0.0, abs(north - at[1]) - high / 2)
-        )
+        half = self.frame.resolution / 2
+        return hypot(max(0.0, abs(east - at[0]) - half), max(0.0, abs(north - at[1]) - half))
 
     def bearing(self, region: Region, x: float, y: float) -> float:
         """Return the direction from a point to the centre of a region."""

@@ -91,15 +91,10 @@ def _flown(
 
 
 def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
-    """Return the floor of a trace in metres. Raises InputError if its regions are not square."""
-    header, world = trace.header, trace.header.scenario.map
+    """Return the floor of a trace in metres. ``side``: of its regions, if its map has none."""
+    world = trace.header.scenario.map
     if side is None:
-        east, north = (SIDE, SIDE) if world.frame is None else world.frame.resolution
-        if abs(east - north) > 1e-9 * max(east, north):
-            found = f"regions of {east:g} x {north:g} m: motion needs square regions"
-            hint = "set their size: --side 2.7"
-            raise InputError([Diagnostic(trace.source, header.line, 1, found, hint)])
-        side = east
+        side = SIDE if world.frame is None else world.frame.resolution
     return MetricFloor(world.rows, world.cols, side)
 
 

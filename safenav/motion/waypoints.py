@@ -53,18 +53,15 @@ def frame_of(
     Raises UsageError if the size of a region is missing.
     """
     own = trace.header.scenario.map.frame
-    if resolution is not None:
-        sides = (resolution, resolution)
-    elif own is not None:
-        sides = own.resolution
-    else:
+    side = own.resolution if resolution is None and own is not None else resolution
+    if side is None:
         raise UsageError(
             f"{trace.source}: the size of a region in metres is missing\n"
             "    add --side 0.5, or 'resolution' to the map of the scenario"
         )
     if origin is not None:
-        return Frame(sides, origin)
-    return Frame(sides) if own is None else replace(own, resolution=sides)
+        return Frame(side, origin)
+    return Frame(side) if own is None else replace(own, resolution=side)
 
 
 def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
@@ -90,7 +87,7 @@ def timed_waypoints(motion: Motion) -> list[Waypoint]:
     """Return the same of a motion: the start, and the end of each piece that moves the robot or
     brings it to rest. A goal without a heading faces east."""
     x0, y0, turned = motion.header.origin
-    frame = Frame((motion.header.side, motion.header.side), (x0, y0), turned)
+    frame = Frame(motion.header.side, (x0, y0), turned)
 
     def placed(piece: Piece, t: float, pose: Sequence[float], region: int) -> Waypoint:
         x, y = frame.in_world(pose[0], pose[1])
@@ -149,5 +146,5 @@ def as_json(found: Sequence[Waypoint], frame: Frame) -> str:
         robots.setdefault(waypoint.robot, []).append(json.dumps(entry))
     joint = ",\n"
     lists = joint.join(f"{json.dumps(n)}: [\n{joint.join(lines)}\n]" for n, lines in robots.items())
-    sides, origin = json.dumps(frame.resolution), json.dumps([*frame.origin, frame.yaw])
-    return f'{{"resolution": {sides}, "origin": {origin}, "robots": {{\n{lists}\n}}}}\n'
+    side, origin = json.dumps(frame.resolution), json.dumps([*frame.origin, frame.yaw])
+    return f'{{"resolution": {side}, "origin": {origin}, "robots": {{\n{lists}\n}}}}\n'

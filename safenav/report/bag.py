@@ -60,9 +60,7 @@ Poses = Mapping[str, Sequence[tuple[float, float, float, float]]]
 
 def messages(run: Run, frame: Frame, motion: Poses | None = None) -> Iterator[Stamped]:
     """Return all messages of a run, in the order of their times; a tick of a run without a clock
-    lasts a second. ``motion``: poses of a motion, instead of the centres of regions.
-
-    Raises ValueError for regions that are not square: an occupancy grid has one resolution."""
+    lasts a second. ``motion``: poses of a motion, instead of the centres of regions."""
     found = _Messages(run, frame)
     if motion is None:
         return found.all()
@@ -84,10 +82,7 @@ def names_of(run: Run) -> dict[str, str]:
 
 class _Messages:
     def __init__(self, run: Run, frame: Frame) -> None:
-        width, height = frame.resolution
-        if abs(width - height) > 1e-6 * width:
-            raise ValueError(f"regions of {width:g} x {height:g} m are not square")
-        self.run, self.frame, self.side = run, frame, width
+        self.run, self.frame, self.side = run, frame, frame.resolution
         self.names = names_of(run)
 
     def all(self) -> Iterator[Stamped]:

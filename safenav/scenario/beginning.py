@@ -41,7 +41,7 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
     dock, far = between[len(between) // 4], between[-1]
     body = "\n".join(f"  {line}" for line in lines)
 
-    side = 1.0 if world.frame is None else min(world.frame.resolution)
+    side = 1.0 if world.frame is None else world.frame.resolution
     flyer = "quadcopter" if side >= 1 else "crazyflie"  # the one that fits into a region
     body_of = "" if world.frame is None else f", size: {min(0.5, side / 2):.3g}, speed: 0.5"
 

@@ -19,7 +19,7 @@ from safenav.scenario.model import (
 )
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
-from safenav.scenario.yaml.keys import MOST_NUMBER, Beside, Item, Key, Never, OneOf, key, version
+from safenav.scenario.yaml.keys import MOST_NUMBER, Beside, Item, Key, OneOf, key, version
 from safenav.world.poses import Mobility
 
 VERSION = 1
@@ -36,6 +36,7 @@ class TileKeys(Item, frozen=True):
 FORMS = ("grid", "image", "ros", "movingai")
 """The forms of a map."""
 _OF_FILES = "only files are divided: in a grid each character is a region"
+_COUNTED = "a ROS map is divided by 'resolution: 0.5'; in a grid each character is a region"
 _GRID = "'grid: |' and below it one indented line of '#' and '.' for each row"
 _DRAWN = f"write {_GRID}, or name a file: 'image', 'ros' or 'movingai'"
 
@@ -46,10 +47,10 @@ class MapKeys(Item, frozen=True):
     example: ClassVar = _GRID
     rules: ClassVar = (
         OneOf(FORMS, _DRAWN, "a map has one form"),
-        *(Beside(word, FORMS[1:], _OF_FILES) for word in ("rows", "cols", "share")),
+        Beside("share", FORMS[1:], _OF_FILES),
+        *(Beside(word, ("image", "movingai"), _COUNTED) for word in ("rows", "cols")),
         Beside("image", ("rows",)),
-        Beside("ros", ("rows", "resolution")),
-        Never(("ros", "rows", "resolution"), "the size of a region follows from either of them"),
+        Beside("ros", ("resolution",)),
         Beside("origin", ("grid", "image", "movingai"), "leave it out: the file has its own"),
         Beside("rows", ("cols",), "give both or none"),
         Beside("cols", ("rows",), "give both or none"),
@@ -62,8 +63,8 @@ class MapKeys(Item, frozen=True):
     image: Scalar | None = key("A PNG or PGM file: dark is wall.")
     ros: Scalar | None = key("The YAML file of a map as ROS map_server saves it.")
     movingai: Scalar | None = key("A map of the MovingAI benchmarks.")
-    rows: int | None = key("Rows of regions that divide the file.", least=1)
-    cols: int | None = key("Columns of regions that divide the file.", least=1)
+    rows: int | None = key("Rows of regions that divide an image or a MovingAI map.", least=1)
+    cols: int | None = key("Columns of regions that divide an image or a MovingAI map.", least=1)
     share: float | None = key(
         "Blocked share of a region that makes it a wall. Default: 0, any of it.", least=0, most=1
     )

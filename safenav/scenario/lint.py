@@ -87,7 +87,7 @@ def _in_metres(
     its motion (``RobotModel.figures``)."""
     if scenario.map.frame is None:
         return
-    side = min(scenario.map.frame.resolution)
+    side = scenario.map.frame.resolution
     for robot in scenario.robots:
         model = robot.model
         motion = model.figures

@@ -132,7 +132,7 @@ class Member(Struct, frozen=True, eq=False):
 def pace_on(world: RegionMap, robot: model.Robot) -> Pace:
     """Return the pace of a robot at its start at time 0."""
     figures, ticks = robot.model.figures, robot.model.timing
-    side = SIDE if world.frame is None else max(world.frame.resolution)
+    side = SIDE if world.frame is None else world.frame.resolution
     return pace_of(figures, world.cols, side, robot.start.facing, ticks)
 
 

@@ -19,19 +19,19 @@ from safenav.data import cached_method
 
 
 class Frame(Struct, frozen=True):
-    """``resolution``: metres of a region from west to east and from south to north; ``origin``: x
-    and y of the map's south-western corner in metres; ``yaw``: rotation of the map about that
-    corner, counterclockwise, in radians."""
+    """``resolution``: the side of a region, a square, in metres; ``origin``: x and y of the map's
+    south-western corner in metres; ``yaw``: rotation of the map about that corner,
+    counterclockwise, in radians."""
 
-    resolution: tuple[Annotated[float, Meta(gt=0)], Annotated[float, Meta(gt=0)]]
+    resolution: Annotated[float, Meta(gt=0)]
     origin: tuple[float, float] = (0.0, 0.0)
     yaw: float = 0.0
 
     def centre(self, row: float, col: float, rows: int) -> tuple[float, float]:
         """Return x and y in metres of the centre of a region, on a map with this many rows; with a
         fractional ``row`` or ``col``, of a point between regions."""
-        east = (col + 0.5) * self.resolution[0]
-        north = (rows - row - 0.5) * self.resolution[1]
+        east = (col + 0.5) * self.resolution
+        north = (rows - row - 0.5) * self.resolution
         return self.in_world(east, north)
 
     def in_world(self, east: float, north: float) -> tuple[float, float]:

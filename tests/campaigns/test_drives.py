@@ -149,7 +149,7 @@ def _rooms(random: Random) -> Data:
 
 def fleet_of(random: Random, hidden: list[Data], scenario: Scenario) -> Data:
     """The fleet of a scenario's robots in simulation. ``hidden``: the obstacles that are there."""
-    side = min(scenario.map.frame.resolution) if scenario.map.frame is not None else 1.0
+    side = scenario.map.frame.resolution if scenario.map.frame is not None else 1.0
     kinds = scenario.catalogue.obstacles
     solid = [one["type"] for one in hidden if not kinds[one["type"]].has_truth]
     robots: Data = {}
@@ -212,7 +212,7 @@ class Judge:
             if here not in line["regions"]:
                 self._wrong(t, f"{name} is in {here}, not lost in {line['regions']}")
             return
-        half = float(max(self._places.frame.resolution)) / 2
+        half = self._places.frame.resolution / 2
         limit = (station.tolerance if station.follow is None else half) + 0.05
         far = self._places.distance(told, x, y)
         if here != told or far > limit:

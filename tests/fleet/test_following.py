@@ -6,7 +6,6 @@ from typing import Any
 from unittest.mock import Mock, call
 
 import pytest
-from msgspec.structs import replace
 
 pytest.importorskip("numpy", reason="references need the extra 'motion'")
 
@@ -189,9 +188,6 @@ def test_a_robot_without_a_motion_is_refused(hall: Hall) -> None:
     scenario = load_scenario_text(TEXT.replace("model: spot", "model: box") + box, "hall.yaml")
     with pytest.raises(UsageError, match="'box' has no motion"):
         mover_of(scenario.robots[3], hall.places)
-    wide = replace(hall.places, frame=replace(hall.places.frame, resolution=(2.0, 3.0)))
-    with pytest.raises(UsageError, match="regions of 2 x 3 m are not square"):
-        mover_of(scenario.robots[0], wide)
 
 
 def test_a_robot_that_stands_where_no_reference_begins_is_named(hall: Hall) -> None:

@@ -53,7 +53,7 @@ class Robots:
 
     def __init__(self, scenario: Scenario) -> None:
         world, frame = scenario.map, scenario.map.frame
-        self.side = 1.0 if frame is None else frame.resolution[0]
+        self.side = 1.0 if frame is None else frame.resolution
         self.script: list[tuple[str | None, float | None]] = []
         self.results: list[tuple[ActResult, str]] = []
         self.goals: list[transport.GoalPoint] = []

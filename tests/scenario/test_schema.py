@@ -40,8 +40,7 @@ OTHERS: list[tuple[str, Any]] = [
     ("map", {"grid": "###\n#.#\n###\n"}),
     ("map", {"image": "a.png", "rows": 3, "cols": 4, "share": 0.25}),
     ("map", {"image": "a.png", "rows": 3, "cols": 4, "resolution": 1, "origin": [0, 1]}),
-    ("map", {"ros": "map.yaml", "rows": 3, "cols": 4, "share": 0.5, "names": {"dock": 3}}),
-    ("map", {"ros": "map.yaml", "resolution": 0.5}),
+    ("map", {"ros": "map.yaml", "resolution": 0.5, "share": 0.5, "names": {"dock": 3}}),
     ("map", {"movingai": "a.map", "share": 0.5, "rows": 3, "cols": 4, "resolution": 1}),
 ]
 FORMS = [*DATA.items(), *OTHERS]

@@ -442,12 +442,12 @@ def _model_text(
 
 
 def _box(places: Places, region: Region, name: str, share: float) -> str:
-    """Return a box in a region, as large as twice a share of its sides."""
+    """Return a box in a region, as large as twice a share of its side."""
     x, y = places.centre(region)
-    dx, dy = (share * side for side in places.frame.resolution)
+    half = share * places.frame.resolution
     return (
         f'<geom name="{name}" type="box" pos="{x} {y} {TALL / 2}" contype="0" '
-        f'size="{dx} {dy} {TALL / 2}" euler="0 0 {places.frame.yaw * 180 / pi}"/>'
+        f'size="{half} {half} {TALL / 2}" euler="0 0 {places.frame.yaw * 180 / pi}"/>'
     )
 
 

@@ -12,7 +12,7 @@ from safenav.errors import Diagnostic, InputError, install_command
 from safenav.files import ROS_MAP, check_kind, kind_of
 from safenav.scenario import language
 from safenav.scenario.language import FORMS, MapKeys
-from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
+from safenav.scenario.reading.regions import Reading, too_large
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import (
     Findings,
@@ -62,7 +62,7 @@ def _frame(item: language.MapKeys) -> Frame | None:
     if side is None:
         return None
     x, y, yaw = (*(origin or (0.0, 0.0)), 0.0)[:3]
-    return Frame((side, side), (x, y), yaw)
+    return Frame(side, (x, y), yaw)
 
 
 def _resolve_names(item: language.MapKeys, reading: Reading) -> None:
@@ -77,8 +77,7 @@ def _resolve_names(item: language.MapKeys, reading: Reading) -> None:
 
 
 _IMAGES = (".png", ".pgm")
-_ASK = "give the size of the regions: --rows 20 --cols 30, or --side 0.5 (metres)"
-_AS_OPTIONS = re.compile(r"'(rows|cols|share): ([\d.]+)'( and)?")
+_AS_OPTIONS = re.compile(r"'(rows|cols|share|side): ([\d.]+)'( and)?")
 
 
 class Division(Struct, frozen=True):
@@ -135,12 +134,12 @@ def load_map(path: Path, division: Division) -> RegionMap:
     reading.folder = Path.cwd()
     root = parsed("{" + ", ".join(map_lines(path, division, reading.folder)) + "}", reading)
     resolve_map(read(MapKeys, root, "map", reading), root, reading)
-    _tell_whole_file(reading, division)
+    _tell_whole_file(reading)
     assert reading.world is not None, "else it was reported"
     return reading.world
 
 
-def _tell_whole_file(findings: Findings, division: Division) -> None:
+def _tell_whole_file(findings: Findings) -> None:
     """Raise the errors, without places in the generated text and with options instead of keys in
     their hints."""
     try:
@@ -150,10 +149,11 @@ def _tell_whole_file(findings: Findings, division: Division) -> None:
             d._replace(line=0, column=0, source="") if d.file == findings.file else d
             for d in error.diagnostics
         ]
-        if division == Division() and form_of(Path(findings.file)) != "image":
-            made = [d._replace(hint=_ASK) if d.found == NO_SIZE else d for d in made]
-        made = [d._replace(hint=_AS_OPTIONS.sub(r"--\1 \2", d.hint)) for d in made]
-        raise InputError(made) from None
+        hints = (d.hint.replace("'resolution:", "'side:") for d in made)
+        pairs = zip(made, hints, strict=True)
+        raise InputError(
+            [d._replace(hint=_AS_OPTIONS.sub(r"--\1 \2", hint)) for d, hint in pairs]
+        ) from None
 
 
 _CHARACTERS = frozenset({WALL, FREE})

@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from safenav.errors import InputError
 from safenav.files import ROS_MAP
 from safenav.scenario.language import MapKeys
-from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
+from safenav.scenario.reading.regions import Reading, too_large
 from safenav.scenario.values import CORNER, LEAST_SIDE, MOST_SIDE, Corner
 from safenav.scenario.yaml.document import Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
@@ -204,35 +204,27 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
     image = None if settings is None else read_pixels(settings.image, inside)
     if settings is None or image is None:
         return None
-    blocked = occupied(image, settings)
+    blocked, side = occupied(image, settings), item.resolution
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
-    if all(item.at(key) is None for key in ("rows", "cols", "resolution")):
+    if item.at("resolution") is None:
         hint = (
-            f"the map measures {width:g} x {height:g} m: give the size of a region, for example "
-            "'resolution: 0.5' (metres), or give 'rows' and 'cols'"
+            f"the map measures {width:g} x {height:g} m: give the side of a region in metres, for "
+            "example 'resolution: 0.5'"
         )
-        findings.add(node, NO_SIZE, hint)
-    side = item.resolution
-    if len(findings) > before or item.flawed:
+        findings.add(node, "map: region size missing", hint)
+    if side is None or len(findings) > before or item.flawed:
         return None
-    if side is not None:
-        rows, cols = ceil(height / side), ceil(width / side)
-        if rows * cols > MAX_REGIONS:
-            findings.add(item.at("resolution"), *too_large(rows, cols))
-            return None
-        layout = Layout.of_size(blocked, _decimal(side) / _decimal(settings.resolution))
-        resolution = (side, side)
-    else:
-        count = count_of(item)
-        assert count is not None, "else it was misread"
-        layout = Layout.of_count(blocked, *count)
-        resolution = (width / layout.cols, height / layout.rows)
+    rows, cols = ceil(height / side), ceil(width / side)
+    if rows * cols > MAX_REGIONS:
+        findings.add(item.at("resolution"), *too_large(rows, cols))
+        return None
+    layout = Layout.of_size(blocked, _decimal(side) / _decimal(settings.resolution))
     world = with_walls(blocked, layout, item.share or 0.0, node, findings)
     if world is None:
         return None
     x, y, yaw = (*settings.origin, 0.0)[:3]
     notes = (*doubts(image, settings, path), *world.notes)
-    return replace(world, frame=Frame(resolution, (x, y), yaw), notes=notes)
+    return replace(world, frame=Frame(side, (x, y), yaw), notes=notes)
 
 
 def _decimal(number: float) -> Fraction:

@@ -35,8 +35,6 @@ T = TypeVar("T")
 
 LISTED = "'safenav new --catalogue' lists them; 'catalogue' in the scenario adds others"
 MISSION = "mission"
-NO_SIZE = "map: region size missing"
-"""The error of a map file that the scenario does not divide."""
 
 
 def too_large(rows: int, cols: int) -> tuple[str, str]:

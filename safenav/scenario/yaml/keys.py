@@ -185,17 +185,6 @@ class Beside(Struct, frozen=True):
         return {"dependentSchemas": {self.key: {"anyOf": [{"required": [o]} for o in self.others]}}}
 
 
-class Never(Struct, frozen=True):
-    """Keys that exclude each other; the message names the last two."""
-
-    keys: tuple[str, ...]
-    hint: str
-
-    @property
-    def schema(self) -> dict[str, object]:
-        return {"not": {"required": list(self.keys)}}
-
-
 class Item(Struct, frozen=True, kw_only=True):
     """A mapping in a document; a field without a default is None if its key is missing or was
     reported.
@@ -208,7 +197,7 @@ class Item(Struct, frozen=True, kw_only=True):
     ``type``.
     """
 
-    rules: ClassVar[tuple[OneOf | Beside | Never, ...]] = ()
+    rules: ClassVar[tuple[OneOf | Beside, ...]] = ()
     example: ClassVar[str] = ""
     elsewhere: ClassVar[Mapping[str, str]] = {}
     open: ClassVar[bool] = False

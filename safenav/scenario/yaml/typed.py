@@ -31,7 +31,6 @@ from safenav.scenario.yaml.keys import (
     Item,
     Key,
     NameForm,
-    Never,
     OneOf,
     Raw,
     entries,
@@ -126,7 +125,7 @@ def _item(kind: type[Struct], node: Node, what: str, findings: Findings, stages:
 
 
 def _check_rules(
-    rules: tuple[OneOf | Beside | Never, ...],
+    rules: tuple[OneOf | Beside, ...],
     node: document.Mapping,
     what: str,
     known: Collection[str],
@@ -137,11 +136,6 @@ def _check_rules(
     given = {key.text: key for key, _ in node.entries}
     told = {word for word in given if word not in known}
     for rule in rules:
-        if isinstance(rule, Never):
-            if given.keys() >= {*rule.keys}:
-                one, other = rule.keys[-2:]
-                findings.add(given[one], f"{what}: both '{one}' and '{other}'", rule.hint)
-            continue
         if isinstance(rule, Beside):
             alone = rule.key in given.keys() - told and given.keys().isdisjoint(rule.others)
             if alone and rule.hint:
