@@ -1,4 +1,4 @@
-"""Rules on what happens to a team: obstacles, inputs and objectives as the scenario has them."""
+"""Rules on changes that happen to a team: obstacles, inputs and objectives follow the scenario."""
 
 from collections.abc import Iterator
 
@@ -134,7 +134,8 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
 
 
 def _stated(each: Line, now: float, s: State) -> set[bool]:
-    """Return the values that the scenario gives an input; live, both as it changes."""
+    """Return the values that the scenario gives an input; live, both values at the moment of a
+    change."""
     on = any(first <= now < last + 1 for first, last in each.spans)
     changes = s.live and any(now in (first, last + 1) for first, last in each.spans)
     return {on, not on} if changes else {on}
@@ -150,7 +151,7 @@ def _taken(region: int, now: float, s: State) -> bool:
 
 
 def later_change(e: Line, s: State) -> float | None:
-    """Return when the scenario surely changes something later, within its limits."""
+    """Return the next time at which the scenario certainly changes something, within its limits."""
     now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
     times = [float(change.at) for change in s.scenario.changes if change.at > now]
     for change in s.changes:

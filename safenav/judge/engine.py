@@ -159,7 +159,7 @@ def _memories(robot: Robot, here: tuple[int, str | None], s: State) -> None:
 
 
 def _stood(name: str, s: State) -> None:
-    """Let a robot do its part of the next needs where it is."""
+    """Record that a robot does its part of the next needs where it is."""
     region = s.robots[name].pose[0]
     for one in s.obstacles.values():
         if not one.open or not one.rest.left or (name, one.name) in s.barred:

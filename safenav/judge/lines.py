@@ -1,8 +1,7 @@
-"""The one reader: a trace (docs/trace.md) as lines with typed fields.
-
-Everything is checked here before a rule sees it: JSON without repeated keys, names and sizes
-(``strict_json``), the fields of each type of line with their words, and that robots and obstacles
-are known. Lines and fields that only explain are dropped.
+"""The only reader of the judge: a trace (docs/trace.md) as lines with typed fields. It checks
+everything before a rule reads it: JSON without repeated keys, names and sizes (``strict_json``),
+the fields of each type of line with their words, and that robots and obstacles are known. Lines and
+fields that only explain are dropped.
 """
 
 from __future__ import annotations
@@ -50,8 +49,9 @@ class Line:
 class Objective(Line):
     """``targets``: for each its regions, none for formulas; ``formulas``: of ``ltl`` and
     ``always``, None if there are none. ``settles``: the robot stays at its ``last`` target, where
-    each tick is a round, if it ``ends`` after it has met each target once. ``strict``: it leaves a
-    target immediately, and touches none out of turn; ``ordered``: one target is the next."""
+    each tick is a round, if it ``ends`` after the robot has met each target once. ``strict``: it
+    leaves a target immediately, and touches none out of turn; ``ordered``: one target at a time is
+    the next."""
 
     targets: list[frozenset[int]]
 

@@ -1,6 +1,6 @@
 """The table of rules, and those on what robots do: motion, charge, actions.
 
-A rule is a generator over a line and the state before it takes effect. It yields what is wrong.
+A rule is a generator over a line and the state before it takes effect. It yields the violations.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ Judge = Callable[[Line, State], Iterator[str]]
 
 
 class Rule(NamedTuple):
-    """``kinds``: the types of lines that it judges. ``text``: what it requires, for people."""
+    """``kinds``: the types of lines that it judges. ``text``: its requirement in words."""
 
     name: str
     kinds: tuple[str, ...]
@@ -110,8 +110,8 @@ def pace(e: Line, s: State) -> Iterator[str]:
 
 
 def _holds(e: Line, s: State, other: str) -> tuple[frozenset[int], frozenset[int]]:
-    """Return the regions that a robot occupies after a line, and those of another one. In ticks, if
-    the first ends elsewhere than commanded, the unfinished step of the other does not count."""
+    """Return the regions that a robot occupies after a line, and those of another one. In lockstep,
+    if the first ends elsewhere than commanded, the unfinished step of the other does not count."""
     theirs = s.robots[other]
     if e.kind == "operator":
         return frozenset([e.region]), theirs.holds
@@ -236,7 +236,7 @@ def is_empty(robot: Robot, s: State, now: float) -> bool:
 
 
 def charge_after(e: Line, robot: Robot, s: State) -> float:
-    """Return the charge of a robot after a move in ticks; negative if it does not suffice."""
+    """Return the charge of a robot after a move in lockstep; negative if it does not suffice."""
     battery, charge = robot.data.battery, robot.charge or 0.0
     if e.to != e.start:
         return float(charge - battery.move)

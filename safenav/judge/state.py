@@ -55,8 +55,8 @@ class Progress:
         return replace(fresh, turn=self.turn, former=self.former)
 
     def may_count(self, own: Objective, target: int) -> bool:
-        """Return whether a target may be the next that counts: the first one of a round also again,
-        if it was perhaps not its own that was met on a duty."""
+        """Return whether a target may be the next that counts. The first target of a round may
+        count again if the robot met it on a duty, perhaps not for its own objective."""
         if own.ends:
             return target == self.ahead
         first = not self.goals and (own.strict or target == self.former)
@@ -65,8 +65,8 @@ class Progress:
 
 @dataclass
 class Clock:
-    """The present round of a robot with a deadline (``within`` ticks). ``away``, ``before``: it did
-    something else in this round, or in the one before."""
+    """The present round of a robot with a deadline (``within`` ticks). ``away``, ``before``:
+    whether it did something else in this round, or in the one before."""
 
     within: int | None = None
     begun: int = 0

@@ -1,4 +1,4 @@
-"""The map: free regions, steps of robots, and where steps lead.
+"""The map: free regions, steps of robots, and reachability.
 
 Regions count from 0 in reading order from the north-west: ``region = row * cols + col``.
 """
@@ -13,7 +13,7 @@ from safenav.judge.formulas import HEADINGS, Pose
 Poses = frozenset[Pose]
 Graph = Mapping[Pose, tuple[Pose, ...]]  # the poses after one step from each
 MOST_STATES = 1_000_000
-"""States that all proofs of a trace may visit."""
+"""Maximum number of states that all proofs of a trace may visit."""
 PER_POSE = 4
 """Cost of each pose of the map that a proof lists, in states."""
 
@@ -66,7 +66,7 @@ class World:
             raise TooLargeError(f"its proofs visit more than {MOST_STATES:,} states")
 
     def closure(self, starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> set[Any]:
-        """Return all states that some steps lead to. Raises TooLargeError."""
+        """Return all states to which some steps lead. Raises TooLargeError."""
         return closure(starts, after, self.spend)
 
     def reach(self, graph: Graph, starts: Iterable[Pose], walls: Collection[int]) -> set[Pose]:

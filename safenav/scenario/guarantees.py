@@ -1,10 +1,10 @@
 """The meaning of raw formulas (``ltl``) for the steps and the memory of one robot.
 
-A step is a move from one pose to another; a robot that stands still takes none. Formulas are
-about the pose and the objective's memory before and after a step. Searches for paths use poses
-alone: a step is open to them if the formulas allow it with some memory, and a goal may be met if
-it is met with some memory. So a path that they exclude is impossible. ``allows_with``
-checks each move with the robot's real memory before the robot makes it.
+A step is a move from one pose to another; a robot that stands still takes none. Formulas are about
+the pose and the objective's memory before and after a step. Searches for paths use poses alone:
+they may take a step, or meet a goal, if the formulas allow that with some memory. So a path that
+they exclude is impossible. ``allows_with`` checks each move with the robot's real memory before the
+robot makes it.
 """
 
 from collections.abc import Mapping
@@ -26,8 +26,8 @@ Values = Mapping[str, int]
 
 
 class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
-    """One formula. Its truth on a step depends only on the variables that it names; it holds if
-    some values of the ``inputs`` that are not given make it true."""
+    """One formula. Its truth on a step depends only on the variables that it names; unknown
+    ``inputs`` have the values that make it true, if there are any."""
 
     formula: Formula
     inputs: frozenset[str] = frozenset()
@@ -113,8 +113,8 @@ class Guarantees:
         return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
 
     def memory_after(self, before: Pose, old: Values, after: Pose) -> Values:
-        """Return the memory after an undecided step: the one before it, unless the step requires
-        another one."""
+        """Return the memory after a step that no strategy or plan decided: the memory before it,
+        unless the step requires another one."""
         found = ({**old, **memory} for memory in ({}, *self.memories))
         return next((new for new in found if self.allows_with(before, old, after, new)), old)
 

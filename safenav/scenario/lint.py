@@ -1,8 +1,8 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
-An obstacle whose action no robot or too few robots have, or that blocks no robot; robots that must
-stay in fewer regions than they are; a robot larger than a region, or without room to turn there; a
-misspelt layer.
+They concern an obstacle whose action no robot or too few robots have, or that blocks no robot;
+robots whose last targets are fewer regions than these robots; a robot larger than a region, or
+without room to turn there; a misspelt layer.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -122,7 +122,8 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
 
 
 def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
-    """Yield an obstacle that no robot requests: robots encounter only what blocks them."""
+    """Yield the obstacles that no robot requests: robots encounter only obstacles that block
+    them."""
     if obstacle.type.blocks == frozenset() and not obstacle.ordered:
         what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
         yield f"no robot encounters {what}, because it blocks none; list it under 'orders'"

@@ -1,4 +1,4 @@
-"""A scenario as data: map, robots, hidden obstacles, when to stop, what to expect.
+"""A scenario as data: map, robots, hidden obstacles, end, and expected result.
 
 Immutable and already validated (see ``safenav.scenario.reading.loader``): no user of a Scenario
 needs to check it again.
@@ -24,8 +24,8 @@ from safenav.world.poses import Mobility, Pose
 
 class RobotChange(Struct, frozen=True):
     """A change for a robot during the run, at the beginning of tick ``at``: either a new
-    ``objective`` (its rounds ``within`` this many ticks) or whether it is in service (``active``);
-    the other is None."""
+    ``objective`` (each round due ``within`` this many ticks) or its service (``active``); the other
+    is None."""
 
     at: Count
     robot: str
@@ -312,10 +312,10 @@ class ObstacleType(Struct, frozen=True):
     blocks.
 
     ``blocks`` lists the layers, robot models and robots that it physically stops, whatever their
-    capabilities; None means every robot.
-    ``has_truth``: resolving it may also reveal that the region is not traversable. ``listed``:
-    its needs in order, the first with ``action`` at ``resolve_at``; empty if that is its only
-    need. ``resolve_within``: the most ticks from the request to the resolution.
+    capabilities; None means every robot. ``has_truth``: resolving it may also reveal that the
+    region is not traversable. ``listed``: its needs in order, the first with ``action`` at
+    ``resolve_at``; empty if that is its only need. ``resolve_within``: maximum number of ticks from
+    the request to the resolution.
     """
 
     name: str
@@ -333,9 +333,9 @@ class ObstacleType(Struct, frozen=True):
 
 
 OPERATOR_ACTION = "operator"
-"""The action of an obstacle that stands for a failure; no robot has it."""
+"""The action of an obstacle that represents a failure; no robot has it."""
 FAILURES = ("lost_", "unknown_")
-"""The beginnings of the types of these obstacles: ``unknown_ground``, ``lost_digit``."""
+"""Prefixes of the types of these obstacles: ``unknown_ground``, ``lost_digit``."""
 
 
 class Catalogue(Struct, frozen=True):
@@ -352,9 +352,9 @@ class Catalogue(Struct, frozen=True):
 class Obstacle(Struct, frozen=True):
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
     False, or None if its type has no truth to reveal. ``appears`` and ``goes``: the ticks at which
-    it appears and disappears; None: from the beginning, and never. ``resolve_within``: the deadline
-    in ticks from the request to the resolution, None for that of its type. ``ordered``: it is
-    requested as soon as it appears. ``number``: its number among orders of the same type and
+    it appears (None: from the beginning) and disappears (None: never). ``resolve_within``: the
+    deadline in ticks from the request to the resolution, None for that of its type. ``ordered``: it
+    is requested as soon as it appears. ``number``: its number among orders of the same type and
     region, from 1."""
 
     type: ObstacleType
@@ -373,7 +373,7 @@ class Obstacle(Struct, frozen=True):
 
     @property
     def order(self) -> tuple[str, int, int]:
-        """The sort key of the loads that a robot takes one after the other."""
+        """The sort key of loads: the order in which a robot takes them."""
         return self.type.name, self.region, self.number
 
     @property
@@ -382,7 +382,8 @@ class Obstacle(Struct, frozen=True):
         return self.type.needs
 
     def blocks(self, robot: Robot) -> bool:
-        """Return whether it physically stops this robot, whatever the robot can do."""
+        """Return whether the obstacle physically stops this robot, whatever the robot's
+        capabilities."""
         listed = self.type.blocks
         names = (robot.model.layer, robot.model.name, robot.name)
         return listed is None or any(name in listed for name in names)
@@ -484,8 +485,8 @@ class Scenario(Struct, frozen=True):
         return any(limit is not None for limit in (*own, *rounds, *limits))
 
     def limit_of(self, obstacle: Obstacle) -> int | None:
-        """Return the most ticks from the request for an obstacle to its resolution: its own limit,
-        else that of its type, else that of the scenario (None: no limit)."""
+        """Return the maximum number of ticks from the request for an obstacle to its resolution:
+        its own limit, else that of its type, else that of the scenario (None: no limit)."""
         limits = (obstacle.resolve_within, obstacle.type.resolve_within, self.resolve_within)
         return next((limit for limit in limits if limit is not None), None)
 

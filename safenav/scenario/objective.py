@@ -75,15 +75,15 @@ class Pursuit(NamedTuple):
         return 0 if last else memory + 1, 1
 
     def rounds(self, met: int) -> int:
-        """Return the rounds that so many counts of ``step`` complete."""
+        """Return the rounds that this number of counts of ``step`` completes."""
         return met // self.targets if self.in_turn and not self.settles else met
 
 
 class Objective:
     """An objective of a robot; a class for each kind. Its targets are numbered in its own order.
     ``avoid``: regions that the robot never enters; ``always``: formulas over ``region`` and
-    ``heading`` that each of its steps keeps. Both hold whatever it does, also while it helps
-    others. ``literal``: no weaker form of a ``strict`` kind is accepted.
+    ``heading`` that each of its steps keeps. Both always hold, also while the robot helps others.
+    ``literal``: no weaker form of a ``strict`` kind is accepted.
 
     ``kind``: its key in a scenario; ``meaning``: a short description, for editors; ``drawing``: its
     verb phrase while a user clicks its targets; ``one``: it has a single target, not a list;
@@ -92,8 +92,8 @@ class Objective:
     target, if there is more than one. ``settles``: it ends at its last target and stays there,
     where each tick is a round. ``strict``: the robot leaves each target with its next step, and
     touches none out of turn; where that cannot be kept, plain alternation (``relaxed``) suffices,
-    unless it is ``literal`` (``spec.task``). ``formulas``: those that state its goals, about
-    ``memory`` and ``inputs`` too."""
+    unless it is ``literal`` (``spec.task``). ``formulas``: those that state its goals, also about
+    ``memory`` and ``inputs``."""
 
     __slots__ = ()
     kind: ClassVar[str]
@@ -130,7 +130,7 @@ class Objective:
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
-        """Return the error of these targets and its remedy; None if there is none."""
+        """Return the error in these targets, and its remedy; None if there is none."""
         return None if targets else (EMPTY, "name at least one target")
 
     def words(self, word: Word) -> str:
@@ -257,8 +257,9 @@ class Patrol(TargetObjective, frozen=True):
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """Return the target on which the robot stands, if any: the formula forbids being on a
-        target out of turn (paper, Section VI). Of more than two targets it leaves that one first:
-        if it began with it, a robot that charges there could miss the others forever."""
+        target out of turn (paper, Section VI). With more than two targets, the objective begins
+        with the next one: otherwise a robot that charges there could miss the other targets
+        forever."""
         if len(self.targets) > 2:
             return memory
         return next((i for i, target in enumerate(self.targets) if region in target), memory)
@@ -448,7 +449,7 @@ def to_data(objective: Objective) -> dict[str, object]:
 
 
 _SHOWN = 2
-"""The most formulas of ``always`` that ``describe`` lists."""
+"""Maximum number of formulas of ``always`` that ``describe`` lists."""
 
 
 def describe(objective: Objective, word: Word = number_word) -> str:

@@ -50,8 +50,8 @@ class Reachability:
 
 
 def without_room(robots: Sequence[Robot]) -> Iterator[tuple[Robot, ...]]:
-    """Yield groups of robots that must stay in fewer regions than they are, each in conflict with
-    all others of its group; at most one for each greatest set of such robots."""
+    """Yield groups of robots whose last targets are fewer regions than these robots, each robot in
+    conflict with all others of its group; at most one group for each maximal set of such robots."""
     stay = [robot for robot in robots if robot.objective.settles]
     seen = list[set[str]]()
     for first in stay if too_many(_last(stay)) else ():
@@ -92,7 +92,7 @@ def too_many(choices: Sequence[Collection[Region]]) -> list[int]:
 
 
 def room_words(group: Sequence[Robot], world: RegionMap) -> str:
-    """Return in words that such a group has no room."""
+    """Return a sentence stating that such a group has no room."""
     names = [robot.name for robot in group]
     who = f"{', '.join(names[:-1])} and {names[-1]} must {'both' if len(names) == 2 else 'all'}"
     regions = sorted(frozenset[Region]().union(*(robot.objective.targets[-1] for robot in group)))

@@ -1,7 +1,7 @@
 """Forms of values in scenarios: names, regions and targets, formulas, actions, ticks.
 
 Names and regions are looked up by the reading (``reading.regions``), which knows the map, the
-catalogue and the names. What also depends on a robot (a formula) is ``Raw``.
+catalogue and the names. A value that also depends on a robot (a formula) is ``Raw``.
 """
 
 from __future__ import annotations

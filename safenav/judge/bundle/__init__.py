@@ -1,1 +1,2 @@
-"""The rules that a bundle adds to the judge: its strategies are right, and the run follows them."""
+"""The rules that a bundle adds to the judge: its strategies obey the scenario, and the run follows
+them."""

@@ -7,8 +7,8 @@ bundle; 3: exceeds the limits of this checker. Only Python's standard library is
 
 The folder ``judge`` judges each line of the trace; ``judge/bundle`` adds ``keeps``, ``apart`` and
 ``follows``: each strategy obeys the scenario, no rivals meet by strategies and plans, and the run
-follows them. The following stays trusted: this program and Python; the truth of the trace; the
-mobility of the robots. What was not compared is said last.
+follows them. These remain trusted: this program and Python; the truth of the trace; the mobility of
+the robots. The last lines of the output name the parts that were not compared.
 """
 
 import argparse
@@ -57,7 +57,7 @@ MOST_BYTES = 100_000_000
 KNOWN = re.compile(
     r"trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
 )
-"""Names of files that need no line. All others are named by the lines of the trace."""
+"""Names of files that no line of the trace needs to name."""
 SOURCE = "source/"
 UNCOMPARED = {
     "index.html": "the page, which explains",

@@ -16,7 +16,8 @@ from safenav.judge.world import closure
 from safenav.strict_json import read_json
 
 Order = tuple[str, int, str, int]
-"""``first, i, then, j``: ``then`` departs for its place ``j`` when ``first`` is at its ``i``."""
+"""``first, i, then, j``: ``then`` departs for its place ``j`` when ``first`` is at its place
+``i``."""
 
 
 @dataclass
@@ -98,7 +99,7 @@ def _occupies(robot: str, s: State) -> frozenset[int]:
 
 
 Event = tuple[str, int, bool]
-"""A robot departs for a place of its plan, or (True) is there."""
+"""A robot, a place of its plan, and whether it is there (True) or departs for it."""
 
 
 class Precedence:
@@ -147,8 +148,8 @@ def is_planned(robot: str, s: State) -> bool:
 
 def may_remember(task: Task, s: State) -> bool:
     """Return whether the memory with which a strategy or counterstrategy begins is one that the
-    robot may have now. Where it cannot change what is claimed, any will do: a strategy for targets
-    in turn meets them from each."""
+    robot may have now. Any memory is accepted where it does not matter for the claim: a strategy
+    for targets in turn meets them from each."""
     e, robot = task.line, s.robots[task.line.robot]
     own = robot.own
     if robot.memories and e.objective.serves(own):
@@ -203,7 +204,8 @@ class Drive:
 
 class Evidence:
     """``files``: the files of a bundle by name; ``named``: those that lines name; ``claims``: what
-    is established. Its rules raise BundleTooLargeError, and any error of a file of another form."""
+    is established. Its rules raise BundleTooLargeError, and arbitrary errors for a malformed
+    file."""
 
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.named, self.last = files, set[str](), ""

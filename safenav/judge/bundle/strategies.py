@@ -20,7 +20,8 @@ from safenav.judge.world import World, closure
 
 MOST_EDGES = 500_000
 BIT = re.compile(r"(?a)([A-Za-z_]\w*)(?:@(\d{1,3})(?:\.(\d{1,9})\.(\d{1,9}))?)?")
-"""The name of a bit: of a truth ``x``, or of a number ``x@0.LEAST.MOST``, ``x@1``, and so on."""
+"""The pattern of a bit's name: ``x`` for a truth value; ``x@0.LEAST.MOST``, ``x@1``, ... for a
+number."""
 
 Row = tuple[int, ...]
 Edges = tuple[Sequence[int], Sequence[int]]  # the node before each edge, and the one after it
@@ -95,8 +96,9 @@ def check_measure(edges: Edges, what: str, met: Met, excuses: list[Met], given: 
     the ``excuses`` never again from some point on.
 
     A measure gives each node a number n and perhaps an excuse a. On each edge that does not meet
-    the goal n falls; or n and a stay the same, and a is not met. Once the goal is no longer met n
-    never rises, so at some point it stays; from there on a stays as well, and is not met."""
+    the goal, n decreases; or n and a stay the same, and the edge does not meet a. Once no edge
+    meets the goal, n never increases, so at some point it is constant; from there on a is constant
+    and never met."""
     numbers, which = given["n"], given["a"]
     whole = all(type(n) is int and n >= 0 for n in numbers)
     good = whole and all(a is None or 0 <= a < len(excuses) for a in which)
@@ -348,9 +350,9 @@ class Task:
 
 
 class Others:
-    """The robots that a robot tracks, as its strategy knows them. One stays or takes steps; then
-    this one looks, and moves. Knowledge of a robot is a region, or a belief: a set of cells, with a
-    number above those of the regions."""
+    """The robots that a robot tracks, as its strategy knows them. Another robot stays or takes
+    steps; then this robot observes, and moves. Knowledge of a robot is a region, or a belief: a set
+    of cells, with a number above those of the regions."""
 
     def __init__(self, e: Line, s: State) -> None:
         self.line, self.world, self.live = e, s.world, s.live
@@ -380,8 +382,9 @@ class Others:
         return frozenset().union(*(self.cells[cell] for cell in cells))
 
     def later(self, regions: Iterable[int]) -> set[int]:
-        """Return where a robot in one of the regions may be at the next look: at most one step
-        away; in a live run, where nothing bounds the number of its steps, wherever it can go."""
+        """Return the regions where a robot in one of ``regions`` may be at the next observation: at
+        most one step away; in a live run, where nothing bounds the number of its steps, all that it
+        can reach."""
 
         def steps(region: int) -> Iterable[int]:
             return (to for to, _ in self.world.steps(False, (region, None)))

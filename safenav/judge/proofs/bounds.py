@@ -19,9 +19,9 @@ Charges = dict[Pose, float]
 
 
 class Bound:
-    """Bounds at the end of a turn of a tick, from the pose of each robot and when it is there.
-    ``met``: for each open obstacle the earliest turn in which each unmet need can be met. Formulas
-    of objectives that still change are ignored."""
+    """Bounds at the end of a turn of a tick, given the pose of each robot and the tick at which it
+    is there. ``met``: for each open obstacle the earliest turn in which each unmet need can be met.
+    Formulas of objectives that still change are ignored."""
 
     def __init__(self, s: State, tick: int) -> None:
         self.s, self.names, self.count = s, s.names, len(s.names)
@@ -106,7 +106,7 @@ class Bound:
         return best, stepped
 
     def _closed_until(self, name: str, region: int) -> int:
-        """Return the turn after which a robot may enter a region; -1: now."""
+        """Return the turn after which a robot may enter a region; -1: it may enter now."""
         after = -1
         for one in self.open:
             if one.region == region and one.closes(name):
@@ -154,8 +154,8 @@ class Bound:
     def _seeds(
         self, one: Rest, number: int, name: str, former: Ticks, begun: int, before: int
     ) -> Ticks:
-        """Return where a robot may start for a need after its part in the need before; nowhere if
-        it took no part."""
+        """Return the poses from which a robot may go to a need after its part in the need before;
+        none if it took no part."""
         earlier, index = one.left[number - 1], self.names.index(name)
         part_at = before if earlier.together else begun + (index - begun) % self.count
         had_part = number == 1 and name in one.done and not earlier.together
@@ -295,8 +295,8 @@ def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
 
 
 def charge_needed(robot: Robot, s: State) -> int:
-    """Return the least charge with which a robot can meet its targets in turn forever, by numbers
-    on poses that grow until nothing changes."""
+    """Return the least charge with which a robot can meet its targets in turn forever, computed as
+    a fixpoint of growing numbers on poses."""
     battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers
     shut = own.avoid | {one.region for one in s.obstacles.values() if one.there and one.shut}
     graph = s.world.graph(robot.faces)

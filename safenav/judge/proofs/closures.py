@@ -1,9 +1,10 @@
-"""The most that a team can do, and what follows: obstacles that are never resolved, robots that can
-never continue.
+"""The closure of all that a team can do, and its consequences: obstacles that are never resolved,
+robots that can never continue.
 
 The closure has the poses that each robot can reach if every need is met whose regions enough robots
 can reach. A robot that cannot continue there never can. Otherwise each choice of a group of robots
-that meets the next need is followed; one after which all its robots can return stands for all.
+that meets the next need is followed; a choice after which all its robots can return represents all
+choices.
 """
 
 from collections.abc import Iterable, Iterator, Mapping

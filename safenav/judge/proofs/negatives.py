@@ -17,8 +17,9 @@ PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
 """Cost of a joint state, in states: of robots with a proof, and of those in service."""
 EITHER = ELSEWHERE = -1
 Left = tuple[int, int]
-"""In order: the goals left, and the next one (``EITHER``: the one met first). In any order: the
-rounds left, and a bit mask of the targets met in this one."""
+"""For targets in turn: the number of goals left, and the next one (``EITHER``: the one met first).
+For targets in any order: the rounds left, and a bit mask of the targets met in the present
+round."""
 
 
 class _State(NamedTuple):
@@ -157,7 +158,7 @@ class Enumeration:
         return tuple(after)
 
     def _anew(self, own: Objective, targets: list[Poses], left: Left) -> Left:
-        """Return the remaining goals after a resolution: rounds restart, the order is kept."""
+        """Return the remaining goals after a resolution: rounds restart, and the order is kept."""
         rounds, count = self.case.state.scenario.until.rounds, len(targets)
         if not targets:
             return left
@@ -249,7 +250,8 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def _without_room(robots: list[str], s: State) -> bool:
-    """Return whether some robots, all in conflict, must stay at fewer regions than they are."""
+    """Return whether the last targets of some robots, all in conflict, are fewer regions than these
+    robots."""
     owns = [s.robots[name].own for name in robots]
     if not all(own.settles for own in owns):
         return False
@@ -291,7 +293,7 @@ def _causes(now: Case) -> list[str]:
 
 def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     """Yield how the robots in service can do their part of the mission, although others are out of
-    service: move, and complete what they have to do."""
+    service: they can move, and complete their objectives."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
     elif e.kind == "outcome":

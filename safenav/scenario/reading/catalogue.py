@@ -81,7 +81,7 @@ def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading, sou
 def _without_broken(
     known: dict[str, Any], usable: set[str], listed: Node | None, reading: Reading
 ) -> None:
-    """Remove the names of unusable entries: a built-in one of that name is not meant."""
+    """Remove the names of unusable entries, since the built-in entry of that name is not meant."""
     broken = {key.text for key, _ in entries_of(listed)} - usable
     reading.broken |= broken
     for name in broken & known.keys():

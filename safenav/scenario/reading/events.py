@@ -42,7 +42,7 @@ def resolve_obstacles(
 
 
 def _meet(one: Obstacle, other: Obstacle) -> bool:
-    """Return whether both are present in some tick."""
+    """Return whether both obstacles are present in some tick."""
     ends = (one.goes or MOST, other.goes or MOST)
     return max(one.appears or 0, other.appears or 0) < min(ends)
 
@@ -144,7 +144,7 @@ _AGAIN: Mapping[str | bool | None, tuple[bool, ...]] = {
     **dict.fromkeys(("on", True), (True,)),
     "both": (False, True),
 }
-"""Values by their word; other readers of YAML take two of the words as truth values."""
+"""Values by their word; other readers of YAML read two of the words as truth values."""
 
 
 def resolve_inputs(

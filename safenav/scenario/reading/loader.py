@@ -237,8 +237,8 @@ def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
 def check_assignable(
     team: Sequence[Robot], changes: Sequence[RobotChange], node: Node | None, findings: Findings
 ) -> None:
-    """Report settings that 'coordination: assignable' (at ``node``) cannot keep: a goal assigned at
-    runtime may lie beyond a target, or be one."""
+    """Report settings with which 'coordination: assignable' (at ``node``) is impossible: a goal
+    assigned at runtime may lie beyond a target, or be a target."""
     for robot in team:
         if robot.while_waiting is not None:
             found = f"{_ASSIGNABLE} keep 'while_waiting' of {robot.name}"
@@ -255,7 +255,7 @@ def check_assignable(
 
 
 def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
-    """Report deadlines and batteries that no run supports, and deadlines that no run can
+    """Report deadlines and batteries in unsupported combinations, and deadlines that no run can
     meet. The scenario has no other error."""
 
     def report(found: str, hint: str, *words: str) -> None:

@@ -106,7 +106,7 @@ def with_walls(
 
 
 _SHOWN = 3
-"""The most warnings of one kind."""
+"""Maximum number of warnings of one kind."""
 
 
 def lost_walls(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> Iterator[str]:
@@ -142,8 +142,9 @@ UNKNOWN = 205 / 255
 
 
 def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
-    """Warn of unknown pixels that count as free: until 2025 map_saver of Nav2 wrote 0.25, with
-    which map_server reads them so (pull request 5278 of ros-navigation/navigation2)."""
+    """Warn of unknown pixels that count as free: until 2025 map_saver of Nav2 wrote a threshold of
+    0.25, by which map_server reads them as free (pull request 5278 of
+    ros-navigation/navigation2)."""
     gray = np.arange(image.white + 1) == round(UNKNOWN * image.white)
     count = int((image.where(gray) & ~occupied(image, settings)).sum())
     if settings.negate or not count:

@@ -51,8 +51,8 @@ def resolve_robots(
 def _robot(
     name: str, item: language.RobotKeys, standing: dict[str, Robot], reading: Reading
 ) -> Robot | None:
-    """Return a robot; None after an error. ``standing``: those before it and, then, it itself at
-    their starts, whatever their objectives."""
+    """Return a robot; None after an error. ``standing``: the starts of the robots before it, to
+    which this one is added, whatever its objective."""
     before, model, start = len(reading), item.model, item.start
     if item.vision is not None:
         model = model and replace(model, vision=vision_of(item.vision))
@@ -143,8 +143,8 @@ def _check_start(
 def _check_timing(
     name: str, item: language.RobotKeys, standing: Mapping[str, Robot], reading: Reading
 ) -> None:
-    """Report beliefs where steps take several ticks: the assumptions about the other robots would
-    be false."""
+    """Report beliefs together with steps of several ticks: the assumptions about the other robots
+    would be false."""
     involved = sorted({name, *item.tracks} & standing.keys()) if item.tracks else ()
     slow = [other for other in involved if standing[other].model.timing > 1]
     if slow:

@@ -102,8 +102,8 @@ def plain(node: Node) -> Any:
 
 
 class DocumentError(Exception):
-    """Error in a file or text that is not usable: its place (None: all of it), description and
-    remedy."""
+    """An error that makes a file or text unusable: its place (None: the whole text), description
+    and remedy."""
 
     def __init__(self, place: Place | None, found: str, hint: str = "") -> None:
         self.place = place

@@ -1,4 +1,4 @@
-"""Files of users as text, and all errors in them, in words that name what was meant."""
+"""Files of users as text, and all errors in them, with suggestions of what was probably meant."""
 
 import re
 from collections.abc import Collection, Iterable
@@ -255,7 +255,7 @@ _ALSO_CALLED = {
     )
     for word in words.split()
 }
-"""Keys of other tools, and the scenario's keys that may be meant."""
+"""Keys of other tools, each with the scenario's keys that a user may mean."""
 
 
 MAX_BYTES = 5_000_000

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from safenav.scenario.yaml.findings import Findings
 
 MOST = 2**31 - 1
-"""The largest whole number unless a key sets another limit."""
+"""The largest whole number, unless a key sets another limit."""
 MOST_NUMBER = 2**53 - 1
 """The largest number that a trace holds (``safenav.strict_json``)."""
 MOST_OF_A_NAME = 100
@@ -47,8 +47,8 @@ IDENTIFIER = "[A-Za-z_][A-Za-z0-9_]{0,99}"
 """The form of names that become variables of specifications."""
 
 Check = Callable[[Any, Node, str, "Findings"], Any]
-"""Returns the value that was read (with its node and name), changed if need be; None after it
-reported an error."""
+"""Function of a value, its node and its name that returns the value, changed if necessary; None
+after it reported an error."""
 
 
 class Key(Struct, frozen=True, eq=False):
@@ -62,8 +62,8 @@ class Key(Struct, frozen=True, eq=False):
     returns the value, which looks up a name or a place; ``without``: members of an enumeration that
     it cannot have; ``default``: the value if it is missing.
 
-    ``entries`` fills the rest for a key of a class: its ``field``, its spelling (``word``), its
-    annotation.
+    The function ``entries`` adds the other fields for a key of a class: its ``field``, its spelling
+    (``word``), its annotation.
     """
 
     about: str = ""
@@ -173,8 +173,8 @@ class OneOf(Struct, frozen=True):
 
 
 class Beside(Struct, frozen=True):
-    """A key that has a meaning only beside one of others. Without a ``hint`` the reader of the
-    class reports it."""
+    """A key that has a meaning only beside one of some other keys. Without a ``hint`` the reader of
+    the class reports it."""
 
     key: str
     others: tuple[str, ...]
@@ -189,12 +189,11 @@ class Item(Struct, frozen=True, kw_only=True):
     """A mapping in a document; a field without a default is None if its key is missing or was
     reported.
 
-    ``node``, ``of``: the mapping, and what follows its keys in messages; ``flawed``: an error in it
-    was reported. ``rules``: which keys need others; ``example``: for messages;
-    ``elsewhere``: hints for keys that it does not have; ``open``: other keys are allowed. ``one``
-    names an item of a list or a mapping in messages, ``label`` follows a key: {what} is the item,
-    {rest} that without its first word, {name} its number or key, {type} the text of its key
-    ``type``.
+    ``node``: the mapping; ``of``: the words that follow its keys in messages; ``flawed``: an error
+    in it was reported. ``rules``: which keys need others; ``example``: for messages; ``elsewhere``:
+    hints for keys that it does not have; ``open``: other keys are allowed. ``one`` names an item of
+    a list or a mapping in messages, ``label`` follows a key: {what} is the item, {rest} that
+    without its first word, {name} its number or key, {type} the text of its key ``type``.
     """
 
     rules: ClassVar[tuple[OneOf | Beside, ...]] = ()

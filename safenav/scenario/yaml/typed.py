@@ -1,7 +1,7 @@
 """Typed reading of YAML documents by the declarations of their language (``keys``).
 
-``read`` returns the value of a node, or None after it reported why there is none; it continues
-after an error, so that one error does not hide another.
+``read`` returns the value of a node, or None after it reported an error. It continues after errors,
+so that one error does not hide another.
 """
 
 import math
@@ -131,8 +131,8 @@ def _check_rules(
     known: Collection[str],
     findings: Findings,
 ) -> None:
-    """Report keys that are missing or have no meaning beside the others, each once. One that is
-    missing may be an unknown one, which was reported."""
+    """Report keys that are missing or have no meaning beside the others, each once. A missing key
+    may be a misspelt one, which was already reported."""
     given = {key.text: key for key, _ in node.entries}
     told = {word for word in given if word not in known}
     for rule in rules:
