@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from enum import IntEnum
-from functools import cached_property
+from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -292,17 +292,19 @@ class Synthesizer:
             verified=checked,
         )
 
-    @cached_property
-    def _digest(self) -> str:
-        """Hex sha256 of the binary: cached results are valid for this program only."""
+    def _key(self, job: Job) -> str:
         try:
-            return hashlib.sha256(self.binary.read_bytes()).hexdigest()
+            changed = self.binary.stat().st_ctime_ns
+            return key_of(job.text, _digest(self.binary, changed), job.options)
         except OSError as error:
             problem = f"cannot be read: {error.strerror}"
             raise SynthesizerError(f"the synthesizer {self.binary} {problem}") from error
 
-    def _key(self, job: Job) -> str:
-        return key_of(job.text, self._digest, job.options)
+
+@cache
+def _digest(binary: Path, changed: int) -> str:  # noqa: ARG001 - another time, another program
+    """Return the hex sha256 of a program: cached results are valid for this one only."""
+    return hashlib.sha256(binary.read_bytes()).hexdigest()
 
 
 _RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", re.MULTILINE)
