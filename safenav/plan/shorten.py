@@ -106,7 +106,7 @@ def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list
     t, changed = 0, False
     while t < len(best):
         until = last[states[t]]
-        if any(_disturbed(floor, ways, i, group, t, until) for i in group):
+        if until > t and any(_disturbed(floor, ways, i, group, t, until) for i in group):
             t += 1
             continue
         for i in group:
@@ -136,7 +136,7 @@ def _improved(
 ) -> tuple[list[Joint], Plan] | None:
     """Return the plan in which these robots, one after the other, follow their earliest routes;
     None if it is not better."""
-    ways = _ways(best)
+    ways, changed = _ways(best), False
     shared: dict[frozenset[int], list[Mask]] = {}
     size = floor.team.size
     for i in who:
@@ -148,8 +148,8 @@ def _improved(
             if crowd is not None and (masks := shared.get(crowd)) is not None:
                 for t, (old, new) in enumerate(zip(ways[i], way, strict=False)):
                     masks[t] = masks[t] & ~(1 << old % size) | 1 << new % size
-            ways[i] = way
-    return _better(floor, best, list(zip(*ways, strict=True)), served)
+            ways[i], changed = way, True
+    return _better(floor, best, list(zip(*ways, strict=True)), served) if changed else None
 
 
 def _better(
