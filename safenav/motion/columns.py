@@ -1,10 +1,9 @@
-"""A robot's motion as columns of numbers at a chosen rate, and in words.
-
-In the frame of the world (the map's origin and yaw applied, as ROS has it) or of the map.
-All robots have ``t, x, y, z, vel_{x,y,z}, acc_{x,y,z}, yaw`` of the middle of the body (of a
-walker: its centre of mass). A walker also has ``cop_{x,y}`` and for each foot
-``left_{x,y,z,yaw}``; a flyer in simulated flight its attitude ``q_{w,x,y,z}``, rates, thrust and
-its reference instead of accelerations. The attitude stays in the frame of the map.
+"""A robot's motion as columns of numbers at a chosen rate, and in words. Columns are in the frame
+of the world (the map's origin and yaw applied, as in ROS) or of the map. All robots have ``t, x, y,
+z, vel_{x,y,z}, acc_{x,y,z}, yaw`` of the middle of the body (of a walker: its centre of mass). A
+walker also has ``cop_{x,y}`` and for each foot ``left_{x,y,z,yaw}``; a flyer in simulated flight
+its attitude ``q_{w,x,y,z}``, rates, thrust and its reference instead of accelerations. The attitude
+stays in the frame of the map.
 """
 
 import io
@@ -196,7 +195,7 @@ def npz_bytes(motion: file.Motion, rate: float) -> bytes:
 
 
 RATE = 50.0
-"""Samples per second from which distances, speeds and margins are taken."""
+"""Samples per second for distances, speeds and margins."""
 
 
 def report_of(motion: file.Motion) -> str:

@@ -24,11 +24,12 @@ State = tuple[float, float, float, float]
 """x, y, vx, vy."""
 Numbers = tuple[float, ...]
 Polynomial = Annotated[Numbers, Meta(max_length=8)]
-"""Of few powers: a check samples a curve as often as they need."""
+"""Coefficients of a polynomial. Their number is limited, since a check samples a curve the more
+often, the more there are."""
 SOME = Meta(min_length=1)
 Positive = Annotated[float, Meta(gt=0)]
 LONGEST = 2_000_000
-"""Seconds of a motion, 23 days: it is sampled from its beginning to its end."""
+"""Maximum duration of a motion in seconds (23 days), since checks sample all of it."""
 FootState = tuple[float, float, float, float, float, float, float, float, float]
 """x, y and yaw, their velocities, their accelerations."""
 
@@ -37,8 +38,8 @@ class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
     """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of the
     map's south-western corner in the world; ``robots``: how each moves, with its ``kind``, its
     parameters and its limits; of a physical robot also how it is ``driven`` (``setpoints`` or
-    ``goals``), its ``tolerance`` in metres and the most seconds (``gap``) between two measurements;
-    ``motion``: the version of the format."""
+    ``goals``), its ``tolerance`` in metres and the maximum time between two measurements (``gap``,
+    seconds); ``motion``: the version of the format."""
 
     motion: int = VERSION
     trace: str
@@ -150,7 +151,7 @@ class Flight(Moving, frozen=True, tag="flight"):
 class GoalLine(Piece, frozen=True, tag="goal"):
     """A robot that navigates itself was sent to a pose (``yaw`` null: any direction) at ``t0``; the
     command ended at ``t1``: ``end`` is ``succeeded``, ``aborted``, ``canceled``, ``rejected``,
-    ``unreachable`` or, if something else came instead, ``replaced``."""
+    ``unreachable`` or, if another command came first, ``replaced``."""
 
     x: float
     y: float
@@ -177,7 +178,7 @@ class Measured(Struct, frozen=True, tag="measured"):
 
 
 class Reset(Struct, frozen=True, tag="reset"):
-    """A robot had lost its reference: its plan continues at rest from its measured position, or
+    """A robot has lost its reference: its plan continues at rest from its measured position, or
     ends there if no command followed."""
 
     robot: str
@@ -322,5 +323,5 @@ def _header(data: Any, kind: object) -> MotionHeader:
 
 
 def text_of(motion: Motion) -> str:
-    """Return the lines of the file. Numbers are exact."""
+    """Return the text of the file. Its numbers are exact."""
     return "".join(map(json_line, to_builtins((motion.header, *motion.lines, motion.outcome))))

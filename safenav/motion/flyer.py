@@ -8,8 +8,8 @@ drone. Source: paper, section VII (a quadratic programme at 20 Hz); Arnstroem et
 solver, DAQP.
 
 The simulated flyer is a rigid body of 0.5 kg, moved by its thrust, gravity and the air. An attitude
-loop on board (400 Hz) turns it so that its thrust gives the commanded acceleration. Plain numbers
-instead of arrays: it runs 400 times per second of flight.
+loop on board (400 Hz) turns it so that its thrust gives the commanded acceleration. This code uses
+plain numbers instead of arrays, since it runs 400 times per second of flight.
 """
 
 from collections.abc import Sequence
@@ -48,7 +48,7 @@ class AxisModel(Struct, frozen=True):
     """Estimator gain for the measured position."""
     free: tuple[Array, Array]
     weighted: tuple[Array, Array]
-    """The transposed ``forced``, which turn errors into the slope of the cost."""
+    """The weighted transposes of ``forced``, which map errors to the gradient of the cost."""
     cost: Array
     rows: Array
 
@@ -147,7 +147,7 @@ STEP = 1.0 / RATE
 STIFFNESS, DAMPING = 22.0, 0.8
 """Attitude loop: natural frequency (rad/s) and damping ratio."""
 SLOW_YAW = 0.3
-"""Natural frequency of its yaw, as a share of the attitude loop's."""
+"""Natural frequency of the yaw control, as a share of the attitude loop's."""
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -168,7 +168,7 @@ class Body(Struct):
 
     @property
     def row(self) -> TrackRow:
-        """The numbers of one instant, as in a file."""
+        """The row of a file for the present instant."""
         numbers = (*self.place, *self.velocity, *self.attitude, *self.rates, self.thrust)
         return tuple(round(number, DIGITS) for number in numbers)
 
@@ -258,7 +258,7 @@ def flown(flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: floa
 def _reference(
     flights: Sequence[Flight], floor: MetricFloor, size: float, count: int
 ) -> tuple[dict[str, Array], Array]:
-    """Return the reference at the steps of the tracking, after its end the last position; and the
+    """Return the reference at the steps of the tracking (after its end the last position), and the
     box that the middle of the body must not leave."""
     times: Array = flights[0].t0 + PERIOD * np.arange(count, dtype=np.float64)
     boxes = np.zeros((count, 4))

@@ -46,8 +46,8 @@ def quintic(
 def between(
     seconds: float, start: Sequence[float], goal: Sequence[float]
 ) -> tuple[tuple[float, ...], ...]:
-    """Return the quintics of all axes between states of positions, velocities, accelerations, each
-    as many as there are axes."""
+    """Return the quintics of all axes between two states; a state has the positions, then the
+    velocities, then the accelerations of all axes."""
     count = len(start) // 3
     return tuple(
         quintic(
@@ -107,8 +107,8 @@ class MetricFloor(Struct, frozen=True):
     def corridor(
         self, one: int, other: int, inset: float = 0.0
     ) -> tuple[float, float, float, float]:
-        """Return west, south, east and north of the region of a rest, or the two regions of a step;
-        less a rim, in metres."""
+        """Return west, south, east and north of the region of a rest, or of the two regions of a
+        step; less a rim, in metres."""
         (ax, ay), (bx, by) = self.centre(one), self.centre(other)
         half = self.side / 2 - inset
         return min(ax, bx) - half, min(ay, by) - half, max(ax, bx) + half, max(ay, by) + half

@@ -153,9 +153,9 @@ def described(trace: Trace, name: str, moved: Mover) -> Mapping[str, object]:
 
 
 STANDING = 1.0
-"""Motion length in seconds for runs without moves."""
+"""Duration of the motion of a run without moves, in seconds."""
 SLACK = 1e-6
-"""Seconds that are rounding."""
+"""Tolerance for rounding, in seconds."""
 
 
 def scheduled(
@@ -285,7 +285,7 @@ class _Schedule:
     def _rest(
         self, mover: Mover, tick: int, until: float, *, stays: bool = False
     ) -> list[file.Moving]:
-        """Rest until then: in the centre of the region, unless the robot ``stays`` where it has
+        """Rest until a time: in the centre of the region, unless the robot ``stays`` where it has
         acted."""
         lines: list[file.Moving] = []
         if mover.due and not stays:
@@ -314,7 +314,7 @@ class _Schedule:
 
 
 def when(line: file.Line) -> tuple[float, int]:
-    """Order by time; at the same time ends come before beginnings."""
+    """Return the sort key: by time, and at the same time ends before beginnings."""
     if isinstance(line, file.Release):
         return line.t, 0
     if isinstance(line, file.Measured):

@@ -22,7 +22,7 @@ from safenav.pace.robot import AT_ONCE, RESERVE, ROOM, TURNING, YAW, glide
 class Mover(ABC):
     """A robot in motion, first at rest in a region. ``values``: the parameters of its motion by
     name (safenav.pace.robot); ``time``: the end of its motion so far, in seconds; ``due``: it has
-    acted in its own region, and is to resume from there."""
+    acted in its own region, and must resume from there."""
 
     def __init__(
         self,
@@ -54,7 +54,7 @@ class Mover(ABC):
         """Stay at rest until then."""
 
     def wait(self, tick: int, until: float) -> list[Moving]:
-        """Stay at rest until then, unless that is over."""
+        """Stay at rest until a time, unless that has passed."""
         return self.rest(tick, until) if until > self.time + AT_ONCE else []
 
     def halt(self, tick: int) -> list[Moving]:  # noqa: ARG002
@@ -208,7 +208,7 @@ def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) ->
 
 
 def _way(flight: Flight) -> tuple[float, float]:
-    """Return how far a flight of one curve leads, in metres along x and y."""
+    """Return the displacement by a flight of one curve, in metres along x and y."""
     (curve,) = flight.parts
     x, y = (
         sum(c * curve.seconds**power for power, c in enumerate(path) if power)

@@ -1,11 +1,11 @@
-"""The actions of a run with a clock, by its trace; and a run in lockstep as one with a clock: each
-line at the second at which robots of their paces carry it out.
+"""The actions of a run with a clock, from its trace; and the conversion of a lockstep run to one
+with a clock: each line gets the second at which robots of their paces execute it.
 
 The turns of a run in lockstep are in a serial order in which no robot ever enters a region where
 another robot is. In continuous time robots move simultaneously, each at its own pace: a step waits
-for earlier ones of robots that it must not meet (Hoenig et al., RA-L 2019; section VII of the paper
-names the problem), and all else for everything before it. An activity waits only for earlier ones,
-so there is no deadlock.
+for earlier ones of robots in conflict (Hoenig et al., RA-L 2019; section VII of the paper names the
+problem), and every other line waits for all lines before it. An activity waits only for earlier
+ones, so there is no deadlock.
 """
 
 from __future__ import annotations
@@ -210,7 +210,7 @@ def _walked(trace: Trace, paces: Mapping[str, Pace]) -> _SerialRun:
 
 
 class _Step(Struct):
-    """A step under way: its place among the lines, its first tick, and when it may begin."""
+    """A step under way: its index among the lines, its first tick, and its earliest beginning."""
 
     place: int
     tick: int
@@ -286,8 +286,8 @@ class _SerialRun:
         self._tell(end, records.Arrive(move.tick, *place))
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
-        """Yield when others leave the regions that exclude them while this robot enters one: that
-        region; those of an exclusion."""
+        """Yield the times at which others leave the regions that this robot must not share with
+        them: the one that it enters, and those of an exclusion."""
         mine = self._robots[name]
         for other, robot in self._robots.items():
             if other == name:

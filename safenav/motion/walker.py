@@ -85,7 +85,7 @@ def placed(
     """Return the nodes that lead from start to goal exactly, nearest to those given.
 
     ``nodes`` (m, 2): feet and other points of pressure; ``knots`` (phases + 1): the node at each
-    knot; ``weights`` (m): how freely each node may move; 0: fixed. At least two must be free. Two
+    knot; ``weights`` (m): freedom of each node to move; 0: fixed. At least two must be free. Two
     well-scaled equations along each axis, solved at least cost.
     """
     ends = np.cumsum(durations)
@@ -125,21 +125,22 @@ acceleration there would be faster halfway."""
 
 @lru_cache(maxsize=512)
 def walk(gait: Gait, turn: int, foot: int) -> Segment:
-    """Walk from walking pose to walking pose of the next region, beginning on ``foot``."""
+    """Return the walk from walking pose to walking pose of the next region, beginning on
+    ``foot``."""
     return _stepping(f"walk {_WORDS[turn]}", gait, walking(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=512)
 def start(gait: Gait, turn: int, foot: int) -> Segment:
-    """Start from standing pose to walking pose of the next region; of a straight start ``foot`` is
-    the stance foot at the end, of a turn the arc decides."""
+    """Return the start from standing pose to walking pose of the next region. ``foot``: stance foot
+    at the end of a straight start; for a turn the arc decides it."""
     return _stepping(f"start {_WORDS[turn]}", gait, starting(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=64)
 def stop(gait: Gait, foot: int) -> Segment:
-    """Stop from walking pose to standing pose: a step onto the capture point, then the feet close,
-    and the mass settles between them."""
+    """Return the stop from walking pose to standing pose: a step onto the capture point, then the
+    feet close, and the mass settles between them."""
     omega, offset, length = gait.omega, gait.walker.foot, gait.length
     step, close, *settling = stopping(gait)
     place, half = 2 * length, DOUBLE / 2 * min(2 * step, close)
@@ -283,7 +284,7 @@ def _swing(before: Foothold, after: Foothold) -> Swing:
 
 def _lifted(hold: Foothold, ahead: tuple[float, float], pull: float) -> FootState:
     """Return the state of a foot as it leaves or reaches the ground: at rest, accelerated along a
-    way."""
+    direction."""
     return (hold.x, hold.y, hold.yaw, 0.0, 0.0, 0.0, ahead[0] * pull, ahead[1] * pull, 0.0)
 
 

@@ -1,9 +1,9 @@
 """A run as waypoints in metres, for a robot stack to follow.
 
-A waypoint is where a robot is at the end of a tick or, with the motion of a run, of each piece that
-moves it or brings it to rest; in a live run, of each of its steps. It is in the frame of ROS
-map_server: x grows east, y grows north, the origin is the south-western corner (docs/maps.md);
-metres, seconds since the start, radians.
+A waypoint is the position of a robot at the end of a tick (in a live run: of each of its steps) or,
+with the motion of a run, at the end of each piece that moves it or brings it to rest. It is in the
+frame of ROS map_server: x grows east, y grows north, the origin is the south-western corner
+(docs/maps.md); metres, seconds since the start, radians.
 """
 
 import json
@@ -25,9 +25,9 @@ _DECIMALS = 6
 
 
 class Waypoint(Struct, frozen=True):
-    """``tick``: at whose end, 0 for the start; ``t``: seconds, of a run with a clock or a motion;
-    ``yaw``: None for a robot without a heading. A motion also gives the height ``z`` and the
-    ``speed`` with which the robot passes there, 0 where it comes to rest."""
+    """``tick``: the tick at whose end the robot is there, 0 for the start; ``t``: seconds, in a run
+    with a clock or a motion; ``yaw``: None for a robot without a heading. A motion also gives the
+    height ``z`` and the ``speed`` with which the robot passes there, 0 where it comes to rest."""
 
     robot: str
     tick: int
@@ -84,8 +84,8 @@ def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
 
 
 def timed_waypoints(motion: Motion) -> list[Waypoint]:
-    """Return the same of a motion: the start, and the end of each piece that moves the robot or
-    brings it to rest. A goal without a heading faces east."""
+    """Return the waypoints of a motion: the start, and the end of each piece that moves the robot
+    or brings it to rest. A goal without a heading faces east."""
     x0, y0, turned = motion.header.origin
     frame = Frame(motion.header.side, (x0, y0), turned)
 

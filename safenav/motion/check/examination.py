@@ -1,6 +1,6 @@
-"""A motion beside the trace that it carries out, the rules that it was found to break, and the
-space that bodies occupy: each piece of motion as samples of discs; the rules of room: reservations
-of regions, bodies inside reserved regions, and distances.
+"""A motion with its trace, the findings about it, and the space that bodies occupy: each piece of
+motion as samples of discs; the rules of room: reservations of regions, bodies inside reserved
+regions, and distances.
 """
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
@@ -21,8 +21,8 @@ from safenav.trace.file import Trace
 
 
 class Disc(Struct, frozen=True):
-    """A moving disc: times since the start of the motion (n), centres (n, 2), radius, and what it
-    is."""
+    """A moving disc: times since the start of the motion (n), centres (n, 2), radius, and name in
+    messages."""
 
     what: str
     radius: float
@@ -33,11 +33,11 @@ class Disc(Struct, frozen=True):
 MOST_CELLS = 1000
 """Maximum number of regions that one piece of motion may cross in each direction."""
 STILL = 1e-6
-"""Metres that a body at rest may move by rounding."""
+"""Tolerance for rounding of a body at rest, in metres."""
 
 
 class Finding(Struct, frozen=True):
-    """A broken rule: time (seconds), robot, rule, and what was found in metres and seconds."""
+    """A broken rule: time (seconds), robot, rule, and the observation in metres and seconds."""
 
     t: float
     robot: str
@@ -206,7 +206,7 @@ class Examination:
 
 FOREVER = float("inf")
 TOUCH = 1e-6
-"""Metres that a body may reach over the border of its room by rounding."""
+"""Tolerance for rounding at the border of a body's room, in metres."""
 MEASURED_TOUCH = 0.01
 """The same for positions by odometry."""
 INSTANT = 0.05
@@ -230,8 +230,8 @@ def holdings(case: Examination) -> list[Holding]:
 def outside(
     case: Examination, disc: Disc, spans: Sequence[Holding], touch: float
 ) -> tuple[float, str] | None:
-    """Return where a disc is more than ``touch`` metres inside a region that its robot has not
-    reserved at the time, by ``spans``: the time, and the place in words."""
+    """Return the time and the place in words at which a disc is more than ``touch`` metres inside a
+    region that its robot has not reserved then by ``spans``."""
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)
@@ -252,8 +252,8 @@ def outside(
 
 
 def check_room(case: Examination) -> None:
-    """Bodies and feet stay inside the regions of their step. The plan of a driven robot leaves its
-    step when that fails, but not the regions that the robot occupies."""
+    """Check that bodies and feet stay inside the regions of their step. The plan of a driven robot
+    leaves its step when that fails, but not the regions that the robot occupies."""
     for name, pieces in case.pieces.items():
         held = [h for h in case.held if h.robot == name] if name in case.driven else []
         for piece in pieces:
@@ -269,8 +269,8 @@ def check_room(case: Examination) -> None:
 def check_distances(
     case: Examination, at: Mapping[str, Callable[[Array], Array]], *, measured: bool = False
 ) -> None:
-    """Bodies of robots in conflict never touch. ``at``: where each robot is at some times;
-    ``measured``: by its odometry."""
+    """Check that bodies of robots in conflict never touch. ``at``: returns the positions of a robot
+    at some times; ``measured``: they are by odometry."""
     times: Array = np.arange(0.0, case.makespan, INSTANT)
     where = {name: places(times) for name, places in at.items()} if len(times) else {}
     for one, other in combinations(where, 2):
@@ -289,16 +289,16 @@ MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
 PULL = 0.2
 """Tolerance (m/s^2) of the mean acceleration between two samples, within which attitude changes."""
 LONGEST = 0.05
-"""The longest time between two samples, in seconds."""
+"""Maximum time between two samples, in seconds."""
 WAY = 0.005
 """Tolerance (m) of the path between two samples, computed from their mean speed."""
 OFF = 0.05
-"""The most metres of a simulated flight off its reference."""
+"""Maximum distance of a simulated flight from its reference, in metres."""
 
 
 def check_tracks(case: Examination) -> None:
-    """A simulated flight leads to the end of the motion: a rigid body that moves by thrust, gravity
-    and air alone, near its reference, inside the regions of its steps."""
+    """Check that a simulated flight lasts to the end of the motion and is that of a rigid body:
+    moved by thrust, gravity and air alone, near its reference, inside the regions of its steps."""
     for track in case.motion.of(file.FlownTrack):
         rows: Array = np.array(track.rows)
         times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)

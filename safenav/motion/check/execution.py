@@ -1,7 +1,6 @@
-"""The rules of an execution: where real robots were measured, against the trace and their plans.
-
-A plan may break none of its rules while the robot does something else, so these have names of their
-own. Motion between two measurements is taken as a straight line.
+"""The rules of an execution: measured positions of real robots against the trace and their plans. A
+robot may deviate from a plan that breaks no rule, so these rules have names of their own. Motion
+between two measurements is taken as a straight line.
 """
 
 from collections.abc import Iterator
@@ -30,14 +29,15 @@ SETPOINTS, GOALS = "setpoints", "goals"
 """The ways of driving a robot: by a reference that it tracks, or by goals to which it navigates
 itself."""
 WINDOW, DRIFT = 5.0, 0.25
-"""Seconds in which the fastest message dates the robot's clock, and the most by which that may
-change."""
+"""The interval in which the fastest message dates the robot's clock, and the maximum change of that
+date, in seconds."""
 JUMP = 0.05
-"""Metres between where a plan continues after it was given up, and where the robot was then."""
+"""Maximum distance, in metres, between the start of a plan after a reset and the robot's position
+then."""
 
 
 HELD = 0.1
-"""Seconds within which a robot farther off than its tolerance is held."""
+"""Seconds within which a robot beyond its tolerance is held."""
 
 
 class MeasuredPath(Struct, frozen=True):
@@ -142,7 +142,7 @@ def _path(case: Examination, name: str) -> MeasuredPath | None:
 
 
 def _rate(case: Examination, name: str, path: MeasuredPath) -> None:
-    """No gap between measurements is longer than the ``gap`` seconds of the header."""
+    """Check that no gap between measurements is longer than the ``gap`` seconds of the header."""
     gap = case.numbers[name]["gap"]
     times = np.concatenate([[0.0], path.times, [case.makespan]])
     silent = np.diff(times)
@@ -153,7 +153,8 @@ def _rate(case: Examination, name: str, path: MeasuredPath) -> None:
 
 
 def _clock(case: Examination, name: str, path: MeasuredPath) -> None:
-    """The robot's clock runs at the rate of the run's: the least delay of messages is constant."""
+    """Check that the robot's clock runs at the rate of the run's: the least delay of messages is
+    constant."""
     late = path.times - path.stamps
     windows = (path.times // WINDOW).astype(int)
     found = [(float(late[windows == w].min()), w * WINDOW) for w in np.unique(windows).tolist()]
@@ -206,9 +207,9 @@ def _failures(trace: Trace, name: str) -> Iterator[tuple[float, float]]:
 
 
 def _tracking(case: Examination, name: str, path: MeasuredPath) -> None:
-    """A robot is where its plan has it, within the tolerance in the header, or is held as soon as
-    it is not. Its plan then continues from its position, and the trace records a failure or another
-    attempt."""
+    """Check that a robot is where its plan has it, within the tolerance in the header, or is held
+    as soon as it is not. Its plan then continues from its position, and the trace records a failure
+    or another attempt."""
     tolerance = case.numbers[name].get("tolerance", 0.0)
     off = _errors(case, name, path)
     held = np.zeros(len(path.times), dtype=bool)
@@ -231,7 +232,7 @@ def _tracking(case: Examination, name: str, path: MeasuredPath) -> None:
 
 
 def _arrivals(case: Examination, name: str, path: MeasuredPath) -> None:
-    """A robot that arrives is at its last goal, to which this step has sent it."""
+    """Check that a robot that arrives is at its last goal, to which this step has sent it."""
     tolerance = case.numbers[name].get("tolerance", 0.0)
     for end, region, off in _arrived(case, name, path):
         if off is None:

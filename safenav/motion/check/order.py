@@ -26,12 +26,13 @@ JUDGED = {
     **dict.fromkeys(("unresolved-obstacle", "in-time"), "obstacle"),
     "resolution": "action",
 }
-"""The rules of traces whose findings depend on the times of a motion, and their names here."""
+"""The rules of traces whose findings depend on the times of a motion, with their names for
+motions."""
 ELSEWHERE = (
     *(records.Synthesis, records.Plan, records.PlanEnd, records.Push, records.Pop, records.Told),
     *(records.Goal, records.Belief, records.Request),
 )
-"""Lines that none of these rules needs."""
+"""Lines that these rules do not need."""
 DECISIONS = records.Synthesis | records.Plan | records.PlanEnd
 
 
@@ -72,8 +73,8 @@ def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding
 
 
 def _steps(case: Examination, trace: Trace) -> None:
-    """The pieces of each robot that cross a border are its steps, one by one and at their times; a
-    driven robot arrives after the end of its reference or goal, wherever that is."""
+    """Check that the pieces of each robot that cross a border are its steps, one by one and at
+    their times; a driven robot arrives after the end of its reference or goal, wherever that is."""
     steps: dict[str, list[Step]] = {name: [] for name in case.trace.robots}
     for depart, arrive in trace.steps:
         if arrive is None or arrive.at != depart.from_:
@@ -102,7 +103,7 @@ def _steps(case: Examination, trace: Trace) -> None:
 
 
 def _reservations(case: Examination, trace: Trace) -> None:
-    """Regions are reserved and released at the times of the steps."""
+    """Check that regions are reserved and released at the times of the steps."""
     starts = {name: robot.start.region for name, robot in trace.robots.items()}
     reserved = {(name, start, True): [0.0] for name, start in starts.items()}
     for depart, arrive in trace.steps:
@@ -128,8 +129,8 @@ def _reservations(case: Examination, trace: Trace) -> None:
 
 
 def _actions(case: Examination, trace: Trace) -> None:
-    """All participants of each action of the trace act, at its time, and simultaneously if there
-    are several."""
+    """Check that all participants of each action of the trace act at its time, simultaneously if
+    there are several."""
     waiting = list(case.actions)
     acts = [({*a.robots}, a.t or 0.0, end.t or 0.0) for a, end in trace.acts if end is not None]
     for wanted in timing.actions_of(trace)[0]:
@@ -152,7 +153,8 @@ def _actions(case: Examination, trace: Trace) -> None:
 def _done(
     case: Examination, wanted: timing.TimedAction, record: records.Record, waiting: list[Action]
 ) -> Iterator[Action]:
-    """Take the lines of an action of some robots; each acts where it is, for long enough."""
+    """Take the lines of an action of some robots; check that each acts where it is, for long
+    enough."""
     assert isinstance(record, records.Met | records.Resolved)
     for robot in wanted.robots:
         mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, wanted.obstacle))
@@ -172,7 +174,7 @@ def _done(
 
 
 def _performed(case: Examination, action: Action, at: int | None) -> None:
-    """Check that an action is performed at rest, in region ``at``, on the place of its obstacle."""
+    """Check that an action is performed at rest, in region ``at``, on its obstacle."""
 
     def wrong(found: str, rule: str = "action") -> None:
         case.wrong(action.t0, action.robot, rule, found)
@@ -199,8 +201,8 @@ def _moved(path: Array) -> float:
 
 
 def _past(case: Examination, at: int, action: Action) -> float:
-    """Return how far a robot that resolves an obstacle in its own region gets beyond the region's
-    centre until then; 0 for any other action."""
+    """Return the distance by which a robot passes the centre of its region before it has resolved
+    an obstacle there; 0 for any other action."""
     own = case.pieces[action.robot]
     entering = [p for p in own if p.to == at and p.origin != at and p.t1 <= action.t0 + NEAR]
     here = [p for p in own if p.t0 <= action.t0 + NEAR and p.t1 >= action.t0 - NEAR]
@@ -214,7 +216,7 @@ def _past(case: Examination, at: int, action: Action) -> float:
 
 
 def _charges(case: Examination, trace: Trace) -> None:
-    """A robot without charge does not move, after it has come to rest, until its battery is
+    """Check that a robot without charge, once at rest, does not move until its battery is
     replaced."""
     arrived: dict[str, float] = {}
     since: dict[str, float] = {}

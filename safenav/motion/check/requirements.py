@@ -25,7 +25,7 @@ RATE = 50.0
 
 MOST_RATE = 10_000
 FINISHED = ("completed", "operator_needed")
-"""The outcomes after which an unbounded window can miss nothing."""
+"""The outcomes after which unbounded windows end with the run."""
 
 SATISFIED, VIOLATED, UNDECIDED = "satisfied", "violated", "undecided"
 
@@ -79,7 +79,7 @@ class MotionRecording:
         self.obstacles = frozenset(listed | {name for _, name in self._events})
         self._times: Array = np.zeros(0)
         self._bodies: dict[str, _Body] = {}
-        """The bodies at these times, which the signals of a formula share."""
+        """The bodies at the sampled times, which the signals of a formula share."""
 
     @property
     def robots(self) -> Mapping[str, object]:

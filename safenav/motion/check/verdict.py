@@ -1,7 +1,8 @@
 """All rules of a motion, and its findings by time.
 
-Contradictions between a motion file and its trace are excluded first. Here are also the rules of
-flights and drives, and those of consecutive pieces: no gap, no jump, no sudden change of velocity.
+Contradictions between a motion file and its trace are excluded first. This module also has the
+rules of flights and drives, and those of consecutive pieces: no gap, no jump, no sudden change of
+velocity.
 """
 
 from collections.abc import Callable, Mapping
@@ -34,10 +35,10 @@ from safenav.trace.file import Trace
 AT_LEAST = ("aside", "least_double")
 """The limits of a walker that are lower bounds; the others are upper ones."""
 WALKER = ("omega", "height", "size", "clearance", *file.BUILD)
-"""The fields that the header must hold for a walker."""
+"""The fields that a header must have for a walker."""
 
 GAPS = {"setpoints": 1.0, "goals": 2.0}
-"""The longest time without a measurement, in seconds, by how a robot is driven."""
+"""Maximum time without a measurement, in seconds, by the way in which a robot is driven."""
 
 
 def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
@@ -90,8 +91,8 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
 
 
 def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
-    """Return the first parameter of a robot that is not that of the trace, or a limit that no robot
-    has; empty if there is none."""
+    """Return the first parameter of a robot that differs from the trace, or limit that exceeds the
+    known ones; empty if there is none."""
     figures = trace.robots[name].model.figures
     if figures is None:
         return "in the trace it has no motion in metres"
@@ -235,7 +236,7 @@ def joined(case: Examination, before: Moving, after: Moving) -> None:
 
 
 def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None:
-    """The feet at the end of a segment are those at the start of the next one."""
+    """Check that the feet at the end of a segment are those at the start of the next one."""
     lasting = before.t1 - before.t0
     last, first = before.phases[-1], after.phases[0]
     if (jump := hypot(first.x - last.to_x, first.y - last.to_y)) > NEAR:
@@ -295,7 +296,7 @@ def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
 
 
 def _paths(case: Examination) -> None:
-    """The rules for motions whose pieces are sound."""
+    """Check the rules for motions whose pieces are sound."""
     for name, robot in case.trace.robots.items():
         pieces = case.pieces[name]
         if case.motion.header.robots[name].get("driven") != GOALS:

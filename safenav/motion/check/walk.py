@@ -20,21 +20,22 @@ Array = NDArray[np.float64]
 STEP = 0.02
 """Seconds between samples of a body."""
 INSTANTS = np.linspace(0.0, 1.0, 101)
-"""Samples of a swing, as shares of it: between them a quintic stays within 0.5 % of its extent."""
+"""Sampling instants of a swing, as fractions of its duration: between them a quintic stays within
+0.5 % of its extent."""
 MOST_SAMPLES = 5_000_000
-"""Samples of one piece of motion: more than a day."""
+"""Maximum number of samples of one piece of motion: more than a day."""
 NEAR = 1e-7
 """Tolerance for the rounding of a file, in metres, seconds and radians."""
 ALIKE = 9
 """Decimals (metres, seconds, radians) in which segments of one shape are equal."""
 GRAVITY = 9.81
 TURNED = pi / 4
-"""The most by which one foot lands turned against the other, in radians."""
+"""Maximum angle between the feet when one lands, in radians."""
 INNER = 0.6
 """Share of a sole, around its middle, in which the centre of pressure stays."""
 Limits = Mapping[str, float]
 Broken = tuple[float, str, str]
-"""A broken rule of a segment: seconds since its start, rule, and what was found."""
+"""A broken rule of a segment: seconds since its start, rule, and observation."""
 
 
 def grid(seconds: float, step: float = STEP) -> Array:
@@ -50,9 +51,9 @@ def grid(seconds: float, step: float = STEP) -> Array:
 
 
 class Walked(Struct, frozen=True):
-    """A walker during a segment, at most ``STEP`` apart: its ``mass``, also at the ends of its
-    phases; of its feet in the air times since the segment's start (swings, n), ``places`` (swings,
-    n, 2) and ``speeds`` (swings, n); the rules that are ``broken``."""
+    """Samples of a walker during a segment. ``mass``: at most ``STEP`` apart, also at the ends of
+    its phases. Feet in the air: times since the segment's start (swings, n), ``places`` (swings, n,
+    2) and ``speeds`` (swings, n). ``broken``: the broken rules."""
 
     segment: Segment
     mass: Mass
@@ -70,7 +71,7 @@ class Walked(Struct, frozen=True):
 
 
 def start_frame(segment: Segment) -> tuple[complex, complex]:
-    """Return where the mass is at the start of a segment, and the direction in which its body faces
+    """Return the position of the mass at the start of a segment, and the direction of its body
     then."""
     return complex(*segment.start[:2]), rect(1.0, segment.turning[0])
 
@@ -146,7 +147,7 @@ def _friction(path: Mass, limits: Limits) -> Iterator[Broken]:
 
 
 def _support(segment: Segment, limits: Limits) -> Iterator[Broken]:
-    """The centre of pressure is always under the feet on the ground, and never jumps."""
+    """Check that the centre of pressure is always under the feet on the ground, and never jumps."""
     begin, last = 0.0, segment.phases[0]
     sole = limits["sole_length"] / 2 * INNER, limits["sole_width"] / 2 * INNER
     for phase in segment.phases:
@@ -165,7 +166,8 @@ def _support(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 
 def _double(segment: Segment, limits: Limits) -> Iterator[Broken]:
-    """Both feet are on the ground for a share of a walk, which begins and ends on one foot."""
+    """Check the share of a walk during which both feet are on the ground; a walk begins and ends on
+    one foot."""
     lasting = segment.t1 - segment.t0
     ends = [
         sum(foot.down <= t + NEAR and foot.up >= t - NEAR for foot in segment.feet)
@@ -181,7 +183,7 @@ def _double(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 
 def _stance(segment: Segment, path: Mass, limits: Limits) -> Iterator[Broken]:
-    """The mass stays near each foot that carries it."""
+    """Check that the mass stays near each foot that carries it."""
     feet = np.array([(foot.down, foot.up, foot.x, foot.y) for foot in segment.feet])
     down, up, x, y = feet.reshape(-1, 4).T[:, :, None]
     off = np.hypot(path.states[:, 0] - x, path.states[:, 1] - y)
@@ -208,7 +210,7 @@ def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) ->
 
 
 def _steps(segment: Segment, limits: Limits) -> Iterator[Broken]:
-    """Feet land near each other, each on its own side, and little turned."""
+    """Check that feet land near each other, each on its own side, and little turned."""
     feet = sorted(segment.feet, key=lambda foot: foot.down)
     together = [(a, b) for a, b in combinations(feet, 2) if b.down < a.up + NEAR]
     for before, after in {*pairwise(feet), *together}:
@@ -227,8 +229,8 @@ def _steps(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 
 def _swings(segment: Segment, speeds: Array, limits: Limits) -> Iterator[Broken]:
-    """A foot in the air is not too fast, leaves the ground and reaches it at rest on its footholds,
-    and is in the air at an end of the segment only where another one continues it."""
+    """Check that a foot in the air is not too fast, leaves the ground and reaches it at rest on its
+    footholds, and is in the air at an end of the segment only where another one continues it."""
     for swing, speed in zip(segment.swings, speeds.max(axis=1).tolist(), strict=True):
         if speed > limits["swing"] + NEAR:
             what = f"a foot swings at {speed:.2f} m/s, more than {limits['swing']:g}"
@@ -259,7 +261,7 @@ def _swings(segment: Segment, speeds: Array, limits: Limits) -> Iterator[Broken]
 
 
 def _grounded(segment: Segment) -> Iterator[Broken]:
-    """Each of the two feet is either on the ground or in the air."""
+    """Check that each of the two feet is either on the ground or in the air."""
     if {*(hold.side for hold in segment.feet), *(s.side for s in segment.swings)} - {1, -1}:
         yield 0.0, "feet", "it has a third foot"
     for side, foot in ((1, "left"), (-1, "right")):
