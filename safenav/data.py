@@ -16,7 +16,7 @@ Heading = Annotated[
     str, Meta(pattern="^(north|east|south|west)$", description="north, east, south or west")
 ]
 Place = tuple[Region, Heading | None]
-"""A region, and the heading of a robot that has one."""
+"""A region, and the heading of a robot, if it has one."""
 
 
 _Self = TypeVar("_Self")

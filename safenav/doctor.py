@@ -37,7 +37,7 @@ _ANSWER_SECONDS = 10.0
 
 
 class InstallationFinding(Struct, frozen=True):
-    """One line of the report. ``good``: None for a note about something optional."""
+    """One line of the report. ``good``: None for a note about an optional part."""
 
     good: bool | None
     subject: str

@@ -89,8 +89,8 @@ _REPORTED = 101
 
 
 def follows_an_interruption(error: BaseException | None) -> bool:
-    """Return whether Ctrl-C led to an error: Python wraps one that strikes in ``__set_name__``, and
-    what ends a half-done step may fail."""
+    """Return whether Ctrl-C led to an error: Python wraps an interrupt that occurs in
+    ``__set_name__``, and the code that ends a half-done step may fail."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None

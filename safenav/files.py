@@ -30,7 +30,8 @@ HINT = "remove it: programs disagree on what it means, for example on whether a 
 MOST_BYTES = 100_000_000
 """Largest file of foreign data that is read."""
 MOST_VALUES = 6_000_000
-"""Most values in it, counted by their brackets and commas: each takes up to 80 bytes."""
+"""Maximum number of values in such a file, counted by brackets and commas: each takes up to 80
+bytes."""
 
 
 def read_input(
@@ -199,7 +200,7 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
         "(docs/specifications.md)",
     ),
 }
-"""For each kind, the patterns of which a text contains all, and what to do with such a file."""
+"""For each kind, the patterns all of which its texts contain, and advice on such a file."""
 
 
 def kind_of(text: str) -> str | None:
@@ -215,7 +216,7 @@ ADVICE = (
     "a scenario is YAML ('safenav new FILE' writes one); 'check' also reads traces and motions "
     "(.jsonl) and bundles, 'synth' specifications of slugs, as LTLMoP and TuLiP write them"
 )
-"""The hint for a file that is of none of the kinds that safenav reads."""
+"""The hint for a file of a kind that safenav does not read."""
 _ROOM = "save the floor as an occupancy map (ROS map_saver): safenav new FILE --map MAP.yaml"
 _BODY = (
     "a scenario lists robots by models: 'safenav new --catalogue', or its own with 'size' and "
@@ -233,7 +234,7 @@ _BY_NAME = {
     **dict.fromkeys((".sdf", ".world"), ("world of Gazebo", _ROOM)),
     **dict.fromkeys((".urdf", ".xacro"), ("robot description", _BODY)),
 }
-"""Kinds of files by the ends of their names, and what to do with them."""
+"""Kinds of files by the ends of their names, with advice on them."""
 
 
 def another_kind(text: str, expected: str, file: str) -> tuple[str, str] | None:

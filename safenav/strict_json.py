@@ -2,9 +2,9 @@
 only Python's library: bundles contain it.
 
 Python accepts more than the standard, and of two equal keys it takes the last, other programs the
-first. So a file could mean one thing to a program and another to its checker. The strings of a line
-are checked once when it is read: each is a word or a name, or one of a few texts for people, which
-nothing but output reads. The readers check the types of fields.
+first. So a program and its checker could read a file differently. The strings of a line are checked
+once when it is read: each is a word or a name, or one of a few texts for people, which nothing but
+output reads. The readers check the types of fields.
 """
 
 import json
@@ -88,8 +88,8 @@ _TEXTS = {
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
-    """Yield the values of a line that no file may have. ``kind``: its type. The state in a
-    checkpoint is left to the reader that continues its run."""
+    """Yield the errors in the values of a line. ``kind``: its type. The state in a checkpoint is
+    left to the reader that continues its run."""
     if kind == "checkpoint":
         line = {key: value for key, value in line.items() if key != "run"}
     left: list[tuple[str, Any, int]] = [("", line, 0)]
@@ -114,8 +114,8 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
 
 
 def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
-    """Return the error in a line's mark as a note. A fact that is marked would not be judged; a
-    line that is neither might be a fact of another version."""
+    """Return the error in a line's mark as a note. A fact that is marked would not be judged; an
+    unknown line without a mark might be a fact of another version."""
     if fact:
         return f"`{kind}` is a fact, but marked as a note" if "note" in line else ""
     return (

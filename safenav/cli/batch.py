@@ -1,4 +1,4 @@
-"""``safenav batch``: run many scenarios and report which are not as expected."""
+"""``safenav batch``: run many scenarios and report those that do not end as expected."""
 
 from __future__ import annotations
 

@@ -52,15 +52,16 @@ SCENARIO, TRACE, MOTION, BUNDLE = "scenario", "trace", "motion file", "bundle"
 READ_BY = {"strict": SCENARIO, "require": MOTION, "rate": MOTION}
 """The kind of files that each option is for."""
 ARCHIVE = ("PK\x03\x04", "PK\x05\x06")
-"""Beginnings of a zip file."""
+"""First bytes of a zip file."""
 SHOWN = 5
-"""Most findings about a file that are printed."""
+"""Maximum number of findings printed for a file."""
 BEGINNING = 5_000_000
 """Bytes of a file from which its kind is recognized."""
 
 
 class GivenFile(Struct, frozen=True):
-    """A file to judge. ``content``: of standard input or a pipe, which can be read only once."""
+    """A file to judge. ``content``: that of standard input or a pipe, which can be read only
+    once."""
 
     path: Path
     kind: str
@@ -254,7 +255,7 @@ def _why(answer: Controller, plan: Scenario) -> str:
 
 def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[str]:
     """Return warnings of batteries that run empty, unless a robot would bring another one, and of a
-    proven deadlock, unless one of ``warnings`` is the reason for it."""
+    proven deadlock, unless one of ``warnings`` gives its reason."""
     found = [
         f"the battery of {robot} is empty {when} without hidden obstacles"
         for robot, when in (ahead.flat if plan.flat is None else {}).items()

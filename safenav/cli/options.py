@@ -86,7 +86,7 @@ class FiniteRange(click.FloatRange):
     """A finite number in a range; ``name``: its unit, as help shows it."""
 
     def __init__(self, name: str, least: float, most: float, *, beyond: bool = False) -> None:
-        """``beyond``: the least number is excluded."""
+        """``beyond``: whether the least number is excluded."""
         super().__init__(least, most, min_open=beyond)
         self.name = name
 
@@ -164,7 +164,8 @@ class Output(click.ParamType[Path]):
 def _claim(
     path: Path, param: click.Parameter | None, ctx: click.Context | None, *, writes: bool
 ) -> None:
-    """Raise UsageError if another parameter names the same file, and one of both is an output."""
+    """Raise UsageError if another parameter names the same file, and one of the two is an
+    output."""
     printed = writes and str(path) == "-"
     special = str(path) == "-" or (path.exists() and not path.is_file())
     if (special and not printed) or param is None or ctx is None:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from safenav.trace.file import Trace
 
 PATIENCE = 0.8
-"""Seconds after the first signal until a run that does not react is ended."""
+"""Seconds after the first signal until an unresponsive run is ended."""
 
 RUN_EPILOG = """\b
 Examples:
@@ -136,7 +136,7 @@ def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenar
 
 def _continued(trace: Trace, plan: Scenario) -> Resumption:
     """Return the run of a trace at its last checkpoint. Raises InputError if its lines contradict
-    each other, UsageError if the checkpoint has robots elsewhere."""
+    each other, UsageError if the checkpoint places robots elsewhere."""
     from safenav.run.reading import run_of
     from safenav.runtime.run.checkpoint import resumption
 
@@ -270,7 +270,8 @@ def _executed(
     views: Sequence[Listener] = (),
 ) -> int:
     """Run a scenario, write and print what happens; return the exit code. ``begun``: the run that
-    it continues; ``connected``: to real robots, whose motion is as ``moved``."""
+    it continues; ``connected``: the world of real robots, and ``moved``, which returns their
+    motion."""
     if files.motion is not None:  # refuse robots without a motion before one moves
         from safenav.motion.making import check_movable
 

@@ -174,7 +174,7 @@ def synth(
 
 def _of_specification(file: Path) -> Synthesized:
     """Return the result for a specification, with a strategy or counterstrategy. Raises
-    ResourceLimitError if nothing is proven, or if what is proven is too large to list."""
+    ResourceLimitError if nothing is proven, or if the proven automaton is too large to list."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure)
     result = listed(synthesizer.synthesize, spec)

@@ -2,7 +2,7 @@
 
 Only names and frames are added afterwards: times count from the start of the run, positions from
 the corner of the map. A piece of a command that did not bring its robot into the next region
-belongs to its departure region, as the trace records the step.
+belongs to the departure region, as in the trace.
 """
 
 from bisect import bisect_right
@@ -34,9 +34,9 @@ from safenav.trace import records
 from safenav.trace.file import Trace
 
 ROWS = 200
-"""Measurements of one line of the file."""
+"""Maximum number of measurements in one line of the file."""
 DIGITS = 5
-"""Decimals of metres, seconds and radians that were measured."""
+"""Decimals of measured metres, seconds and radians."""
 ROUNDING = 1e-6
 """Tolerance in seconds between a time of the trace and the world's clock."""
 P = TypeVar("P", bound=file.Piece)

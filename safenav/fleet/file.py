@@ -60,8 +60,8 @@ def side_of(world: RegionMap | None) -> float:
 
 
 def on_regions(metres: float, side: float) -> float:
-    """Return a default distance for regions with this side (metres): less on small regions, where a
-    robot so far from the centre would be in the next one."""
+    """Return a default distance from the centre for regions with this side (metres). It is less on
+    small regions, so that it ends inside the region."""
     return min(1.0, side) * metres
 
 
@@ -124,9 +124,9 @@ class FollowUse(Struct, frozen=True):
 
 
 class Station(Struct, frozen=True):
-    """A robot of the fleet. ``namespace``: of its topics, services and actions; ``tf``: None for a
-    robot whose odometry is in the frame of the map; ``follow``: None for a robot that navigates to
-    goals by itself."""
+    """A robot of the fleet. ``namespace``: that of its topics, services and actions; ``tf``: None
+    for a robot whose odometry is in the frame of the map; ``follow``: None for a robot that
+    navigates to goals by itself."""
 
     one: ClassVar = "robot '{name}'"
     namespace: Annotated[
@@ -159,7 +159,7 @@ class Station(Struct, frozen=True):
         return self.path("odom" if self.tf is None else self.tf.topic)
 
     def off(self, side: float) -> float:
-        """Return how far it may be off its reference or goal, on regions with this side."""
+        """Return its allowed distance from its reference or goal, on regions with this side."""
         return self.tolerance if self.follow is None else self.follow.metres(side)
 
     def path(self, name: str) -> str:

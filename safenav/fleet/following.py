@@ -36,8 +36,8 @@ advance."""
 class Follower(Struct):
     """A robot that follows references. ``plan``: all sent pieces that were not cut off, on the
     clock of the world and in the frame of the map, without gaps; ``resets``: where the plan jumps
-    to the measured position, or ends (``gone``): nothing more was sent; ``goal``: the number of its
-    goal, and ``action`` of its action, if any."""
+    to the measured position, or ends (``gone``), since nothing more was sent; ``goal`` and
+    ``action``: the numbers of its goal and its action, if any."""
 
     name: str
     mover: Mover
@@ -195,7 +195,7 @@ class Following:
         self._inner.follow(follower.name, follower.reference)
 
     def _resynchronized(self, follower: Follower) -> str:
-        """Continue the plan from the robot's position, if it deviates; return why that is
+        """Continue the plan from the robot's position, if it deviates. Return the reason if that is
         impossible, else an empty text."""
         at = follower.place
         assert at is not None
@@ -307,7 +307,8 @@ def _off(there: Sequence[float], at: transport.Located) -> float:
 
 
 def _shorter(parts: Sequence[Curve], lasts: float) -> Iterator[Curve]:
-    """Yield the parts that begin within ``lasts`` seconds, the last one cut off there."""
+    """Yield the parts that begin within ``lasts`` seconds, with the last one cut off at that
+    time."""
     for part in parts:
         if lasts > 0:
             yield replace(part, seconds=min(part.seconds, lasts))

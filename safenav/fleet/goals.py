@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading taken after it."""
 LATE = 1.8
-"""Seconds by which odometry may be later than a result."""
+"""Maximum delay of odometry after a result, in seconds."""
 SETTLING = 5.0
-"""Seconds that every goal may take beyond its distance: to accept it, to turn, to brake."""
+"""Seconds that every goal may take beyond the time for its distance: to accept it, to turn, to
+brake."""
 STOPPING = 5.0
 """Seconds within which a cancelled goal must end."""
 PAUSE, RETURNING = 1.0, 20.0
-"""Seconds before a failed return is sent again, and for which that is repeated: a robot whose
-emergency stop is pressed, or whose navigation restarts, rejects every goal immediately."""
+"""Seconds between attempts of a failed return, and seconds during which they are repeated: a robot
+whose emergency stop is pressed, or whose navigation restarts, rejects every goal immediately."""
 
 
 def frame_of(scenario: Scenario) -> Frame:
@@ -42,7 +43,7 @@ def frame_of(scenario: Scenario) -> Frame:
 
 class Goals:
     """The owner of all goals: of each robot's command (``bodies``), from its start until the event
-    with which it ends (``events``). Nothing else sends a robot anywhere."""
+    with which it ends (``events``). No other code sends goals."""
 
     def __init__(
         self,
@@ -142,8 +143,8 @@ class Goals:
             self._return_failed(body, task, message.reason or message.end.value)
 
     def _return_failed(self, body: DrivenRobot, task: FleetTask, why: str) -> None:
-        """Schedule the goal of a return to be sent again, unless that has been repeated for too
-        long, or the robot's odometry is silent as well."""
+        """Schedule another attempt of a return, unless attempts have failed for too long, or the
+        robot also sends no odometry."""
         if self.now() < task.since + RETURNING and self.now() - body.heard <= STALE:
             task.goal, task.due = 0, self.now() + PAUSE
         else:
@@ -243,7 +244,7 @@ class Goals:
 
     def _near(self, body: DrivenRobot, region: Region, least: float = 0.0) -> bool:
         """Return whether a robot is within its tolerance, or ``least`` metres, of the centre of a
-        region; a follower is, since its reference has ended there."""
+        region. It is true of a follower, since its reference has ended there."""
         far = self._metres_to(body, region)
         return body.robot.name in self.followers or far <= max(body.station.tolerance, least)
 

@@ -25,15 +25,15 @@ from safenav.world.map import Region
 from safenav.world.poses import Pose
 
 PASSED = 2.0
-"""Seconds for which a ray may have hit a robot that has left since, or an obstacle that has been
-resolved: a scan may be as late as odometry may be old."""
+"""Seconds after which a ray can no longer have hit a robot that has left, or a resolved obstacle: a
+scan may be as late as odometry may be old."""
 
 
 class View(Enum):
     """The meaning of a scan for one region."""
 
     SEEN = auto()
-    """It is free, an obstacle there is reported, or no ray reaches it."""
+    """The region is free, an obstacle there is reported, or no ray reaches it."""
     DOUBT = auto()
     """A ray has hit something that may have left since: another robot, or a resolved obstacle."""
     BEFORE = auto()
@@ -61,11 +61,12 @@ class Phase(Enum):
 
 
 class FleetTask(Struct):
-    """A command under way. ``sent``: when its goal was last sent, and ``due``: time limit of its
-    present phase, on the world's clock; ``back``: it failed, and the robot was sent back to its
-    departure region, first at time ``since``; ``there``: odometry has confirmed the arrival, at
-    time ``since``; ``over``: the results of an action and the reason of a failure, reported once
-    odometry has the robot back in its region; ``known``: the obstacle known at the destination."""
+    """A command under way. ``sent``, ``due``: the time when its goal was last sent, and the time
+    limit of its present phase, on the world's clock; ``back``: it failed, and the robot was sent
+    back to its departure region, first at time ``since``; ``there``: odometry has confirmed the
+    arrival, at time ``since``; ``over``: the results of an action and the reason of a failure,
+    reported once odometry has the robot back in its region; ``known``: the obstacle known at the
+    destination."""
 
     command: int
     start: Pose

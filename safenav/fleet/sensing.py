@@ -1,7 +1,6 @@
-"""Obstacles that a fleet has detected: lidar rays and reports mapped to regions.
-
-All robots share their sightings. A reading taken before the resolution of an obstacle does not
-restore it: only stamps of the same robot are compared.
+"""Obstacles that a fleet has detected: lidar rays and reports mapped to regions. All robots share
+their sightings. A reading taken before the resolution of an obstacle does not restore the obstacle;
+only stamps of the same robot are compared.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -25,8 +24,8 @@ BEHIND = 0.35
 behind half a side it hits the wall of the next region."""
 NARROW, WIDE = 0.1, 0.3
 """Maximum distances of rays from the line to a region's middle, as shares of its side: NARROW to
-detect an obstacle, WIDE to find that it is gone, since the leaves of a door that is ajar are beside
-the middle."""
+detect an obstacle, WIDE to find that it is gone, since the leaves of an open door are beside the
+middle."""
 
 
 class Sensing:
@@ -207,7 +206,7 @@ class Sensing:
         return now - self._resolved.get(region, -inf) < PASSED
 
     def _new(self, robot: str, region: Region, stamp: float) -> bool:
-        """Return whether a reading is newer than the last resolution there."""
+        """Return whether a reading is newer than the last resolution in the region."""
         return stamp > self._resolved_at.get(region, {}).get(robot, -inf)
 
     def _saw(self, robot: str, region: Region, kind: str, stamp: float) -> bool:

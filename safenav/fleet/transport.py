@@ -1,8 +1,8 @@
 """Interface between the fleet and the middleware of the robots: goals in metres out, messages in.
 
 The fleet (``safenav.fleet.world``) knows regions, poses, time limits and retries; a transport knows
-one middleware, and none of that. Positions are in metres in the frame of the scenario's map, angles
-in radians, counter-clockwise from east. A transport may deliver messages from any thread.
+only one middleware. Positions are in metres in the frame of the scenario's map, angles in radians,
+counter-clockwise from east. A transport may deliver messages from any thread.
 """
 
 from __future__ import annotations

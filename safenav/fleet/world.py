@@ -147,8 +147,8 @@ class FleetWorld:
         return None
 
     def _passed(self, robot: Robot, known: Sequence[Obstacle]) -> list[Obstacle]:
-        """Return obstacles unknown to the team that a robot resolves alone by one action where it
-        stands, such as a door that it has found and entered."""
+        """Return the obstacles unknown to the team that a robot resolves alone by one action where
+        it stands, such as a door that it has found and entered."""
         idle = self._idle(None)
         return [
             one

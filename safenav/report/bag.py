@@ -35,7 +35,8 @@ _FLIES = 0.8
 _HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
 """Heights of obstacles by status, in regions, for people who cannot tell the colours apart."""
 TRAIL = 8
-"""Most corners in a path: with all so far, bags would grow with the square of the ticks."""
+"""Maximum number of corners in a path: with all corners, bags would grow with the square of the
+ticks."""
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
     StoryKind.VIOLATION: _WARN,
@@ -86,7 +87,7 @@ class _Messages:
         self.names = names_of(run)
 
     def all(self) -> Iterator[Stamped]:
-        """Yield the messages of what never changes, then of each tick what has changed."""
+        """Yield the messages of all that never changes, then the changes of each tick."""
         run = self.run
         yield Stamped(run.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
         yield self._markers(0, "/places", self._places())
@@ -168,8 +169,8 @@ class _Messages:
         return {"header": self._header(tick), "poses": list(passed)}
 
     def _obstacles(self, tick: int) -> Iterator[Message]:
-        """Yield a box of each obstacle whose status has changed; none of those that are no longer
-        closed."""
+        """Yield the box of each obstacle whose status has changed; an obstacle that is no longer
+        closed loses its box."""
         for number, hidden in enumerate(self.run.hidden.values()):
             status = _shown(hidden, tick)
             if status is _shown(hidden, tick - 1):

@@ -26,8 +26,8 @@ _NAMES = 20
 
 
 def summary(report: Report) -> list[str]:
-    """Return lines: a table with the failed cases first, then the slowest that passed; the
-    reasons; the totals."""
+    """Return the lines of a report: a table with the failed cases first, then the slowest that
+    passed; the reasons; the totals."""
     failed = report.failed
     passed = [result for result in report.in_order if result.passed]
     passed.sort(key=lambda result: -result.duration)

@@ -38,12 +38,12 @@ STEP = 0.01
 FORCE, TORQUE = 2.5, 20.0
 """Highest accelerations of a robot on the ground, m/s^2 and rad/s^2."""
 STIFF, BRAKING = 10.0, 1.5
-"""Gain (1/s) with which a robot tracks its reference; the square of the speed with which it
-approaches one far away, over distance and acceleration: 2 would leave no reserve to brake."""
+"""Gain (1/s) with which a robot tracks its reference; and, for a reference far away, the square of
+the approach speed divided by distance and acceleration: 2 would leave no reserve to brake."""
 NEAR, SLOW, ALIGNED = 0.03, 0.05, 0.05
 """Metres, metres per second, radians: within these a robot has reached its goal."""
 STUCK = 3.0
-"""Seconds after the end of its reference within which a goal is reached, or else aborted."""
+"""Seconds after the end of its reference after which an unreached goal is aborted."""
 RAYS, FAR = 72, 8.0
 """Number of rays of a lidar, and their range in metres."""
 ACTING = 2.0
@@ -54,7 +54,7 @@ Goal = tuple[float, float, float | None]
 
 class LabObstacle(Struct, eq=False):
     """An obstacle. ``key``: name of its box, ``geom`` of the model, if it has one; ``stage``:
-    number of fulfilled needs; ``parts``: the robots that have done their part of the next one."""
+    number of fulfilled needs; ``parts``: the robots that have done their part of the next need."""
 
     obstacle: Obstacle
     key: str
@@ -299,7 +299,7 @@ class Physics:
             self._judge(body)
 
     def _judge(self, body: SimulatedBody) -> None:
-        """End a goal that is reached, or that is not in time; end an action."""
+        """End a goal that is reached or overdue; end an action."""
         act = body.acts
         if body.goal is not None:
             x, y, yaw = self._at(body)
@@ -314,7 +314,7 @@ class Physics:
             self._worked(body.kind.name, act)
 
     def _end(self, body: SimulatedBody, end: str) -> None:
-        """End a goal that is not reached."""
+        """End a goal that was not reached."""
         body.end = end
         self._hold(body)
 
@@ -442,7 +442,7 @@ def _model_text(
 
 
 def _box(places: Places, region: Region, name: str, share: float) -> str:
-    """Return a box in a region, as large as twice a share of its side."""
+    """Return a box in a region, whose half-widths are a share of the region's side."""
     x, y = places.centre(region)
     half = share * places.frame.resolution
     return (

@@ -96,7 +96,7 @@ SENSOR = Qos(Policy.Reliability.BestEffort, _NEW, Policy.History.KeepLast(5), _C
 """A best-effort reader also receives from reliable writers; a reliable reader receives only from
 those."""
 LATCHED = Qos(_RELIABLY, Policy.Durability.TransientLocal, _LAST, _CDR)
-"""Settings of topics whose last messages a reader also receives when it joins."""
+"""Settings of topics whose last messages a reader receives when it joins."""
 
 CYCLONE = "0110"
 VENDORS = {"0101": "RTI Connext", "0103": "OpenDDS", "010f": "Fast DDS", CYCLONE: "Cyclone DDS"}
@@ -232,9 +232,9 @@ class Client:
 
     @property
     def foreign(self) -> str:
-        """The middleware of a server that is not Cyclone DDS; empty if there is none. Others put
-        the identity of a request elsewhere: a server of theirs would read the header of ours as
-        lengths, and could exhaust its memory."""
+        """The middleware of a server that is not Cyclone DDS; empty if there is none. Other
+        middleware puts the identity of a request elsewhere: its servers would read the header of
+        ours as lengths, and could exhaust their memory."""
         for handle in self._writer.get_matched_subscriptions():
             server = self._writer.get_matched_subscription_data(handle)
             vendor = CYCLONE if server is None else server.participant_key.bytes[:2].hex()

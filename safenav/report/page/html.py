@@ -117,8 +117,8 @@ def written(regions: Iterable[Region]) -> str:
 
 
 def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
-    """Return the data of the page. ``source``: the name of the trace; ``sets``: those that pages
-    have."""
+    """Return the data of the page. ``source``: the name of the trace; ``sets``: the sets of regions
+    that pages already have."""
     ending, now = run.ending, _Rows(run, {} if sets is None else sets).since(0)
     both = zip(run.robots, now["robots"], strict=True)
     now["robots"] = [_robot(track) | rows for track, rows in both]
@@ -163,8 +163,8 @@ class _Rows:
         self._begin = 0
 
     def since(self, tick: int) -> dict[str, Any]:
-        """Return the entries from a tick on, 0: all of them. Obstacles have all, unless none is
-        new: then they are left out."""
+        """Return the entries from a tick on, 0: all of them. An obstacle has all its entries, or is
+        left out if none is new."""
         run, self._begin = self._run, tick
         first = bisect_left(run.events, tick, key=lambda event: event.tick)
         return {
@@ -308,7 +308,7 @@ class LiveRun:
 
     def news(self) -> dict[str, Any]:
         """Return the entries since the last tick of the last call, in the form of ``whole``, which
-        replace those of pages; new sets follow the first ``known`` ones."""
+        replace those of pages; and the sets after the first ``known`` ones."""
         since, known = self._told, self._told_sets
         new = self._rows.since(since)
         self._told, self._told_sets = self.run.last, len(self._sets)

@@ -30,9 +30,10 @@ PAUSE = 0.1
 MOST_FRAMES = 2000
 """Limit of a film, whose frames are in memory until it is written."""
 APART = 7
-"""Difference of two colours in red, green or blue, of 256."""
+"""Least difference of two distinct colours in red, green or blue, of 256."""
 MOST_COLOURS = 1 << 18
-"""Limit of the colours of a frame, above those of any drawing: Pillow reserves memory for it."""
+"""Limit of the colours of a frame, above those of any drawing: Pillow reserves memory for that
+many."""
 CAPTION = 8
 """Ticks for which a caption stays, unless another one follows; later it would be out of date."""
 Box = tuple[int, int, int, int]
@@ -40,7 +41,7 @@ Box = tuple[int, int, int, int]
 _NUMBER = re.compile(r"-?\d+\.?\d*")
 _ATTRIBUTE = re.compile(r' ([\w-]+)="([^"]*)"')
 _AXES = re.compile(r"[MLH](-?\d+\.?\d*)"), re.compile(r"[,V](-?\d+\.?\d*)")
-"""The places of points in the data of a path."""
+"""The indices of points in the data of a path."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
@@ -51,14 +52,14 @@ class Film:
     def __init__(self, run: Run, ticks: range, speed: float = 4.0, width: int = 720) -> None:
         self._run, self._ticks, self._width = run, ticks, width
         self._marks: dict[str, Box] = {}
-        """The elements of the last frame, each with the pixels that it takes at most."""
+        """The elements of the last frame, each with the pixels that it may cover."""
         self._halts = {e.tick for e in run.events if e.kind in _HALTS and e.tick in ticks}
         begin, pause = run.time(ticks[0]), PAUSE * speed
         count = int((run.time(ticks[-1]) - begin) / pause + 1e-9) + 1
         found = {run.moment(begin + pause * number) for number in range(count)}
         found |= {(tick, 0.0) for tick in (*self._halts, ticks[-1])}
         self.moments = sorted(found)
-        """The tick of each frame, and the elapsed part until the next tick; also each moment at
+        """The tick of each frame, and the elapsed fraction until the next tick; also each moment at
         which the film rests."""
 
     def write_gif(self, path: Path, progress: Callable[[], None] | None = None) -> None:
@@ -89,8 +90,9 @@ class Film:
         frames[0].save(path, "GIF", **more)
 
     def _frame(self, tick: int, part: float, caption: str) -> Image.Image:
-        """Return a moment: a ``part`` of the time from ``tick`` to the next one. Only the places
-        where it differs from the last frame are drawn, since the time goes into pixels."""
+        """Return the frame of a moment: ``part`` is the elapsed fraction from ``tick`` to the next
+        one. Only the places where it differs from the last frame are drawn, since the time goes
+        into pixels."""
         ground, before = self._ground, self._marks
         moment = svg_of(self._run, tick, part, caption=caption, ground=False)
         zoom = ground.width / self._size[0], ground.height / self._size[1]
@@ -165,7 +167,7 @@ def _drawn(svg: str, width: int) -> Image.Image:
 
 
 def _boxed(moment: str) -> Iterator[tuple[str, tuple[float, ...]]]:
-    """Yield the elements of a moment, each with the box that it takes at most in the picture."""
+    """Yield the elements of a moment, each with the box that it may cover in the picture."""
     words, _, rest = moment.partition("<g ")
     group, _, drawing = rest.partition(">\n")
     for element in words.splitlines()[3:]:  # after the titles

@@ -84,15 +84,15 @@ AREA = "#0067A3"
 _MOST, _LEAST = 13.0, 9.0
 """Heights of letters."""
 BELOW = 0.19
-"""Most height of the letters, in the width of their regions, so that a robot does not hide them."""
+"""Maximum height of the letters, as a share of a region, so that a robot does not hide them."""
 _LINE = 1.15
 _GAP = 2.0
 """Distance of a name from the border of its regions."""
 
 
 class PlacedName(Struct, frozen=True):
-    """A name in one or two ``lines``, abbreviated if it has to be, in ``regions`` of one row. ``x``
-    is its middle, ``bottom`` its lower edge."""
+    """A name in one or two ``lines``, abbreviated if necessary, in ``regions`` of one row. ``x`` is
+    the middle of the text, ``bottom`` its lower edge."""
 
     text: str
     lines: tuple[str, ...]
@@ -109,7 +109,7 @@ class PlacedName(Struct, frozen=True):
 
 def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
     """Return the names of a map with regions of side ``cell``, at the lower edge of their region;
-    that of an area in its longest row. Those without room are left out."""
+    the name of an area is in its longest row. Names without room are left out."""
     found: list[PlacedName] = []
 
     def place(text: str, row: range, area: bool) -> None:
@@ -132,7 +132,7 @@ def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
 
 
 def _longest(world: RegionMap, regions: Collection[Region]) -> range:
-    """Return the longest run of regions in a row, the one nearest to their middle."""
+    """Return the longest run of regions in a row; among equals, the one nearest to their middle."""
     runs: list[range] = [range(0)]
     for region in sorted(regions):
         joins = runs[-1].stop == region and region % world.cols

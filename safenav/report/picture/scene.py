@@ -1,4 +1,4 @@
-"""A moment of a run as a vector picture for papers: the map, what happens then, robots and
+"""A moment of a run as a vector picture for papers: the map, the events of the moment, robots and
 obstacles in words. The marks are those of the page, whose legend explains them.
 
 Everything is placed by arithmetic on known text widths, so that nothing overlaps and nothing
@@ -26,7 +26,7 @@ NARROWEST = 260.0
 LINE = 18.0
 """Height of a line of the caption."""
 CAPTION_LINES = 3
-"""Lines of a film's caption, also of an empty one."""
+"""Number of lines of a film's caption, even if it is empty."""
 SPOKEN = 6
 """Maximum number of events in the caption of a picture."""
 ROBOT = 0.28
@@ -39,7 +39,7 @@ LEAST_SHAPE = 20.0
 RING = 0.34
 """Radius of a target's ring, in cells; those of further robots are smaller."""
 ASIDE = ((0.71, -0.71), (0.71, 0.71), (-0.71, 0.71))
-"""Places of the robots' shapes on rings of one region, from its centre, in radii."""
+"""Positions of the robots' shapes on the rings of one region, from its centre, in radii."""
 BADGE = 0.96
 """Distance of a load from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
@@ -48,7 +48,7 @@ _QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP}
 
 
 def svg_of_scenario(scenario: Scenario) -> str:
-    """Return the picture of starts, objectives and hidden obstacles."""
+    """Return the picture of a scenario: starts, objectives and hidden obstacles."""
     run = run_of(unstarted(scenario))
     for track in run.robots:
         track.charge = Changes()
@@ -70,10 +70,10 @@ def svg_of(
     """Return the moment after ``tick``, or at a ``part`` of the time to the next one. Knowledge is
     that of ``tick``; only positions are interpolated.
 
-    ``words`` for the moment; ``caption``: words below the map instead of those of the moment,
-    always of the same height, and the robots' names alone (for the frames of a film). Without the
-    ``ground``, what never changes, the picture is transparent and ends below the caption; without
-    the ``moment``, only what changes is missing."""
+    ``words`` describe the moment. ``caption`` (for the frames of a film) replaces them below the
+    map, always at the same height, with the robots' names alone. Without the ``ground`` (all that
+    never changes) the picture is transparent and ends below the caption; without the ``moment`` it
+    lacks all that changes."""
     cell = floor.cell_size(run.map)
     left, upper, width, height = (side * cell for side in floor.window(run.map))
     inner = max(width, NARROWEST)
@@ -127,7 +127,7 @@ def _described(run: Run, tick: int, words: str) -> str:
 
 
 WIDTH, GAP, ICON = 270.0, 24.0, 30.0
-"""Widths of a column of words, of the space beside it, and of its signs."""
+"""Widths of a column of words, of the space beside the column, and of its signs."""
 
 
 class _Row(Struct):
@@ -209,7 +209,7 @@ class _Drawing(Struct):
     names: list[floor.PlacedName]
 
     def ground(self) -> None:
-        """Draw what never changes."""
+        """Draw all that never changes."""
         run, cell = self.run, self.cell
         floor.draw_floor(self.page, run.map, cell)
         floor.draw_areas(self.page, run.map, cell)
@@ -223,7 +223,7 @@ class _Drawing(Struct):
         floor.draw_numbers(self.page, run.map, cell, self.names)
 
     def moment(self, told: Sequence[Event]) -> None:
-        """Draw what changes from tick to tick."""
+        """Draw all that changes from tick to tick."""
         run = self.run
         places = [run.place(track, self.tick, self.part) for track in run.robots]
         for i, (track, (row, col, _)) in enumerate(zip(run.robots, places, strict=True)):
@@ -311,7 +311,7 @@ class _Drawing(Struct):
 
     def _targets(self) -> None:
         """Draw a ring in the robot's colour in each of its target regions, or a line around an
-        area, with its shape; the one that it goes to is filled. Rings of several robots are nested,
+        area, with its shape; that of its next target is filled. Rings of several robots are nested,
         and above the name of their region."""
         world = self.run.map
         tops = {world.names[n.text]: n.top for n in self.names if not n.area}
@@ -347,7 +347,7 @@ class _Drawing(Struct):
                 )
 
     def _spoken_of(self, told: Sequence[Event]) -> None:
-        """Draw a frame around the region that the words below the map are about."""
+        """Draw a frame around the region to which the words below the map refer."""
         for region in [event.region for event in told if event.region is not None][:1]:
             x, y = self._corner(region)
             frame = {"fill": "none", "stroke": floor.INK, "stroke_width": 1.2}

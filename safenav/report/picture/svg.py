@@ -129,7 +129,7 @@ _FOREIGN = re.compile(
     "[^\n -~\u00a0-\u017f\u0370-\u03ff\u2013\u2014\u2018-\u201d\u2022\u2026\u2190-\u2194"
     "\u2208\u220b\u221e\u2264\u2265\u25a1\u25cb\u25cf\u2713\u2717]"
 )
-"""A letter that the shipped fonts lack."""
+"""Pattern of a letter that the shipped fonts lack."""
 MOST_PIXELS = 48_000_000
 """Limit of a picture: drawing takes about 17 bytes per pixel."""
 ZOOM, WIDE = 2.0, 2000
@@ -221,7 +221,7 @@ def _found(paths: Mapping[str, str], name: str) -> str:
 def separated(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return offsets for each (row, col) so that robots over one another are drawn side by side.
 
-    Grows smoothly as two robots come closer than one region, so that nothing jumps."""
+    The offsets grow smoothly as two robots approach within one region, so that nothing jumps."""
     shifts = [(0.0, 0.0)] * len(places)
     for i, (row_a, col_a) in enumerate(places):
         for j in range(i + 1, len(places)):

@@ -1,5 +1,5 @@
 """Explanations in words: of a robot without a strategy, with a small map, and of a run that needed
-an operator. They claim of a core only what was proven."""
+an operator. They claim only proven facts about a core."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence

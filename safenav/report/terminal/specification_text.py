@@ -21,7 +21,7 @@ from safenav.trace.words import counted
 from safenav.verify.verification import Failure
 
 _SHOWN = 24
-"""Most lines of a path or play; an even number."""
+"""Maximum number of lines of a path or play; an even number."""
 _LONGEST = 160
 """Maximum characters of a shown formula; the file has the rest."""
 

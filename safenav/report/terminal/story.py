@@ -37,9 +37,9 @@ from safenav.world.map import Heading, Region, RegionMap
 Echo = Callable[[str], None]
 
 _NAME = re.compile(r"(?<![\w@])[\w-]+(?:@[\w|#-]+)?")
-"""A word that may be the name of a robot or obstacle."""
+"""Pattern of a word that may be the name of a robot or obstacle."""
 LARGE = 2500
-"""Most regions of a map that is drawn more than once."""
+"""Maximum number of regions of a map that is drawn more than once."""
 _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
@@ -103,7 +103,7 @@ class Story:
             self._changed(event)
 
     def _changed(self, event: Event) -> None:
-        """Print what follows from a changed obstacle: rounds restart, and the map is another."""
+        """Print the consequences of a changed obstacle: rounds restart, and the map has changed."""
         status = self._run.hidden[event.obstacle].status.now if event.obstacle else None
         over = event.kind is StoryKind.RESOLVED and status in _OVER
         if over and self._in_rounds and self._run.restarts_rounds(event.obstacle or ""):
@@ -207,7 +207,7 @@ _OVER = {ObstacleStatus.RESOLVED, ObstacleStatus.BLOCKED}
 
 def syntheses_words(found: Sequence[SynthesisOutcome]) -> str | None:
     """Return many verified strategies in a few words: ``60 strategies (1 to 97 states, 12 from the
-    cache, verified)``; None if each is to be named."""
+    cache, verified)``; None if each one must be named."""
     sizes = [each.states for each in found if each.states is not None and each.verified is True]
     if len(found) <= MANY or len(sizes) < len(found):
         return None
@@ -250,8 +250,8 @@ def _shared(robots: Iterable[RobotTrack]) -> Iterator[str]:
 
 
 def draw(world: RegionMap, signs: Mapping[Region, str], numbered: bool = False) -> list[str]:
-    """Return the map as lines of text, row 0 first; ``signs``: two characters of regions with
-    something in them; ``numbered``: with the numbers of regions."""
+    """Return the map as lines of text, row 0 first; ``signs``: two characters for each occupied
+    region; ``numbered``: with the numbers of regions."""
     cells = []
     digits = len(str(world.size - 1))
     for region in range(world.size):
