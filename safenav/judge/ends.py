@@ -87,11 +87,11 @@ def goal(e: Line, s: State) -> Iterator[str]:
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
     can meet it; an obstacle is excused once it need not be resolved."""
-    one = s.obstacles.get(e.of)
+    one, due = s.obstacles.get(e.of), (s.kept if e.verdict == "kept" else s.past | s.dues).get(e.of)
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
-    elif e.due != (due := s.due(e.of, e.verdict)) and e.verdict != "excused":
-        yield f"{e.of} is due in tick {due}, not {e.due}"
+    elif e.due != due and e.verdict != "excused":
+        yield f"{e.of} is due in {'no tick' if due is None else f'tick {due}'}, not {e.due}"
     elif e.verdict == "lost":
         yield from _proven(lost_problems(e, s))
     elif e.verdict == "excused" and (one.open and not one.shut if one else e.of == "mission"):
@@ -105,11 +105,11 @@ def deadline(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def deadlines(e: Line, s: State) -> Iterator[str]:
     """The outcome lists each missed deadline, and no other."""
-    late, over = {*(e.late or ())}, [*s.overdue(e.tick)] if e.outcome != "completed" else []
-    missed = {*s.missed, *(of for of in s.overdue(e.tick) if e.outcome == "completed")}
-    if forgotten := missed - late - {*over}:
+    late, over = {*(e.late or ())}, s.overdue(e.tick)
+    missed = s.missed | over if e.outcome == "completed" else s.missed - over
+    if forgotten := missed - late:
         yield f"the deadline of {', '.join(sorted(forgotten))} was missed, which is not listed"
-    if more := late - missed - {*over}:
+    if more := late - missed - over:
         yield f"no deadline of {', '.join(sorted(more))} was missed"
     stops = not s.live and s.scenario.late == "stop"
     if e.outcome == "late" and not (stops and late):

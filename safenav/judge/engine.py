@@ -53,9 +53,7 @@ def _begin_tick(tick: int, s: State) -> None:
     s.past = {of: due for of, due in s.dues.items() if due < tick}
     s.dues = {of: due for of, due in s.dues.items() if due >= tick}
     for robot in s.robots.values():
-        clock = robot.clock
-        clock.over = clock.over or clock.due < tick
-        clock.away = clock.away or robot.out or not robot.given.serves(robot.own)
+        robot.away = robot.away or robot.out or not robot.given.serves(robot.own)
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
@@ -87,16 +85,16 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.own, robot.progress, robot.first = e.objective, fresh, None
             robot.met.clear()
             robot.given = e.objective if e.at_once else robot.given
-            robot.clock.within, robot.clock.begun = e.within, e.tick
-            robot.clock.before = robot.clock.over = False
-            robot.clock.away = not robot.given.serves(robot.own)
+            robot.within = None if s.live else e.within
+            s.restart(robot)
+            robot.was_away, robot.away = False, not robot.given.serves(robot.own)
             robot.follow()
             _stands(e, robot, s)
         case "service":
             robot.out = not e.active
             if e.active:
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
-                robot.clock.restart(e.tick)
+                s.restart(robot)
             if e.active and e.cause == BATTERY and robot.charge is not None:
                 robot.charge, robot.stands = float(robot.data.battery.capacity), e.t or 0.0
                 robot.filled = False
@@ -215,15 +213,15 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
         progress.former = None if robot.given.serves(own) else e.goal  # perhaps only of its duty
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
-        s.kept[robot.name] = robot.clock.due
-        robot.clock.restart(e.tick)
+        s.kept |= {robot.name: s.dues[robot.name]} if robot.name in s.dues else {}
+        s.restart(robot)
 
 
 def _stands(e: Line, robot: Robot, s: State) -> None:
     """Let a robot that is given an objective where it stands meet it then, and again in its
     turn."""
     s.stand(robot)
-    if e.tick and robot.progress.since == e.tick == robot.clock.begun:
+    if e.tick and robot.progress.since == e.tick == robot.begun:
         robot.progress.since -= 1
 
 
@@ -276,7 +274,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             if one.name in s.flat:
                 s.robots[s.flat.pop(one.name)].filled = True
             if one.type != s.scenario.flat:
-                _restart_rounds(e.tick, s)
+                _restart_rounds(s)
         case "truth":
             one.truth = e.traversable
         case "blocked":
@@ -296,14 +294,14 @@ def _order(e: Line, one: Obstacle, s: State) -> None:
 
 def _due(e: Line, one: Obstacle, s: State) -> None:
     """Begin the deadline of an obstacle with its first request."""
-    if one.within is not None and not s.live and one.name not in s.missed:
+    if one.within is not None and one.name not in s.missed:
         s.dues.setdefault(one.name, e.tick + one.within)
 
 
-def _restart_rounds(tick: int, s: State) -> None:
+def _restart_rounds(s: State) -> None:
     for robot in s.robots.values():
         robot.progress = robot.progress.anew(robot.own)
-        robot.clock.restart(tick)
+        s.restart(robot)
         robot.met.clear()
         s.stand(robot)
 

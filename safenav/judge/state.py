@@ -64,29 +64,12 @@ class Progress:
 
 
 @dataclass
-class Clock:
-    """The present round of a robot with a deadline (``within`` ticks). ``away``, ``before``:
-    whether it did something else in this round, or in the one before."""
-
-    within: int | None = None
-    begun: int = 0
-    away: bool = False
-    before: bool = False
-    over: bool = False
-
-    @property
-    def due(self) -> int:
-        return self.begun + (self.within or 0)
-
-    def restart(self, tick: int) -> None:
-        self.begun, self.before, self.away, self.over = tick, self.away, False, False
-
-
-@dataclass
 class Robot:
     """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region that it
     is in transit to since tick ``began``; ``came``: the region that it entered its own from;
     ``before``: its pose before its last move; ``given``: the objective that lines last gave it;
+    ``begun``: the tick in which its round began, which may take ``within`` ticks, unless it does
+    something else (``away``) in it, or did in the one before (``was_away``);
     ``memories``: those that its formulas may have (None: not followed), ``recalled``: before its
     last step; ``stands``: live, since when it uses its ``charge`` without a step; ``filled``: its
     battery was replaced; ``kept``: its progress with the objective that it resumes after an input;
@@ -101,8 +84,11 @@ class Robot:
     own: Objective
     given: Objective
     progress: Progress
-    clock: Clock
+    within: int | None
     before: Pose
+    begun: int = 0
+    away: bool = False
+    was_away: bool = False
     bound: int | None = None
     began: int = 0
     came: int | None = None
@@ -292,7 +278,7 @@ class State:
         self.by = None if self.live else h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
         self.past: dict[str, int] = {}
-        self.kept: dict[str, int] = {}
+        self.kept = dict(self.dues)
         self.switched: int | None = None
         self.missed: set[str] = set()
         self.orders: set[str] = set()
@@ -314,13 +300,14 @@ class State:
         self.zones = [(zone.robots, zone.regions) for zone in h.never_together]
         for robot in self.robots.values():
             self.stand(robot)
+            self.restart(robot)
 
     def _robot(self, data: Line) -> Robot:
         (region, heading), own = data.start, data.objective
         pose = region, heading if data.mobility == "heading" else None
         progress = Progress(counts=(0,) * own.count)
-        clock = Clock(None if self.live else data.within)
-        robot = Robot(data.name, data, pose, frozenset([region]), own, own, progress, clock, pose)
+        within, held = None if self.live else data.within, frozenset([region])
+        robot = Robot(data.name, data, pose, held, own, own, progress, within, pose)
         robot.charge = float(data.battery.start) if data.battery else None
         robot.follow()
         return robot
@@ -340,9 +327,10 @@ class State:
         alone = last.robots == 1 and not last.same and region in last.regions
         enters, order = last.able if alone else frozenset[str](), (kind.name, region, data.number)
         limits = data.resolve_within, kind.resolve_within, self.scenario.resolve_within
+        within = next((each for each in limits if each is not None), None)
         self.obstacles[data.name] = found = Obstacle(
             *(data.name, kind.name, region, blocks, needs),
-            *(data.traversable, next((each for each in limits if each is not None), None)),
+            *(data.traversable, None if self.live else within),
             *(data.ordered, data.appears is None, data.goes),
             Rest(data.name, region, blocks, needs, enters, order),
         )
@@ -460,26 +448,18 @@ class State:
     def has_deadline(self, of: str) -> bool:
         """Return whether the scenario sets a deadline for the mission, a robot's rounds or an
         obstacle."""
-        if of in self.robots:
-            return self.robots[of].clock.within is not None
-        if of not in self.obstacles:
-            return of == "mission" and self.by is not None
-        return not self.live and self.obstacles[of].within is not None
+        one = self.robots.get(of) or self.obstacles.get(of)
+        within = one.within if one else self.by if of == "mission" else None
+        return within is not None
 
-    def due(self, of: str, verdict: str) -> int | None:
-        """Return the tick in which a deadline ends, or has ended."""
-        if of == "mission":
-            return self.by
-        if verdict == "kept":
-            return self.kept.get(of)
-        dues = self.past | self.dues
-        return self.robots[of].clock.due if of in self.robots else dues.get(of)
+    def overdue(self, tick: int) -> set[str]:
+        """Return the open deadlines that a tick misses."""
+        late = {of for of, due in self.dues.items() if due < tick}
+        return late - {name for name, robot in self.robots.items() if robot.away or robot.was_away}
 
-    def overdue(self, tick: int) -> Iterator[str]:
-        """Yield the open deadlines that a tick misses."""
-        yield from (of for of, due in self.dues.items() if due < tick)
-        for name, robot in self.robots.items():
-            clock = robot.clock
-            late = clock.within is not None and clock.due < tick
-            if late and not (clock.over or clock.away or clock.before):
-                yield name
+    def restart(self, robot: Robot) -> None:
+        """Begin a round of a robot, with its deadline."""
+        robot.begun, robot.was_away, robot.away = self.tick, robot.away, False
+        self.dues.pop(robot.name, None)
+        if robot.within is not None:
+            self.dues[robot.name] = self.tick + robot.within
