@@ -68,8 +68,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             begun = _stepped(team, state, i, state.robots[i].pose, event.values)
             begun |= {} if node is None else {"node": node}
             return _robot(state, i, **begun) if begun else state
-        case now.Counted(i, ticks):
-            return _counted(team, state, i, ticks)
+        case now.Counted(i, ticks, duty):
+            return _counted(team, state, i, ticks, duty)
         case now.Time(at, flows):
             for i, robot in enumerate(state.robots if flows else ()):
                 if robot.to is None:
@@ -350,11 +350,11 @@ Goals = Iterator[tuple[int, int]]
 """The targets that a robot counts where it stands, each with the rounds then completed."""
 
 
-def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Return the goals that a robot meets where it stands: of its objective, and of its duty."""
+def goals(team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = True) -> Goals:
+    """Return the goals that a robot meets where it stands: its own, and those of its ``duty``."""
     yield from own_goals(team, state, i, ticks)
     robot = state.robots[i]
-    if not on_own(team, state, i):
+    if duty and not on_own(team, state, i):
         yield from _met(
             robot.objective, _counts(team, robot, i, robot.objective, robot.task, 1, ticks)
         )
@@ -446,7 +446,7 @@ def rounds(objective: Objective, count: Count) -> int:
     return objective.pursuit.rounds(count.met)
 
 
-def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
+def _counted(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> State:
     """Count the goals of the objective in force, and of its own. (A resolution, which ends a duty,
     restarts rounds.)"""
     robot, member = _begun(team, state, i), team.members[i]
@@ -454,8 +454,9 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
     if mine or _remembers(team, i):
         for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
             own = step[1]
-    for step in () if mine else _counts(team, robot, i, robot.objective, task, 1, ticks):
-        task = step[1]
+    if duty and not mine:
+        for step in _counts(team, robot, i, robot.objective, task, 1, ticks):
+            task = step[1]
     robot = replace(robot, own=own, task=task, fresh=robot.fresh and robot.to is not None)
     same = robot == state.robots[i]
     return state if same else _robot(state, i, own=own, task=task, fresh=robot.fresh)

@@ -411,10 +411,12 @@ class Gone(Change, frozen=True):
 
 
 class Counted(Event, frozen=True):
-    """A robot's turn is over: goals count where it stands. ``ticks``: as in ``Turn``."""
+    """A robot's turn is over: goals count where it stands. ``ticks``: as in ``Turn``; ``duty``:
+    whether those of its duty count, too."""
 
     robot: int
     ticks: int | None = 1
+    duty: bool = True
 
 
 class GaveUp(Event, frozen=True):

@@ -232,13 +232,16 @@ class Run:
 
     def count(self, before: now.State, event: now.Event) -> None:
         """Count the goals of a robot where it stands, at the end of its turn; a new objective was
-        already counted when the robot got it."""
+        already counted when the robot got it. An act ends a duty, but what a joint plan foresees
+        is counted beside it."""
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
             ended = isinstance(event, now.Acted) or self.control.end is not None
             if ended and not on_own(self.team, self.state, i):
-                return  # its duty is over
+                if isinstance(event, now.Acted) and self.team.members[i].planned and robot.idle:
+                    self.happens(now.Counted(i, duty=False))
+                return
             same = robot.fresh or robot.objective == before.robots[i].objective
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))

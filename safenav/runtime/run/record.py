@@ -115,9 +115,9 @@ class Recorder:
         match event:  # the most frequent ones first
             case now.Turn():
                 return
-            case now.Counted(i, ticks):
+            case now.Counted(i, ticks, duty):
                 region = before.robots[i].pose % self.team.size
-                for goal, whole in goals(self.team, before, i, ticks):
+                for goal, whole in goals(self.team, before, i, ticks, duty):
                     self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
             case now.Time(at):
                 self.plan.reached(self.tick, self.team, before)
