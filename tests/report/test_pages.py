@@ -73,15 +73,11 @@ def test_in_3d_an_order_appears_with_its_request() -> None:
     assert orders == {region: asked[region] for region in orders} and all(orders.values())
 
 
-def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks() -> None:
-    (robot,) = data_of(page_of("charges", "--3d"))["robots"]
-    charge, ticked = (
-        [level for _, level in robot["charge"]],
-        run_of("charges").track("cart").charge,
-    )
-    # Charging takes no time in such a motion: of what happens in one instant, the last is shown.
-    assert charge[-1] == ticked.now > 0
-    assert set(charge) <= {level for _, level in ticked}
+def test_in_3d_a_battery_is_used_up_before_it_is_replaced() -> None:
+    """It was shown as full before another robot had replaced it."""
+    robots, track = data_of(page_of("battery", "--3d"))["robots"], run_of("battery").track("digit")
+    (levels,) = ([level for _, level in each["charge"]] for each in robots if each["charge"])
+    assert levels == [level for _, level in track.charge] and {0, 100} < {*levels}
 
 
 def unpacked(packed: dict[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
