@@ -14,6 +14,7 @@ from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from safenav.cli import options, report_error, warn_of
+from safenav.cli.options import GivenFile
 from safenav.errors import (
     Diagnostic,
     ExitCode,
@@ -22,7 +23,7 @@ from safenav.errors import (
     SafenavError,
     UsageError,
 )
-from safenav.files import check_kind, decoded, kind_of, read_input
+from safenav.files import check_kind
 from safenav.report.terminal.layout import echo_folded
 from safenav.trace.words import counted, listed, moment_words, shortened
 
@@ -55,25 +56,6 @@ ARCHIVE = ("PK\x03\x04", "PK\x05\x06")
 """First bytes of a zip file."""
 SHOWN = 5
 """Maximum number of findings printed for a file."""
-BEGINNING = 5_000_000
-"""Bytes of a file from which its kind is recognized."""
-
-
-class GivenFile(Struct, frozen=True):
-    """A file to judge. ``content``: that of standard input or a pipe, which can be read only
-    once."""
-
-    path: Path
-    kind: str
-    content: bytes | None = None
-
-    @property
-    def source(self) -> str:
-        """Its name in messages."""
-        return "<stdin>" if str(self.path) == "-" else str(self.path)
-
-    def bytes(self) -> bytes:
-        return read_input(self.path) if self.content is None else self.content
 
 
 class JudgedFile(Struct, frozen=True):
@@ -97,14 +79,14 @@ def check(
     """Judge each FILE: a scenario (are its robots realizable?), a trace (docs/judge.md), a
     bundle (docs/certify.md), or a motion file together with its trace (docs/motion.md). What they
     are is recognized by their content; `-` is standard input."""
-    found = [recognized(path) for path in files]
-    kinds = {file.kind for file in found}
+    found = [(recognized(file), file) for file in map(options.GivenFile, files)]
+    kinds = {kind for kind, _ in found}
     for name, kind in READ_BY.items():
         if kind not in kinds:
             options.refuse({name: f"a {kind}"})
-    traces = [file for file in found if file.kind == TRACE]
-    for file in found:
-        if file.kind == MOTION and not traces:
+    traces = [file for kind, file in found if kind == TRACE]
+    for kind, file in found:
+        if kind == MOTION and not traces:
             hint = f"give both: safenav check {file.path} TRACE"
             raise UsageError(f"{file.path}: a motion is judged against its trace\n    {hint}")
     judges: dict[str, Callable[[GivenFile], JudgedFile]] = {
@@ -115,9 +97,9 @@ def check(
     }
     status, data = ExitCode.OK, list[Mapping[str, Any]]()
     several = len(found) > 1
-    for file in found:
+    for kind, file in found:
         try:
-            judged = judges[file.kind](file)
+            judged = judges[kind](file)
         except SafenavError as error:
             if not several:
                 raise
@@ -126,7 +108,7 @@ def check(
         status = max(status, judged.status)
         data.append({"file": str(file.path), **judged.data} if several else judged.data)
         if not as_json:
-            if several and file.kind == SCENARIO and judged.lines:
+            if several and kind == SCENARIO and judged.lines:
                 click.echo(f"{file.path}:")
             echo_folded(judged.lines)
             warn_of(judged.warnings)
@@ -135,25 +117,15 @@ def check(
     return status
 
 
-def recognized(path: Path) -> GivenFile:
+def recognized(file: GivenFile) -> str:
     """Return the kind of a file. Raises InputError for a file that is not judged."""
-    name = str(path)
+    path, name = file.path, file.name
     if path.is_dir():
         if not (path / "manifest.json").is_file():
             hint = f"a bundle has a manifest.json; to run scenarios: safenav batch {path}"
             raise InputError([Diagnostic(name, 0, 0, "this folder is not a bundle", hint)])
-        return GivenFile(path, BUNDLE)
-    content, text = None, ""
-    try:
-        if path.is_file():
-            with path.open("rb") as stream:
-                text = stream.read(BEGINNING).decode("utf-8", "replace")
-        elif name == "-" or path.exists():
-            content = read_input(path)
-            text = content[:BEGINNING].decode("utf-8", "replace")
-    except (OSError, InputError):  # reported by its reader
-        pass
-    if text.startswith(ARCHIVE) and path.is_file():
+        return BUNDLE
+    if file.beginning.startswith(ARCHIVE) and path.is_file():
         from zipfile import ZipFile
 
         names = ["manifest.json"]
@@ -162,12 +134,12 @@ def recognized(path: Path) -> GivenFile:
         if "manifest.json" not in names:
             hint = "a bundle has a manifest.json: safenav certify writes one"
             raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
-        return GivenFile(path, BUNDLE)
-    if (kind := kind_of(text)) in (SCENARIO, TRACE, MOTION):
-        return GivenFile(path, str(kind), content)
-    check_kind(text, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name)
-    lines = path.suffix == ".jsonl" or (name == "-" and text.lstrip().startswith("{"))
-    return GivenFile(path, TRACE if lines else SCENARIO, content)
+        return BUNDLE
+    if file.kind in (SCENARIO, TRACE, MOTION):
+        return str(file.kind)
+    check_kind(file.beginning, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name)
+    lines = path.suffix == ".jsonl" or (name == "-" and file.beginning.lstrip().startswith("{"))
+    return TRACE if lines else SCENARIO
 
 
 def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
@@ -182,8 +154,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario_text
 
-    name = str(file.path)
-    plan = load_scenario_text(decoded(file.bytes(), name), name)
+    plan = load_scenario_text(file.text(), file.name)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
     warnings = [*lint(plan), *foreseen(plan)]
@@ -273,7 +244,7 @@ def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
     from safenav.trace.file import read_bytes
 
     content = file.bytes()
-    trace = read_bytes(content, file.source)
+    trace = read_bytes(content, file.name)
     found = checked(content, trace)
     lines = [*trace_lines(found)]
     if trace.header.world == "external":
@@ -320,19 +291,19 @@ def of_motion(
     from safenav.motion.file import parsed
     from safenav.trace.file import read_bytes
 
-    motion = parsed(file.bytes(), file.source)
-    runs = [read_bytes(each.bytes(), each.source) for each in traces]
+    motion = parsed(file.bytes(), file.name)
+    runs = [read_bytes(each.bytes(), each.name) for each in traces]
     run = next((run for run in runs if run.digest == motion.header.trace), runs[0])
     found = check_motion(motion, run)
     # The signals of a motion that breaks rules are not reliable.
     judgements = [] if found else judged(motion, run, more, rate)
     tracked = [] if found else trackings(motion, run)
-    lines = [*broken(file.source, found)]
+    lines = [*broken(file.name, found)]
     if found and (more or run.header.scenario.requirements):
         lines.append("the requirements are not evaluated on a motion that breaks rules")
     if not found:
         robots, seconds = counted(len(motion.header.robots), "robot"), motion.outcome.makespan
-        lines.append(f"{file.source}: no rule broken in {seconds:.1f} s of {robots}")
+        lines.append(f"{file.name}: no rule broken in {seconds:.1f} s of {robots}")
     lines += [str(one) for one in (*tracked, *judgements)]
     good = not found and all(one.verdict == SATISFIED for one in judgements)
     data = {"ok": good, "findings": to_builtins(found), "execution": to_builtins(tracked)}

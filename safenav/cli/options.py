@@ -11,6 +11,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
@@ -18,7 +19,7 @@ import click
 from click.core import ParameterSource
 
 from safenav.errors import ExitCode, InputError, UsageError
-from safenav.files import try_folder, try_out
+from safenav.files import MOST_BYTES, decoded, kind_of, read_input, try_folder, try_out
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario
@@ -108,6 +109,8 @@ class _Input(click.Path):
         return path
 
 
+BEGINNING = 5_000_000
+"""Bytes of a file from which its kind is recognized."""
 KINDS = (
     *(".csv", ".dot", ".gif", ".graphml", ".html", ".json", ".jsonl", ".map", ".mcap", ".npz"),
     *(".pdf", ".pgm", ".png", ".slugsin", ".structuredslugs", ".svg", ".txt", ".xml"),
@@ -226,19 +229,45 @@ TimeLimit = Annotated[float | None, SECONDS, "Stop after these seconds (of a liv
 Trace = Annotated[Lines, "Write the trace (JSON Lines)."]
 
 
-def loaded(file: Path, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:
+class GivenFile:
+    """An input that is recognized by its content. Standard input and pipes are read only once."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.name = str(path)
+        self._content: bytes | None = None
+        beginning = b""
+        with suppress(OSError, InputError):  # its reader reports it
+            if self.name != "-" and path.is_file():
+                with path.open("rb") as stream:
+                    beginning = stream.read(BEGINNING)
+            elif self.name == "-" or path.exists():
+                beginning = self._content = read_input(path)
+        self.beginning = beginning[:BEGINNING].decode("utf-8", "replace")
+        self.kind = kind_of(self.beginning)
+
+    def bytes(self, most: int = MOST_BYTES) -> bytes:
+        """Return its content. Raises InputError."""
+        return read_input(self.path, most) if self._content is None else self._content
+
+    def text(self) -> str:
+        """Return its text. Raises InputError."""
+        return decoded(self.bytes(), self.name)
+
+
+def loaded(file: GivenFile, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:
     """Return a scenario that may have unreachable targets, the error if it has, and the robots
     that a command is about: ``robot``, or all. Raises UsageError if there is no such robot."""
-    from safenav.scenario.reading.loader import load_scenario_text, scenario_text
+    from safenav.scenario.reading.loader import load_scenario_text
 
-    text, refused = scenario_text(file), None
+    text, refused = file.text(), None
     try:
-        plan = load_scenario_text(text, str(file))
+        plan = load_scenario_text(text, file.name)
     except InputError as error:
-        plan, refused = load_scenario_text(text, str(file), reachable=False), error
+        plan, refused = load_scenario_text(text, file.name, reachable=False), error
     names = [each.name for each in plan.robots]
     if robot is not None and robot not in names:
-        raise UsageError(f"{file}: there is no robot '{robot}'; it has {', '.join(names)}")
+        raise UsageError(f"{file.name}: there is no robot '{robot}'; it has {', '.join(names)}")
     return plan, refused, names if robot is None else [robot]
 
 

@@ -1,6 +1,5 @@
 """``safenav synth``, ``verify`` and ``explain``: strategies, of scenarios and of specifications."""
 
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -23,7 +22,7 @@ from safenav.errors import (
     exit_code_of,
 )
 from safenav.explain.play import Cause, vacuities
-from safenav.files import json_flaw, json_line, kind_of, read_input, write_all, write_out
+from safenav.files import json_flaw, json_line, read_input, write_all, write_out
 from safenav.report.terminal.layout import WaitingLine, echo_folded, table
 from safenav.report.terminal.specification_text import (
     data_of,
@@ -32,14 +31,13 @@ from safenav.report.terminal.specification_text import (
     vacuity_lines,
 )
 from safenav.runtime.run.mission import default_synthesizer, first_results
-from safenav.scenario.yaml.findings import MAX_BYTES
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.strict_json import read_json
 from safenav.synthesis.slugs import (
+    MOST_OF_A_TEXT,
     SynthesisResult,
     Synthesizer,
-    load_specification,
     slugsin_of,
     specification_in,
 )
@@ -134,13 +132,14 @@ def synth(
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
     specification of your own, in slugsin or structured slugs."""
-    if is_specification(scenario):
+    given = options.GivenFile(scenario)
+    if given.kind == "specification":
         options.refuse(dict.fromkeys(("robot", "avoiding"), "scenarios"))
-        one = _of_specification(scenario)
+        one = _of_specification(given)
         _report([one], output, "file", {"specification": str(scenario), **one.data()}, as_json)
         return _end_of_specification(one, scenario, measures, as_json or str(output) == "-")
     options.refuse({"measures": "a specification; -o writes that of each robot"})
-    plan, refused, wanted = options.loaded(scenario, robot)
+    plan, refused, wanted = options.loaded(given, robot)
     if str(output) == "-" and len(wanted) > 1:
         raise UsageError(f"-o - prints one strategy: add --robot NAME, one of {', '.join(wanted)}")
     synthesizer = default_synthesizer(plan)
@@ -172,10 +171,10 @@ def synth(
     return code_of(all(one.realizable for one in made))
 
 
-def _of_specification(file: Path) -> Synthesized:
+def _of_specification(given: options.GivenFile) -> Synthesized:
     """Return the result for a specification, with a strategy or counterstrategy. Raises
     ResourceLimitError if nothing is proven, or if the proven automaton is too large to list."""
-    spec = load_specification(file)
+    file, spec = given.path, specification_of(given)
     synthesizer = Synthesizer(verifier=first_failure)
     result = listed(synthesizer.synthesize, spec)
     if not is_proven(result):
@@ -191,6 +190,12 @@ def _of_specification(file: Path) -> Synthesized:
         error.exit_code = ExitCode.NEGATIVE  # the verdict is proven
         raise error
     return Synthesized(spec.robot, spec, result, shown)
+
+
+def specification_of(given: options.GivenFile) -> Specification:
+    """Return a specification, with the name of its file."""
+    stem = given.path.stem if given.path.is_file() else "specification"
+    return specification_in(given.bytes(MOST_OF_A_TEXT), given.name, stem)
 
 
 def _end_of_specification(
@@ -237,19 +242,6 @@ def _report(
     if files:
         listing = f": {', '.join(name for name, _ in files)}" if len(made) == 1 else ""
         click.echo(f"\nwritten to {output}{listing}")
-
-
-def is_specification(file: Path) -> bool:
-    """Return whether a file contains a specification; False if it cannot be read. Standard input
-    is not consumed."""
-    if str(file) == "-":
-        stream: Any = sys.stdin.buffer
-        return kind_of(stream.peek().decode("utf-8", "replace")) == "specification"
-    try:
-        with file.open(encoding="utf-8", errors="replace") as text:
-            return kind_of(text.read(MAX_BYTES)) == "specification"
-    except OSError:
-        return False
 
 
 def opening_words(spec: Specification) -> str:
@@ -369,10 +361,11 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
     from safenav.report.terminal.explanation_text import explanation_lines
     from safenav.review.postmortem import explain_team
 
-    if is_specification(scenario):
+    given = options.GivenFile(scenario)
+    if given.kind == "specification":
         options.refuse({"robot": "scenarios"})
-        return _explain_specification(scenario, as_json)
-    plan, refused, wanted = options.loaded(scenario, robot)
+        return _explain_specification(given, as_json)
+    plan, refused, wanted = options.loaded(given, robot)
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
     data = list[dict[str, Any]]()
     for explanation in found:
@@ -399,11 +392,11 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
     return code_of(not data)
 
 
-def _explain_specification(file: Path, as_json: bool) -> int:
+def _explain_specification(given: options.GivenFile, as_json: bool) -> int:
     """Print why a specification is unrealizable; return the exit code."""
     from safenav.explain.investigation import explain_lines
 
-    spec = load_specification(file)
+    file, spec = given.path, specification_of(given)
     synthesizer = Synthesizer(verifier=first_failure)
     result = decided(file, synthesizer.synthesize(spec, strategy=False))
     realizable = result.verdict is Verdict.REALIZABLE

@@ -110,7 +110,7 @@ _TEXTS = ("explanation", "because", "reason")
 def read_trace(path: str | Path) -> Trace:
     """Return the trace in a file (``-``: standard input). Raises InputError if it cannot be read or
     is not a trace."""
-    return read_bytes(read_input(path), "<stdin>" if str(path) == "-" else str(path))
+    return read_bytes(read_input(path), str(path))
 
 
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:

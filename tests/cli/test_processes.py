@@ -53,6 +53,12 @@ def test_a_closed_pipe_changes_no_exit_code(name: str, code: int) -> None:
     assert (done.returncode, done.stderr) == (code, "")
 
 
+def test_a_pipe_is_an_input_that_is_read_once() -> None:
+    """Recognizing a specification emptied it."""
+    done = ran(["bash", "-c", '"$@" <(printf "[OUTPUT]\\nb\\n")', "-", *program("explain")])
+    assert "is realizable: nothing to explain" in done.stdout, done.stderr
+
+
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
 def test_standard_streams_may_be_closed(closed: str, tmp_path: Path) -> None:
     """As for a service. The trace is not what is written to them."""
