@@ -256,8 +256,8 @@ class GivenFile:
 
 
 def loaded(file: GivenFile, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:
-    """Return a scenario that may have unreachable targets, the error if it has, and the robots
-    that a command is about: ``robot``, or all. Raises UsageError if there is no such robot."""
+    """Return a scenario that may have unreachable targets, the error about these if there are any,
+    and the robots of a command: ``robot``, or all. Raises UsageError if there is no such robot."""
     from safenav.scenario.reading.loader import load_scenario_text
 
     text, refused = file.text(), None

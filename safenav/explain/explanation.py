@@ -355,7 +355,7 @@ def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
 
 
 def _crossing(task: Task, world: RegionMap) -> Target | None:
-    """Return the target that is in the way of another one."""
+    """Return the target that blocks the path to another one."""
     blocked = {known.region for known in task.blocked}
     targets = task.objective.targets
     for target in targets:

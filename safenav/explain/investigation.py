@@ -349,9 +349,9 @@ PLAY_SHARE = 0.85
 class LineExplanation(Struct, frozen=True):
     """Explanation of an unrealizable specification.
 
-    ``fairness``: the lines of ENV_LIVENESS, which it may assume. ``play``: of the core; None where
-    the limits did not allow it. ``assumptions``: lines of ENV_LIVENESS, each of which makes it
-    realizable."""
+    ``fairness``: the lines of ENV_LIVENESS, which it may assume. ``play``: that of the core; None
+    where the limits did not allow it. ``assumptions``: lines of ENV_LIVENESS, each of which makes
+    it realizable."""
 
     core: Core
     fairness: tuple[Constraint, ...]

@@ -286,8 +286,8 @@ class Vacuity(Struct, frozen=True):
 
 
 def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
-    """Return how a strategy wins without meeting its goals, shortest paths first; empty if it does
-    not.
+    """Return the ways in which a strategy wins without meeting its goals, shortest paths first;
+    empty if there is none.
 
     The robot's moves are fixed by the strategy, so the others play alone on its automaton: a node
     from which none of their paths meets all assumptions infinitely often is won vacuously."""

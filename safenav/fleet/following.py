@@ -35,9 +35,9 @@ advance."""
 
 class Follower(Struct):
     """A robot that follows references. ``plan``: all sent pieces that were not cut off, on the
-    clock of the world and in the frame of the map, without gaps; ``resets``: where the plan jumps
-    to the measured position, or ends (``gone``), since nothing more was sent; ``goal`` and
-    ``action``: the numbers of its goal and its action, if any."""
+    clock of the world and in the frame of the map, without gaps; ``resets``: the times at which the
+    plan jumps to the measured position, or ends (``gone``), since nothing more was sent; ``goal``
+    and ``action``: the numbers of its goal and its action, if any."""
 
     name: str
     mover: Mover

@@ -94,12 +94,13 @@ class TrailPoint(Struct, frozen=True):
 
 
 class DrivenRobot(Struct):
-    """The state of a robot. ``heard``: when its newest odometry was received, on the world's clock;
-    ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its odometry at its
-    newest arrival, since when it stands still; ``view``: its reading of the adjacent regions since
-    then, received at ``viewed``; ``trail``: its last seconds, oldest first; ``unread``: scans newer
-    than its odometry, each with the time of its receipt, ``newest`` the stamp of its newest scan;
-    ``lost``: the regions in one of which it is, until a person places it."""
+    """The state of a robot. ``heard``: the time at which its newest odometry was received, on the
+    world's clock; ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its
+    odometry at its newest arrival, since when it stands still; ``view``: its reading of the
+    adjacent regions since then, received at ``viewed``; ``trail``: its last seconds, oldest first;
+    ``unread``: scans newer than its odometry, each with the time of its receipt, ``newest`` the
+    stamp of its newest scan; ``lost``: the regions in one of which it is, until a person places
+    it."""
 
     robot: Robot
     station: Station

@@ -51,8 +51,8 @@ def tokens_of(
     text: str, pattern: re.Pattern[str], hints: Mapping[str, str], kinds: Mapping[str, str]
 ) -> list[Token]:
     """Return the tokens of a formula by the groups of a pattern, without ``space``; the last one is
-    ``end``. ``kinds``: of keywords and aliases. Raises FormulaError for ``foreign`` ones and for
-    characters that no group matches."""
+    ``end``. ``kinds``: those of keywords and aliases. Raises FormulaError for ``foreign`` ones and
+    for characters that no group matches."""
     tokens, position = list[Token](), 0
     while position < len(text):
         match = pattern.match(text, position)
@@ -70,7 +70,7 @@ class FormulaParser(Generic[T]):
     """Precedence climbing over the tokens of one formula. A language defines ``operand``, which
     reads a part without binary operators, and ``joined``, which reads the right side of one.
 
-    ``levels``: how tightly each binary operator binds; ``misplaced``: hints for tokens where they
+    ``levels``: the precedence of each binary operator; ``misplaced``: hints for tokens where they
     cannot stand; ``deepest``: the limit of nesting.
     """
 

@@ -47,7 +47,7 @@ class Line:
 
 
 class Objective(Line):
-    """``targets``: for each its regions, none for formulas; ``formulas``: of ``ltl`` and
+    """``targets``: for each its regions, none for formulas; ``formulas``: those of ``ltl`` and
     ``always``, None if there are none. ``settles``: the robot stays at its ``last`` target, where
     each tick is a round, if it ``ends`` after the robot has met each target once. ``strict``: it
     leaves a target immediately, and touches none out of turn; ``ordered``: one target at a time is
@@ -304,7 +304,7 @@ KINDS = {
 
 
 class Reader:
-    """Reads the lines of one trace. ``read``: how many there were; ``cut_off``: the last one is
+    """Reads the lines of one trace. ``read``: the number of lines; ``cut_off``: the last one is
     incomplete, since its writer was killed."""
 
     def __init__(self) -> None:

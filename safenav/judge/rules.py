@@ -279,7 +279,7 @@ def done(e: Line, s: State) -> Iterator[str]:
 @rule("violation")
 def encounter(e: Line, s: State) -> Iterator[str]:
     """A robot encounters an obstacle that blocks it, in its region or a neighbouring one; in a
-    simulated world it is there."""
+    simulated world the obstacle is present."""
     one, (here, _) = s.obstacles[e.obstacle], s.robots[e.robot].pose
     near = one.region == here or s.world.side(here, one.region) or one.type.startswith("lost_")
     if not near or e.robot not in one.blocks:

@@ -36,7 +36,7 @@ FootState = tuple[float, float, float, float, float, float, float, float, float]
 
 class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
     """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of the
-    map's south-western corner in the world; ``robots``: how each moves, with its ``kind``, its
+    map's south-western corner in the world; ``robots``: for each the ``kind`` of its motion, its
     parameters and its limits; of a physical robot also how it is ``driven`` (``setpoints`` or
     ``goals``), its ``tolerance`` in metres and the maximum time between two measurements (``gap``,
     seconds); ``motion``: the version of the format."""

@@ -49,7 +49,8 @@ def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -
 def header_of(
     trace: Trace, floor: MetricFloor, robots: Mapping[str, Mapping[str, object]]
 ) -> file.MotionHeader:
-    """Return the header of a motion of a run. ``robots``: how each moves."""
+    """Return the header of a motion of a run. ``robots``: the kind of motion and the parameters of
+    each."""
     return file.MotionHeader(
         trace=trace.digest,
         safenav=safenav.__version__,
@@ -91,7 +92,7 @@ def _flown(
 
 
 def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
-    """Return the floor of a trace in metres. ``side``: of its regions, if its map has none."""
+    """Return the floor of a trace in metres. ``side``: that of its regions, if its map has none."""
     world = trace.header.scenario.map
     if side is None:
         side = SIDE if world.frame is None else world.frame.resolution

@@ -16,7 +16,7 @@ from safenav.pace.gait import LEFT, Walker, gait_on, least_side_of, starting, st
 
 
 class Parameter(Struct, frozen=True):
-    """A number that a kind of motion takes: its default, its bounds, and what it means."""
+    """A numerical parameter of a kind of motion: its default, its bounds, and its meaning."""
 
     default: float
     least: float

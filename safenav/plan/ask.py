@@ -42,8 +42,8 @@ class Found(Struct, frozen=True):
 
 
 class Deadlock(Struct, frozen=True):
-    """No order of moves of ``robots`` completes the mission. ``memory``: what the formulas of some
-    robots remember; ``why``: the reason in words, if it is not the search."""
+    """No order of moves of ``robots`` completes the mission. ``memory``: that of the formulas of
+    some robots; ``why``: the reason in words, unless a search proved it."""
 
     robots: tuple[int, ...]
     memory: Mapping[str, Mapping[str, int]] | None = None

@@ -34,8 +34,8 @@ ACTING = 2
 
 
 class ChargedSearch(Search):
-    """``start``: with the charges of all robots. ``how``: they must suffice forever, not only for
-    the plan; robots leave chargers with a full battery."""
+    """``start``: with the charges of all robots. ``how``: whether they must suffice forever, not
+    only for the plan; robots leave chargers with a full battery."""
 
     def __init__(
         self,
@@ -222,7 +222,7 @@ Part = tuple[Floor, Sequence[Joint]]
 
 def charged_plan(parts: Sequence[Part], begun: float) -> Plan | None:
     """Return the plan of all parts; None if some robot cannot wait for the end of the others.
-    ``begun``: the tick before its first one, or when it begins in a live run."""
+    ``begun``: the tick before its first one; in a live run its start."""
     ticks = [sum(_duration(floor, *each) for each in pairwise(states)) for floor, states in parts]
     charges = [0.0] * len(parts[0][0].team.members)
     for (floor, states), own in zip(parts, ticks, strict=True):

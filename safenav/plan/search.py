@@ -38,8 +38,8 @@ Answer = list[Joint] | Exhausted | None
 
 
 class Search:
-    """``work``: how many single-robot steps it may examine; about 200,000 a second. ``check``
-    raises if the search must end."""
+    """``work``: the number of single-robot steps that it may examine, at about 200,000 per second.
+    ``check`` raises if the search must end."""
 
     def __init__(
         self,

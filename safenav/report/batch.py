@@ -48,7 +48,7 @@ def summary(report: Report) -> list[str]:
 
 
 def _row(result: Result, live: bool) -> tuple[object, ...]:
-    """Return the row of a result. ``live``: with a column for the makespan."""
+    """Return the row of a result. ``live``: whether it has a column for the makespan."""
     seconds = f"{result.duration:.2f}".rjust(len("seconds"))
     outcome = result.outcome or "-"
     over = "-" if result.makespan is None else f"{result.makespan:.1f}"

@@ -18,8 +18,8 @@ from safenav.trace.records import Arrive, Move, Push
 class CheckedTrace(Struct, frozen=True):
     """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off, for
     example by a crash, and the result covers the existing part. ``statistics``: counts of its
-    lines; ``notes``: what was not judged; ``strays``: steps that ended elsewhere than commanded;
-    ``hands``: changes by a user, an operator or the world."""
+    lines; ``notes``: the parts that were not judged; ``strays``: steps that ended elsewhere than
+    commanded; ``hands``: changes by a user, an operator or the world."""
 
     source: str
     outcome: str | None

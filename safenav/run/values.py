@@ -233,7 +233,7 @@ _NUMBERED = re.compile(r"(.*?)[-_ ]?0*(\d{1,2})")
 
 
 def looks(names: Sequence[str]) -> tuple[Look, ...]:
-    """Return a look for each robot: no two of the first 56 share both shape and colour."""
+    """Return the look of each robot: no two of the first 56 share both shape and colour."""
     found = []
     for letters, (shape, path), look in zip(labels(names), cycle(_SHAPES), cycle(_COLOURS)):
         size = (1.05 if len(letters) == 1 else 0.82) * (0.85 if shape == "triangle" else 1)

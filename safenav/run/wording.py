@@ -52,7 +52,7 @@ _UNCOUNTED = (
 )
 """Obstacle types that are uncountable: they have no article."""
 _LISTED_ROBOTS = 4
-"""Largest team that is listed by name when all of it is meant."""
+"""Largest team whose robots are listed by name in place of the whole team."""
 _OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
 
 

@@ -141,7 +141,7 @@ def _meant(word: str, known: Collection[str]) -> str:
 
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:
-    """Yield layers that are probably slips: a robot alone on its layer avoids no robot."""
+    """Yield layers that are probably misspelt: a robot alone on its layer avoids no robot."""
     layers = {model.layer for model in built_in().robots.values()}
     for model in dict.fromkeys(robot.model for robot in scenario.robots):
         slip = model.layer.isalpha() and model.layer not in layers

@@ -341,7 +341,7 @@ FAILURES = ("lost_", "unknown_")
 class Catalogue(Struct, frozen=True):
     """Robot models and obstacle types by name.
 
-    ``sources`` says where an entry comes from: ``robots.digit`` -> "built in" or a file.
+    ``sources``: the origin of each entry: ``robots.digit`` -> "built in" or a file.
     """
 
     robots: Mapping[str, RobotModel] = field(default_factory=dict)
@@ -368,7 +368,7 @@ class Obstacle(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """``door@47``: how obstacles are named everywhere; ``crate@47#2`` is the second order."""
+        """``door@47``, the name of the obstacle everywhere; ``crate@47#2`` is the second order."""
         return f"{self.type.name}@{self.region}" + f"#{self.number}" * (self.number > 1)
 
     @property

@@ -107,8 +107,8 @@ class Weakening(StrEnum):
 
 
 class ObjectiveForm(Struct, frozen=True):
-    """One form of an objective. ``turn``: the target that comes first. ``weakening``: why no
-    stronger form is used; None for the strongest."""
+    """One form of an objective. ``turn``: the target that comes first. ``weakening``: the reason
+    against stronger forms; None for the strongest."""
 
     objective: Objective
     turn: int

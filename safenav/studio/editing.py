@@ -61,7 +61,7 @@ class ScenarioText:
         self.world = world
 
     def read(self, text: str) -> None:
-        """Replace the text."""
+        """Replace the text by another one, and read it."""
         try:
             self.data: Any = plain(read_document(text).root)
         except DocumentError as error:

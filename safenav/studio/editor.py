@@ -121,9 +121,9 @@ class Editor(Studio):
 
     @classmethod
     def of_file(cls, file: Path | None, folder: Path | None) -> Editor:
-        """Return an editor of a file, or of a blank scenario. ``folder``: where scenarios are
-        opened and saved; default: that of the file, else the current one. Raises InputError for an
-        unreadable file."""
+        """Return an editor of a file, or of a blank scenario. ``folder``: the one in which
+        scenarios are opened and saved; default: that of the file, else the current one. Raises
+        InputError for an unreadable file."""
         if file is not None and file.is_dir():
             file, folder = None, folder or file
         place = folder or (Path.cwd() if file is None else file.parent)

@@ -65,7 +65,7 @@ APART = (
 
 
 class Guard(Struct, frozen=True):
-    """Accepts or refuses requests. ``token``: of the address; ``port``: of the server."""
+    """Accepts or refuses requests. ``token``: that of the address; ``port``: that of the server."""
 
     token: str
     port: int

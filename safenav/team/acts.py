@@ -76,8 +76,8 @@ def resolved(team: Team, k: int, stage: now.Stage) -> bool:
 def consequences(
     team: Team, before: State, event: now.Elsewhere | now.Failed | now.Lost
 ) -> Iterator[now.Event]:
-    """Yield the events that follow from a step that did not end as commanded. A robot that has come
-    where another may be needs an operator. ``before``: the state before the event."""
+    """Yield the events that follow from a step that did not end as commanded. A robot in a region
+    where another one may be needs an operator. ``before``: the state before the event."""
     i, robot = event.robot, team.members[event.robot].robot
     here, target = (pose % team.size for pose in (before.robots[i].pose, before.robots[i].next))
     policy, tried = team.scenario.failures, (*before.robots[i].failed, target)

@@ -72,16 +72,17 @@ class RobotNow(Struct, frozen=True):
     """``to``: the pose of the step under way (it reserves both regions); ``due``: the tick in which
     this step ends (lockstep). ``objective``: the one in force, with its progress ``task``; ``own``:
     progress with its own. ``node``: that of its strategy at its next pose. ``at``: its place in the
-    joint plan; ``by``: what decided the step under way; ``command``: the number of the last one
+    joint plan; ``by``: the origin of the step under way; ``command``: the number of the last one
     (live). ``acting``: the robot in whose action it takes part. ``active``: it is in service;
     ``failed``: the regions of the steps that failed since it arrived somewhere. ``fresh``: it has a
     new objective, of which it has counted nothing yet. Of formulas: ``values`` of the memory and
     the inputs at the pose of its next decision; ``came``: its pose and these values before its last
-    turn. ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input
-    that set its own objective; ``base``: its objective before that. ``charge``: of its battery;
-    ``flat``: the charge is used up, and the robot waits for another battery; ``cause``: the reason
-    why it is out of service. ``behind``: the region from which it entered its own; None if it was
-    put there. ``broken``: the assumptions of its last strategy that did not hold."""
+    turn. ``known``: for each robot that it tracks a region, or the cells that may hold it.
+    ``mode``: the input that set its own objective; ``base``: its objective before that. ``charge``:
+    of its battery; ``flat``: the charge is used up, and the robot waits for another battery;
+    ``cause``: the reason why it is out of service. ``behind``: the region from which it entered its
+    own; None if it was put there. ``broken``: the assumptions of its last strategy that did not
+    hold."""
 
     pose: int
     objective: Objective
@@ -110,7 +111,7 @@ class RobotNow(Struct, frozen=True):
 
     @property
     def next(self) -> int:
-        """The pose of its next decision."""
+        """The pose of its next decision: in transit, the destination."""
         return self.pose if self.to is None else self.to
 
     @property
@@ -119,11 +120,11 @@ class RobotNow(Struct, frozen=True):
 
 
 class Waypoint(NamedTuple):
-    """A stop of a plan: the pose, and the conditions of its step. ``after`` (robot, waypoint):
-    that other robot has arrived there; ``needs``: these needs of obstacles are met (obstacle, how
-    many); ``progress``: its count (memory and met), if exactly the obstacles ``over`` are: the plan
-    counts immediately what staying meets; ``charge``: what it has then; on a charger it waits for
-    that, and until ``tick``."""
+    """A stop of a plan: the pose, and the conditions of its step. ``after`` (robot, waypoint): that
+    other robot has arrived there; ``needs``: these needs of obstacles are met (obstacle, how many);
+    ``progress``: its count (memory and met), if exactly the obstacles ``over`` are: the plan counts
+    immediately what staying meets; ``charge``: the charge that it then has; on a charger it waits
+    for that charge, and until ``tick``."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -199,9 +200,9 @@ class Time(Change, frozen=True):
 
 
 class Departed(Event, frozen=True):
-    """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there, with
-    the ``values`` of its formulas; ``due``: the tick in which the step ends, if it takes several;
-    live: ``command``, its number, and ``seconds``, its expected duration."""
+    """A robot sets out for a pose. ``by``: the origin of the decision; ``node``: its strategy's
+    there, with the ``values`` of its formulas; ``due``: the tick in which the step ends, if it
+    takes several; live: ``command``, its number, and ``seconds``, its expected duration."""
 
     robot: int
     pose: int
@@ -250,7 +251,8 @@ class Lost(Ended, frozen=True):
 
 
 class Stayed(Event, frozen=True):
-    """A robot stays for this turn of ``ticks`` (as in ``Turn``). ``by``: what decided that."""
+    """A robot stays for this turn of ``ticks`` (as in ``Turn``). ``by``: the origin of the
+    decision."""
 
     robot: int
     by: str
@@ -284,8 +286,8 @@ class Placed(Change, frozen=True):
 
 class Assigned(Change, frozen=True):
     """A robot has another objective of its own. ``cause``: the reason; ``within``: the ticks until
-    its deadline; ``mode``: the input that sets it; ``base``: what the robot had before it was set,
-    or has again; ``own``: it pursued its own objective until now."""
+    its deadline; ``mode``: the input that sets it; ``base``: the objective before that, or again
+    after it; ``own``: it pursued its own objective until now."""
 
     robot: int
     objective: Objective
@@ -361,9 +363,9 @@ class Acts(Event, frozen=True):
 
 class Acted(Event, frozen=True):
     """A robot has done all that it can where it stands. ``stages``: those that changed; ``truths``:
-    what each resolved obstacle revealed; ``failed``: the obstacles that it failed to resolve;
-    ``gone``: those that it did not find; ``why``: the reason of a failure; ``again``: those that a
-    sensor showed again, and that it resolved without a request."""
+    the truth that each resolved obstacle revealed; ``failed``: the obstacles that it failed to
+    resolve; ``gone``: those that it did not find; ``why``: the reason of a failure; ``again``:
+    those that a sensor showed again, and that it resolved without a request."""
 
     robot: int
     stages: tuple[tuple[int, Stage], ...]
@@ -394,7 +396,7 @@ class Met(Event, frozen=True):
 
 
 class Appeared(Change, frozen=True):
-    """An obstacle appears. ``truth``: what resolving it will reveal, if the world is simulated;
+    """An obstacle appears. ``truth``: the one that resolving it will reveal, in a simulated world;
     ``another``: this truth differs from that of the last obstacle of its name."""
 
     obstacle: int
@@ -404,7 +406,7 @@ class Appeared(Change, frozen=True):
 
 
 class Gone(Change, frozen=True):
-    """An obstacle has disappeared, or was found to be gone. ``cause``: what removed it."""
+    """An obstacle has disappeared, or was found to be gone. ``cause``: the reason."""
 
     obstacle: int
     cause: str = "scenario"

@@ -74,8 +74,8 @@ class Header(Record, frozen=True, tag="header"):
 
 class Synthesis(Record, frozen=True, tag="synthesis"):
     """A robot was synthesized. ``verified``: null if it was not checked; ``spec``, ``strategy``:
-    sha256 of the specification and of the strategy's JSON; ``assumptions``: in words; ``node``:
-    where an installed strategy begins.
+    sha256 of the specification and of the strategy's JSON; ``assumptions``: in words; ``node``: the
+    first node of an installed strategy.
 
     The data of the specification: the pose (``region``, ``heading``); ``memory`` at the start;
     ``inputs`` that its formulas name; ``closed``: regions other than walls, each with the obstacle
@@ -113,10 +113,10 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
 
 
 class Move(Record, frozen=True, tag="move"):
-    """One for each robot and tick. ``heading``: after the move. ``toward``: while a step takes
-    several ticks, the region to which the robot is in transit and which it also occupies. ``by``:
-    what decided the move (null in transit).
-    ``result``: if the step ended elsewhere than commanded."""
+    """One for each robot and tick. ``heading``: the one after the move. ``toward``: while a step
+    takes several ticks, the region to which the robot is in transit and which it also occupies.
+    ``by``: the origin of the move (null in transit). ``result``: that of a step that ended
+    elsewhere than commanded."""
 
     robot: str
     from_: Region
@@ -143,7 +143,7 @@ class Depart(Record, frozen=True, tag="depart"):
 
 class Arrive(Record, frozen=True, tag="arrive"):
     """Live: the step of a robot has ended; it occupies only the region ``at`` (lost: it is
-    somewhere in ``regions``). ``reason``: why it is elsewhere, or took more than one attempt."""
+    somewhere in ``regions``). ``reason``: that of another end, or of more than one attempt."""
 
     command: Count
     robot: str
@@ -165,9 +165,9 @@ class Act(Record, frozen=True, tag="act"):
 
 
 class ActionEnd(Record, frozen=True, tag="acted"):
-    """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: of
-    each obstacle. ``barred``: obstacles on which the robot has failed too often; it does not act on
-    them until they change or it is back in service. ``reason``: of the failure."""
+    """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: that
+    of each obstacle. ``barred``: obstacles on which the robot has failed too often; it does not act
+    on them until they change or it is back in service. ``reason``: that of the failure."""
 
     command: Count
     robot: str
@@ -177,8 +177,8 @@ class ActionEnd(Record, frozen=True, tag="acted"):
 
 
 class Late(Note, frozen=True, tag="late"):
-    """A report of the world or an intervention that was dropped, and why: ``event`` is its
-    kind."""
+    """A report of the world or an intervention was dropped. ``event``: its kind; ``reason``: that
+    of the drop."""
 
     event: str
     reason: str
@@ -215,7 +215,7 @@ class Operator(Record, frozen=True, tag="operator"):
 
 
 class Discovered(Record, frozen=True, tag="discovered"):
-    """An obstacle that the header does not list; before the first line that names it."""
+    """An obstacle that the header does not list. This line precedes all others that name it."""
 
     obstacle: Obstacle
 
@@ -350,7 +350,7 @@ class Met(Record, frozen=True, tag="met"):
 
 class Resolved(Record, frozen=True, tag="resolved"):
     """An obstacle is resolved: its last need was met. ``requested``: whether a request for it was
-    open; ``traversable``: what that revealed; ``robots``: all that took part, if there are
+    open; ``traversable``: the truth that it revealed; ``robots``: all that took part, if there are
     several."""
 
     obstacle: str
@@ -448,7 +448,7 @@ class Resumed(Note, frozen=True, tag="resumed"):
 
 class End(Record, frozen=True, tag="outcome"):
     """The last line of a complete trace. ``rounds`` of each robot; ``syntheses``: calls of the
-    synthesizer. ``cause``: why an operator is needed. ``proof``: of a ``deadlock``.
+    synthesizer. ``cause``: the reason why an operator is needed. ``proof``: that of a ``deadlock``.
     ``unrealizable``: robot and spec of each synthesis that ended the run. Live: ``makespan``, the
     end of the last command. ``late``: the missed deadlines; ``refused``: those that cannot be met
     from the start (``NAME.battery`` for a charge), each with the least feasible value (None: there

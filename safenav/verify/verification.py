@@ -82,7 +82,7 @@ class Failure(Struct, frozen=True):
 
 class Verification(Struct, frozen=True):
     """Result of a check. ``failures``: the shallowest one of each kind and constraint; ``nodes``,
-    ``edges``: how many were reached and checked. ``vacuous``: no initial state satisfies the
+    ``edges``: the numbers of those reached and checked. ``vacuous``: no initial state satisfies the
     assumptions, so the strategy guarantees nothing."""
 
     failures: tuple[Failure, ...]

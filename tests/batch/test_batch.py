@@ -71,7 +71,7 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_stop_the_batch(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_batch_is_resumed_where_it_was(
+def test_an_interrupted_batch_resumes_with_the_missing_cases(
     write: Write, slugs: SlugsLog, number: signal.Signals
 ) -> None:
     for letter in "abcdefgh":

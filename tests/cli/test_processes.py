@@ -60,7 +60,7 @@ def test_a_pipe_is_an_input_that_is_read_once() -> None:
 
 
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
-def test_standard_streams_may_be_closed(closed: str, tmp_path: Path) -> None:
+def test_a_run_needs_no_open_standard_stream(closed: str, tmp_path: Path) -> None:
     """As for a service. The trace is not what is written to them."""
     trace = tmp_path / "t.jsonl"
     done = ran(["sh", "-c", f'exec "$@" {closed}', "-", *program("run", HELLO, "--trace", trace)])

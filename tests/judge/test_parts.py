@@ -125,7 +125,7 @@ def test_each_rule_states_its_requirement_as_the_page_does() -> None:
     assert rows == [f"| `{rule.name}` | {rule.text} |" for rule in FACTS]
 
 
-def test_rules_keep_nothing_and_change_no_state() -> None:
+def test_a_rule_has_no_memory_and_changes_no_state() -> None:
     """A rule assigns only local names, and to no part of the state."""
     for file in (JUDGE / f"{name}.py" for name in ("rules", "changes", "ends")):
         for node in ast.walk(ast.parse(file.read_text())):
@@ -135,7 +135,7 @@ def test_rules_keep_nothing_and_change_no_state() -> None:
             assert not isinstance(node, ast.Global | ast.Nonlocal), file.name
 
 
-def test_the_judge_has_the_same_kinds_of_objectives() -> None:
+def test_the_judge_has_all_kinds_of_objectives() -> None:
     """It was written independently, but it must say the same."""
     for key, kind in KINDS.items():
         own = Objective(kind=key)

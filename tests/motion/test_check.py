@@ -325,6 +325,6 @@ def test_feet_that_point_apart_are_refused(tmp_path: Path) -> None:
     assert {finding["rule"] for finding in said["findings"]} == {"feet"}
 
 
-def test_the_errors_of_simulated_flights_are_reported() -> None:
+def test_the_deviation_of_a_simulated_flight_is_reported() -> None:
     told = (good("tracked")[1].parent / "told.txt").read_text()
     assert "simulated flight of quad: at most 0.00" in told

@@ -96,7 +96,7 @@ def events(folder: Path, *lines: damage.Line, clock: str = "lockstep") -> list[s
 PUT_BACK = {"type": "operator", "tick": 1, "intervention": "put_back", "robot": "quad", "t": 2.0}
 
 
-def test_a_robot_that_an_operator_puts_back_is_there(tmp_path: Path) -> None:
+def test_a_robot_that_an_operator_puts_back_is_shown_there(tmp_path: Path) -> None:
     """Pages drew it where it was lost until its next step."""
     said = events(tmp_path, PUT_BACK | {"region": 10}, clock="live")
     assert said[0] == "an operator intervenes: put back quad at 10"

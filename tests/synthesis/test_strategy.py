@@ -14,7 +14,7 @@ from once import beside, from_yaml
 from safenav import Specification, Strategy, SynthesizerError, read_specification
 
 
-def test_a_variable_with_one_value_has_no_bits_but_a_value() -> None:
+def test_a_variable_with_one_value_needs_no_bits() -> None:
     spec = read_specification("[OUTPUT]\nat:7...7\n")
     data = b'{"variables": [], "nodes": {"0": {"rank": 0, "state": [], "trans": [0]}}}'
     strategy = Strategy.parse(data, spec)

@@ -86,7 +86,7 @@ def settled(team: Team, state: State, who: tuple[int, ...]) -> State:
 
 @given(SEEDS, RANDOM)
 @PROPERTY
-def test_events_have_the_effect_that_a_search_foresees(seed: int, random: Random) -> None:
+def test_events_have_the_effect_that_searches_predict(seed: int, random: Random) -> None:
     """Random steps, each foreseen by ``Floor.after`` and done by events, lead to the same state."""
     team, state = begun(seed)
     floor = floor_now(team, state)

@@ -103,7 +103,7 @@ def test_regions_of_a_size_begin_in_the_south_west(
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3])
-def test_large_images_are_divided(folder: Path, share: float) -> None:
+def test_a_large_image_is_divided_exactly(folder: Path, share: float) -> None:
     blocked = np.zeros((4001, 3999), dtype=np.bool_)
     blocked[100:103] = True
     found = walls(blocked, folder, 0, image="floor.pgm", rows=100, cols=100, share=share)

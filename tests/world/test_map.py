@@ -61,7 +61,7 @@ DIVIDED = {
 
 
 @pytest.mark.parametrize("claim", DIVIDED)
-def test_a_map_is_divided_as_drawn(claim: str) -> None:
+def test_rooms_and_corridors_are_divided_as_drawn(claim: str) -> None:
     drawn = DIVIDED[claim].split()
     grid = ["".join("#" if sign == "#" else "." for sign in row) for row in drawn]
     cells: dict[str, set[int]] = {}

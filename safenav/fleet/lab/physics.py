@@ -112,8 +112,8 @@ class Handling(Struct):
 
 
 class SimulatedBody(Struct):
-    """One robot. ``reference``: what it tracks; ``goal``: its present goal, if any; ``end``: result
-    of the last goal, reported once; ``acts``: its present action, if any."""
+    """One robot. ``reference``: the one that it tracks; ``goal``: its present goal, if any;
+    ``end``: result of the last goal, reported once; ``acts``: its present action, if any."""
 
     kind: Dimensions
     dofs: tuple[int, ...]

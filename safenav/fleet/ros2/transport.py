@@ -195,7 +195,7 @@ _ENDS = {
 
 
 class _Sent(Struct):
-    """A goal on its way through the action's services."""
+    """A goal that the action's services are processing."""
 
     number: int
     uuid: Any

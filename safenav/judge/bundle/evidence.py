@@ -203,8 +203,8 @@ class Drive:
 
 
 class Evidence:
-    """``files``: the files of a bundle by name; ``named``: those that lines name; ``claims``: what
-    is established. Its rules raise BundleTooLargeError, and arbitrary errors for a malformed
+    """``files``: the files of a bundle by name; ``named``: those that lines name; ``claims``: the
+    established claims. Its rules raise BundleTooLargeError, and arbitrary errors for a malformed
     file."""
 
     def __init__(self, files: Mapping[str, Any]) -> None:

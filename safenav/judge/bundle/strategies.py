@@ -129,8 +129,8 @@ def formed(objective: Objective, form: str | None) -> Objective:
 class Task:
     """The scenario's demands on the strategy or counterstrategy (``graph``) of a ``synthesis``
     line. ``own``, ``heard``: the memory and the inputs of its formulas. For each node: its pose;
-    ``before``: the pose, the target that the robot awaits, memory and inputs; ``asked``: what the
-    next inputs depend on; ``done``: what a step leads to."""
+    ``before``: the pose, the target that the robot awaits, memory and inputs; ``asked``: the values
+    on which the next inputs depend; ``done``: the values to which a step leads."""
 
     def __init__(self, document: Any, e: Line, s: State) -> None:
         require(e.region is not None, "its circumstances are missing")

@@ -204,7 +204,7 @@ def team_closure(
     case: Case, start: Sets, opened: tuple[Rest, ...]
 ) -> tuple[Sets, tuple[Rest, ...]]:
     """Return the poses that each robot can reach, and the obstacles that are never resolved, each
-    with the need that is never met. ``start``: where the robots may be."""
+    with the need that is never met. ``start``: the poses in which the robots may be."""
     left = opened
     while True:
         inside = {name: case.reach(name, start[name], left) for name in case.names}

@@ -29,7 +29,8 @@ class _State(NamedTuple):
 
 
 class Enumeration:
-    """The joint states of some robots with some open obstacles. ``cost``: of each, in states."""
+    """The joint states of some robots with some open obstacles. ``cost``: that of each, in
+    states."""
 
     def __init__(
         self, case: Case, robots: list[str], opened: Iterable[Rest], cost: int = PER_JOINT_STATE

@@ -92,8 +92,9 @@ class Grid(MetricFloor, frozen=True):
 
 
 class Examination:
-    """A motion, its trace, and the ``findings`` so far. ``pieces``: of each robot in the order of
-    the file; ``numbers``: of each robot in the header; ``held``: the reservations."""
+    """A motion, its trace, and the ``findings`` so far. ``pieces``: those of each robot in the
+    order of the file; ``numbers``: those of each robot in the header; ``held``: the
+    reservations."""
 
     def __init__(self, motion: file.Motion, trace: Trace) -> None:
         header = motion.header

@@ -32,7 +32,7 @@ SATISFIED, VIOLATED, UNDECIDED = "satisfied", "violated", "undecided"
 
 class Judgement(Struct, frozen=True):
     """The verdict on a requirement: its robustness at the start is between ``low`` and ``high``, up
-    to ``error``. ``advice``: how to decide it, if it is undecided."""
+    to ``error``. ``advice``: the remedy for an undecided one."""
 
     name: str
     formula: str
@@ -151,7 +151,7 @@ def judged(
 
 
 def readable(recording: MotionRecording, text: str) -> Requirement:
-    """Parse a formula over the robots of the motion. Raises UsageError."""
+    """Return a formula over the robots of the motion. Raises UsageError if it cannot be read."""
     try:
         formula = parse_requirement(text)
     except FormulaError as error:

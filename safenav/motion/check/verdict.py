@@ -268,7 +268,8 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
 
 
 def _end(piece: Moving, *, last: bool) -> State:
-    """Return at one end the position, then velocity and other values that must not jump."""
+    """Return, for one end of a piece, the position, then the velocity and other values that must
+    not jump."""
     if isinstance(piece, Segment):
         return piece.goal if last else piece.start
     assert isinstance(piece, Flight)

@@ -259,7 +259,8 @@ def core_heading(core: Core) -> str:
 
 
 def core_notes(core: Core, others: str, name: Callable[[CoreMember], str]) -> Iterator[str]:
-    """Yield notes on a core. ``others``: who could cooperate; ``name``: a member in words."""
+    """Yield notes on a core. ``others``: the players that could cooperate; ``name``: a member in
+    words."""
     if core.together and core.all_together:
         yield f"(realizable if {others} cooperated)"
     elif core.together:

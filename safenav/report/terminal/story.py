@@ -44,7 +44,8 @@ _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
 class Story:
-    """Listener that prints a run, line by line by ``echo``; ``width``: of the terminal, if any."""
+    """Listener that prints a run, line by line by ``echo``; ``width``: that of the terminal, if
+    any."""
 
     def __init__(
         self,
@@ -251,7 +252,7 @@ def _shared(robots: Iterable[RobotTrack]) -> Iterator[str]:
 
 def draw(world: RegionMap, signs: Mapping[Region, str], numbered: bool = False) -> list[str]:
     """Return the map as lines of text, row 0 first; ``signs``: two characters for each occupied
-    region; ``numbered``: with the numbers of regions."""
+    region; ``numbered``: whether regions show their numbers."""
     cells = []
     digits = len(str(world.size - 1))
     for region in range(world.size):

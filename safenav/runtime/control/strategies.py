@@ -44,7 +44,7 @@ from safenav.world.poses import FAR, Mask, bits, region_mask
 
 class Controller(Struct, frozen=True, eq=False):
     """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``node``:
-    where it begins."""
+    the first one."""
 
     task: Task
     asked: Objective
@@ -62,8 +62,8 @@ class Controller(Struct, frozen=True, eq=False):
         return Form.OTHER_MEMORY if self.rung.weakening is Weakening.TURNED else Form.LITERAL
 
     def allows(self, word: Word) -> str | None:
-        """Return the shortfall of its form from the objective, with the reason; None if there is
-        none."""
+        """Return what its form allows beyond the objective, with the reason; None for the strongest
+        form."""
         return concession(self.asked, self.rung, word)
 
     def words(self, word: Word) -> str:

@@ -56,7 +56,7 @@ class LedgerKept(Struct, frozen=True, forbid_unknown_fields=True):
 
 class Ledger:
     """``dues``: the deadlines of the mission, the open requests and the rounds; ``late``: those
-    that were missed; ``had``: how many robots have had their turn."""
+    that were missed; ``had``: the number of robots that have had their turn."""
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario

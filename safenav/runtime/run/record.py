@@ -41,9 +41,9 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 class Recorder:
     """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
-    ``told``: the objectives in force as last recorded,
-    ``looked``: beliefs to be recorded after the move of their robot; ``why``: the last event of
-    those that give a reason for syntheses; ``makespan``: when the last command ended."""
+    ``told``: the objectives in force as last recorded, ``looked``: beliefs to be recorded after the
+    move of their robot; ``why``: the last event of those that give a reason for syntheses;
+    ``makespan``: the end of the last command."""
 
     def __init__(
         self,

@@ -274,8 +274,8 @@ class World:
         return self.commands.number(robot.name), self.commands.expected(robot)
 
     def act(self, run: Running, i: int) -> Iterator[now.Event] | None:
-        """Command an action if a robot may change something where it stands: its results, or that
-        it is under way. None if it changes nothing."""
+        """Command an action if a robot may change something where it stands. Return its results, or
+        the event that it is under way; None if the robot changes nothing."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
         if not robot.capabilities or there.acting is not None:
             return None

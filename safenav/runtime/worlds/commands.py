@@ -48,7 +48,7 @@ system."""
 
 class OpenCommand(Struct):
     """A command that has not ended. ``target``: the pose to which a step leads; None: an action.
-    ``trouble``: why it could not be cancelled."""
+    ``trouble``: the error of its cancellation."""
 
     command: int
     robot: Robot
@@ -149,7 +149,7 @@ class Commands:
         return self.ended(robot, pose)
 
     def ended(self, robot: Robot, to: Pose) -> protocol.Ended | None:
-        """Return the end of a robot's step, taken in its turn; None while it is in transit."""
+        """Return, in a robot's turn, the end of its step; None while it is in transit."""
         del to
         found = self._ended.pop(robot.name, None)
         assert isinstance(found, protocol.Ended | None)
@@ -162,7 +162,7 @@ class Commands:
         return self.acted(robot)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
-        """Return the end of a robot's action, taken in its turn; None until then."""
+        """Return, in a robot's turn, the end of its action; None until then."""
         found = self._ended.pop(robot.name, None)
         assert found is None or isinstance(found, protocol.Acted)
         return found
@@ -268,7 +268,7 @@ class Commands:
         self, event: protocol.WorldEvent, open_: OpenCommand, wrong: str | None
     ) -> protocol.WorldEvent:
         """Return the event; if it cannot be true, a failed action or a lost robot, since the pose
-        in the report is unreliable. ``wrong``: why it is malformed."""
+        in the report is unreliable. ``wrong``: the reason why it is malformed."""
         name, here, at = open_.robot.name, open_.start, self.zero + self.now()
         if open_.target is None:
             wrong = wrong or wrong_result(event)

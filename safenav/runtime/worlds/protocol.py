@@ -87,8 +87,8 @@ class Sensed(WorldEvent, frozen=True):
 
 class Acted(WorldEvent, frozen=True):
     """The action of a robot has ended: a result for each obstacle of the command, and for each
-    other one that it has resolved. ``done``: its last need is fulfilled. ``reason``: why the action
-    failed or had no effect."""
+    other one that it has resolved. ``done``: its last need is fulfilled. ``reason``: that of a
+    failure, or of an action without effect."""
 
     robot: str
     found: Sequence[tuple[Obstacle, ActResult]] = ()

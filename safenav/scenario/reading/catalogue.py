@@ -44,8 +44,8 @@ def built_in() -> Catalogue:
 def read_catalogue_file(
     path: Path, reading: Reading, source: str, named_at: Node | None = None
 ) -> None:
-    """Add the catalogue in a file to that of ``reading``. ``named_at``: where the file of
-    ``reading`` names this one; None if they are the same."""
+    """Add the catalogue in a file to that of ``reading``. ``named_at``: the place at which the file
+    of ``reading`` names this one; None if they are the same."""
     inside = reading if named_at is None else reading.beside(str(path))
     text = read_source(path, reading, named_at)
     root = None if text is None else parsed(text, inside)

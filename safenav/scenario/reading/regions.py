@@ -66,7 +66,7 @@ class Reading(Findings):
     ``names`` maps declared names to regions and ``areas`` to sets of them, or to None if the
     declaration was invalid. ``named``: all robots, ``team``: the readable ones. ``names_known``:
     whether the map is readable; if not, its names are not checked. ``inputs`` of the environment,
-    ``input_names``: with the unreadable ones. ``obstacles``: the readable ones;
+    ``input_names``: also the unreadable ones. ``obstacles``: the readable ones;
     ``obstacles_known``: whether none was reported; ``flat``: the obstacle type that represents a
     robot without charge. ``broken``: entries of the catalogue that were reported as unusable
     (``*``: any); they are not reported as unknown as well. ``reachable``: report targets that a

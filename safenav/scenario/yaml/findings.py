@@ -48,7 +48,7 @@ class Findings:
 
     @property
     def home(self) -> Path:
-        """The folder of the input itself."""
+        """The folder of the input's own file."""
         return Path(self._files[0]).parent
 
     def read_from(self, text: str) -> None:

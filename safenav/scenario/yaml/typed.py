@@ -51,7 +51,7 @@ def read(
     stages: Stages = MappingProxyType({}),
 ) -> Any:
     """Return the value of a node; None if there is none, or it was reported. ``what`` names it in
-    messages; ``key`` describes it; ``stages``: of a class."""
+    messages; ``key`` describes it; ``stages``: those of a class."""
     if node is None:
         return None
     origin, arguments = get_origin(annotation), get_args(annotation)
