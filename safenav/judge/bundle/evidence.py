@@ -57,6 +57,7 @@ def plan_of(e: Line, s: State) -> Plan:
     for first, _, then, j in e.orders:
         exists = first in e.robots and j < len(e.robots.get(then, ()))
         require(exists, f"an order names place {j} of {then}, or {first}, which does not exist")
+        require(j > at[then], f"an order lets {then} wait for what it has begun")
     plan = Plan(e.robots, e.orders, at)
     for problem in _meetings(plan, s):
         raise RefusedError(problem)
@@ -98,29 +99,27 @@ def _occupies(robot: str, s: State) -> frozenset[int]:
     return s.robots[robot].holds if bound is None else frozenset([bound])
 
 
-Event = tuple[str, int, bool]
-"""A robot, a place of its plan, and whether it is there (True) or departs for it."""
+Place = tuple[str, int]
 
 
 class Precedence:
-    """The order of the events of a plan: each robot departs for its places and arrives there in
-    turn, and each order holds."""
+    """What comes after what in a plan: a robot is at each of its places before it departs for the
+    next one, and at the first of an order before the other departs for the second."""
 
     def __init__(self, lengths: Mapping[str, int], orders: Iterable[Order]) -> None:
         self._lengths = lengths
-        after: dict[Event, list[Event]] = {}
-        for robot, length in lengths.items():
-            for place in range(length):
-                after[robot, place, False] = [(robot, place, True)]
-                after[robot, place, True] = [(robot, place + 1, False)][: length - 1 - place]
+        places = [(robot, k) for robot, length in lengths.items() for k in range(length)]
+        after: dict[Place, list[Place]] = {place: [] for place in places}
+        for robot, k in places:
+            after[robot, k] += [(robot, k + 1)][: lengths[robot] - 1 - k]
         for first, i, then, j in orders:
-            after[first, i, True].append((then, j, False))
-        bits = {event: 1 << number for number, event in enumerate(after)}
-        self._bits, self._later = bits, dict.fromkeys(after, 0)  # the events after each event
+            after[first, i].append((then, j))
+        bits = {place: 1 << number for number, place in enumerate(places)}
+        self._bits, self._later = bits, dict.fromkeys(places, 0)  # the places after each place
         try:
-            for event in TopologicalSorter(after).static_order():  # the last first
-                for other in after[event]:
-                    self._later[event] |= self._later[other] | bits[other]
+            for place in TopologicalSorter(after).static_order():  # the last first
+                for other in after[place]:
+                    self._later[place] |= self._later[other] | bits[other]
         except CycleError:
             raise RefusedError("the steps of the plan wait for each other in a circle") from None
 
@@ -136,7 +135,7 @@ class Precedence:
         ``j``."""
         if i + 1 >= self._lengths[one] or j == 0:
             return False
-        return bool(self._later[one, i + 1, True] & self._bits[other, j, False])
+        return bool(self._later[one, i + 1] & self._bits[other, j])
 
 
 def is_planned(robot: str, s: State) -> bool:
