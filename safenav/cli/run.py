@@ -269,8 +269,8 @@ def _executed(
     moved: Callable[[Trace, Mission, FleetWorld], Motion] | None = None,
     views: Sequence[Listener] = (),
 ) -> int:
-    """Run a scenario, write and print what happens; return the exit code. ``begun``: the run that
-    it continues; ``connected``: the world of real robots, and ``moved``, which returns their
+    """Run a scenario, write and print the events; return the exit code. ``begun``: the run that it
+    continues; ``connected``: the world of real robots, and ``moved``, which returns their
     motion."""
     if files.motion is not None:  # refuse robots without a motion before one moves
         from safenav.motion.making import check_movable

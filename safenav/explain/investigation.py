@@ -125,7 +125,7 @@ class _Search:
         return verdict is Verdict.UNREALIZABLE
 
     def first_failing(self, choices: Sequence[list[CoreMember]]) -> list[CoreMember]:
-        """Return the first choice that fails; the last one is everything."""
+        """Return the first choice that fails; the last choice has all guarantees."""
         return next((few for few in choices[:-1] if self.fails(few)), choices[-1])
 
     def minimal(self, members: list[CoreMember], background: list[CoreMember]) -> list[CoreMember]:
@@ -141,7 +141,7 @@ class _Search:
 def _choices(
     every: list[CoreMember], task: Task, world: RegionMap, found: Diagnosis
 ) -> list[list[CoreMember]]:
-    """Return guarantees that probably fail already, fewest first; the last choice is all of
+    """Return sets of guarantees that probably fail, the smallest first; the last set has all of
     them."""
     around = {world.step(region, heading) for region in found.confined for heading in Heading}
     beside = world.walls & around
@@ -193,7 +193,7 @@ def _is_wall(member: CoreMember) -> bool:
 
 
 def _split(member: CoreMember) -> list[CoreMember]:
-    """Return a run of walls wall by wall; any other member unchanged."""
+    """Return a run of walls as single walls; any other member unchanged."""
     if not _is_wall(member) or len(member.regions) == 1:
         return [member]
     section, origin = member.constraints[0].section, member.origin

@@ -337,7 +337,7 @@ def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[in
 
 
 def _cut_off(automaton: Automaton, good: set[int]) -> set[int]:
-    """Return the nodes from which none of the good ones can be reached."""
+    """Return the nodes from which no good node can be reached."""
     before: dict[int, list[int]] = {}
     for source, target in automaton.edges:
         before.setdefault(target, []).append(source)

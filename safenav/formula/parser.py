@@ -87,7 +87,8 @@ class FormulaParser(Generic[T]):
         raise NotImplementedError
 
     def joined(self, left: T, begin: Token, operator: Token, level: int) -> T:
-        """Return ``left``, which begins at a token, joined with what follows the operator."""
+        """Return the operation of ``left``, which begins at a token, with the right side of the
+        operator."""
         raise NotImplementedError
 
     def whole(self) -> T:
@@ -270,7 +271,7 @@ class _Parser(FormulaParser[syntax.Formula]):
         return syntax.Name(name.text, primed is not None, name.column)
 
     def _look_ahead(self, token: Token) -> None:
-        """Raise at the next value of something in ``next(...)``."""
+        """Raise FormulaError at a primed variable inside ``next(...)``."""
         if self._inside_next:
             raise FormulaError(
                 token.column, f"a next value ({token.text}) inside next(...)", _ONE_STEP

@@ -182,7 +182,7 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
 
 
 def _charge_stands(e: Line, robot: Robot, s: State) -> None:
-    """Live: take the charge that a robot has used or gained while it stood."""
+    """Record the charge that a robot in a live run has used or gained while it stood."""
     if robot.charge is None or e.t is None:
         return
     robot.charge = robot.charge_at(e.t, s.scenario.chargers)
@@ -218,7 +218,7 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
 
 
 def _stands(e: Line, robot: Robot, s: State) -> None:
-    """Let a robot that is given an objective where it stands meet it then, and again in its
+    """Let a robot that gets an objective meet it where it stands, immediately and again in its
     turn."""
     s.stand(robot)
     if e.tick and robot.progress.since == e.tick == robot.begun:
@@ -312,7 +312,7 @@ FACTS: tuple[Rule, ...] = tuple(RULES)
 
 @dataclass(frozen=True)
 class Finding:
-    """A broken rule, or something that is not judged, at a line."""
+    """A broken rule, or a part that is not judged, at a line."""
 
     rule: str
     tick: int

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 HEADINGS = ("north", "east", "south", "west")
 MOST_VALUES = 64
-"""Values of a memory that are enumerated; formulas over more are not judged."""
+"""Maximum number of memory values; formulas over more are not judged."""
 MOST_LEVELS, MOST_DIGITS = 200, 10
 
 Pose = tuple[int, "str | None"]  # a region, and the heading of a robot that has one
@@ -25,8 +25,9 @@ class UnreadError(Exception):
 
 
 class Part(NamedTuple):
-    """A formula or a part of it. ``value``: its value for the values of its variables; ``truth``:
-    whether that is a truth, otherwise a number; ``names``: its variables; ``levels``: nesting."""
+    """A formula or a part of it. ``value``: returns its value, given those of its variables;
+    ``truth``: whether that is a truth value, otherwise a number; ``names``: its variables;
+    ``levels``: depth of nesting."""
 
     value: Callable[[Values], Any]
     truth: bool
@@ -124,14 +125,15 @@ class _Parser:
 
 @cache
 def read_formula(text: str, truths: frozenset[str]) -> Part:
-    """Parse a formula. Raises UnreadError."""
+    """Return a formula. Raises UnreadError."""
     return _Parser(text, truths).whole()
 
 
 class Formulas:
     """The safety, the goals and the memory of a robot's objective. ``values``: all values of its
     memory with the inputs that it reads; a *memory* is an index in them. ``whole``: all formulas
-    are read; otherwise the memory has too many values, and those that read it are left out."""
+    are read; otherwise the memory has too many values, and the formulas that read it are
+    omitted."""
 
     def __init__(self, body: Mapping[str, Any], always: Iterable[str] = ()) -> None:
         memory = body.get("memory") or {}

@@ -327,7 +327,7 @@ def when(line: file.Line) -> tuple[float, int]:
 def action_lines(
     actions: Sequence[TimedAction], robots: Collection[str], tick: int, begin: float, end: float
 ) -> Iterator[file.Action]:
-    """Yield the lines of the robots' actions, one after the other, each as long as the others."""
+    """Yield the lines of the robots' actions, one after the other, all of equal duration."""
     span = (end - begin) / max(1, len(actions))
     for number, one in enumerate(actions):
         times = (begin + number * span, begin + (number + 1) * span)

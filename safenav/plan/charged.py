@@ -94,7 +94,7 @@ class ChargedSearch(Search):
         return None if isinstance(found, Exhausted) else found
 
     def singles(self, budget: int) -> Answer:
-        """Return None: a search for all would examine each charge of a state."""
+        """Return None: a complete search would examine each charge of a state."""
         del budget
         return None
 

@@ -1,4 +1,4 @@
-"""Starting scenarios: templates, and one on a map that the user already has."""
+"""Scenarios to start from: templates, and one on a map of the user."""
 
 import json
 from collections.abc import Sequence
@@ -77,6 +77,6 @@ expect: {{outcome: completed}}
 
 
 def _farthest(world: RegionMap, region: Region) -> Region:
-    """Return the most distant region of the same floor, the lowest of several."""
+    """Return the most distant connected region; among equals, the lowest."""
     depth = world.distances([region])
     return min(depth, key=lambda other: (-depth[other], other))

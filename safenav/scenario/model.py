@@ -303,7 +303,7 @@ def actions_of(needs: Sequence[Need], number: int) -> frozenset[str]:
 
 def takes(needs: Sequence[Need], number: int) -> bool:
     """Return whether the robots that fulfil a need carry a load from then on: the same robots must
-    fulfil the next need, and others may have fulfilled the one before."""
+    fulfil the next need, and different robots may have fulfilled the previous one."""
     return number + 1 < len(needs) and needs[number + 1].same and not needs[number].same
 
 

@@ -62,8 +62,8 @@ class Pursuit(NamedTuple):
 
     def step(self, memory: int, here: int) -> tuple[int, int]:
         """Return the memory after a turn in which the targets ``here`` are reached, and the number
-        of goals met if targets count in turn, else of rounds; where it settles, only the last
-        target is a goal."""
+        of goals met (targets in turn) or rounds completed (any order); if the objective settles,
+        only the last target is a goal."""
         if not self.in_turn:
             seen = memory | here
             return (seen, 0) if seen + 1 < 1 << self.targets else (0, 1)

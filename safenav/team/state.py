@@ -200,9 +200,9 @@ class Time(Change, frozen=True):
 
 
 class Departed(Event, frozen=True):
-    """A robot sets out for a pose. ``by``: the origin of the decision; ``node``: its strategy's
-    there, with the ``values`` of its formulas; ``due``: the tick in which the step ends, if it
-    takes several; live: ``command``, its number, and ``seconds``, its expected duration."""
+    """A robot sets out for a pose. ``by``: the origin of the decision; ``node``: that of its
+    strategy there, with the ``values`` of its formulas; ``due``: the tick in which the step ends,
+    if it takes several; live: ``command``, its number, and ``seconds``, its expected duration."""
 
     robot: int
     pose: int

@@ -192,7 +192,7 @@ class Drive:
         return self.agreeing(chain(*(graph.next[k] for k in nodes)), s)
 
     def agreeing(self, nodes: Iterable[int], s: State) -> set[int]:
-        """Return the nodes whose inputs agree with the robots and the inputs of now."""
+        """Return the nodes whose inputs agree with the present robots and inputs."""
         return {node for node in {*nodes} if self.task.observes(node, s)}
 
     def stays(self, nodes: set[int]) -> set[int]:

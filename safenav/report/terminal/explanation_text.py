@@ -180,7 +180,8 @@ def _named(formula: str, world: RegionMap) -> str:
 
 
 def _others(found: Explanation) -> str:
-    """Return the environment of the robot: the inputs of its objective, or else other robots."""
+    """Return the environment of the robot in words: the inputs of its objective, or else other
+    robots."""
     inputs = [each.name for each, _ in found.task.inputs]
     some = f"the input{'s' if len(inputs) > 1 else ''} {listed(inputs)}"
     return some if inputs else "other robots"

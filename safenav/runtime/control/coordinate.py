@@ -132,7 +132,7 @@ def coordinate(
 
 
 def _values(team: Team, i: int, mine: Controller | None, node: int | None) -> now.Values | None:
-    """Return the values with which formulas begin; None: those of the robot's state."""
+    """Return the values with which a robot's formulas begin; None: those of its state."""
     return None if mine is None or team.members[i].planned else mine.values(node)
 
 

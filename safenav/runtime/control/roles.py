@@ -15,8 +15,8 @@ from safenav.world.poses import Mask, Pose, bits
 
 class Role(Struct, frozen=True):
     """``helps``: the obstacle that it is to resolve. ``avoid``: open obstacles that a new strategy
-    treats as walls; ``must``: those of them that its present one must know. ``forbidden``: poses
-    from which the team could not continue."""
+    treats as walls; ``must``: those of them that its present strategy must know. ``forbidden``:
+    poses from which the team could not continue."""
 
     objective: Objective
     helps: int | None = None
@@ -172,7 +172,8 @@ class Roles:
         return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, allowed))
 
     def _forbidden(self, i: int, targets: tuple[Mask, ...]) -> frozenset[Pose]:
-        """Return the poses beside the safe ones from which a robot could still meet its targets."""
+        """Return the poses, other than the safe ones, from which a robot could still meet its
+        targets."""
         safe, graph = self.found.safe[i], self.floor.graphs[i]
         allowed = self.floor.allowed(i, self.stages)
         if safe is None:

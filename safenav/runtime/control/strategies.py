@@ -306,7 +306,8 @@ def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
 ) -> list[Step]:
     """Return the steps of a strategy under the first command that leads its robot toward its goal;
-    else it waits. ``safe``: the poses in which the team can continue."""
+    if there is none, under the command to wait. ``safe``: the poses in which the team can
+    continue."""
     robot, member, task = state.robots[i], team.members[i], found.task
     assert robot.node is not None and found.result.strategy is not None
     before, graph = found.result.strategy.values(robot.node), member.graph

@@ -336,7 +336,7 @@ class Run:
         return None if real else self.world.coming(self)
 
     def over(self) -> End | None:
-        """Return the end of the run, if it has come."""
+        """Return the end of the run, if it has ended."""
         state, end, ledger = self.state, self.control.end, self.recorder.ledger
         if ledger.stops:
             return End("late", f"a deadline was missed: {' and '.join(ledger.missed or ())}")

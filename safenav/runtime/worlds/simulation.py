@@ -206,7 +206,7 @@ class SimulatedWorld:
         return found
 
     def set_truth(self, name: str, truth: bool) -> None:
-        """Let resolving an obstacle reveal something else."""
+        """Let resolving an obstacle reveal another truth."""
         self.truths[name] = truth
         self._truths = [
             truth if each.name == name else old
@@ -270,7 +270,7 @@ class LiveSimulation:
         self._takes: dict[str, float] = {}
         self._cleared: dict[str, set[str]] = {}
         self._turned: dict[str, tuple[dict[str, float], Works]] = {}
-        """By robot: the headings before its action, and who takes part in each part of it."""
+        """By robot: the headings before its action, and the participants of each part of it."""
 
     def resume(self, now: float, poses: Mapping[str, Pose]) -> None:
         """Continue at a moment, with robots in these poses and no command under way."""
