@@ -61,8 +61,8 @@ def replay(
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, or as an animated GIF."""
-    if output is None and str(trace) == "-":
-        raise UsageError("a trace from standard input has no name: add -o FILE")
+    if output is None and (str(trace) == "-" or trace.is_fifo()):
+        raise UsageError("a trace from standard input or a pipe has no name: add -o FILE")
     output = output or trace.parent / (trace.stem + (".3d.html" if solid else ".html"))
     form = output.suffix.lower() or (".html" if at is None else ".svg")
     for name, endings in _READ_BY.items():
