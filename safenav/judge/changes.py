@@ -57,8 +57,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
     """Inputs change as the scenario lists, or by a user. Robots get other objectives, and leave or
-    return to service, as it lists, by a user, as an input changes, or in a world that is not
-    simulated."""
+    return to service, as the scenario lists, by a user, as an input changes, or in a world that is
+    not simulated."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
@@ -196,8 +196,8 @@ def memory(e: Line, s: State) -> Iterator[str]:
 
 @rule("told", "push", "pop", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
-    """A robot has another objective than its own only while an obstacle is known that is not
-    resolved."""
+    """A robot has another objective than its own only while the team knows an unresolved
+    obstacle."""
     installs = e.kind != "synthesis" or (e.node is not None and e.places is None)
     told = (e.objectives or {e.robot: e.objective}) if installs else {}
     team = [(name, s.robots[name]) for name in told]

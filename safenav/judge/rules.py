@@ -134,7 +134,7 @@ def collision(e: Line, s: State) -> Iterator[str]:
 
 @rule(*STEPS, "operator")
 def never_together(e: Line, s: State) -> Iterator[str]:
-    """At most one robot of an entry of `never_together` is in its regions."""
+    """At most one robot of an entry of `never_together` is in the entry's regions."""
     if not s.zones or (e.kind == "operator" and (e.region is None or e.robot is None)):
         return
     for robots, regions in s.zones:
@@ -146,8 +146,9 @@ def never_together(e: Line, s: State) -> Iterator[str]:
 
 @rule(*STEPS)
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
-    """A robot enters the region of an unresolved obstacle that blocks it only to resolve it so;
-    the obstacle must be resolved in that turn, or else the robot leaves to where it came from."""
+    """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
+    entering; either the obstacle is resolved in that turn, or the robot returns to the region that
+    it came from."""
     robot, step = s.robots[e.robot], s.step(e)
     entered = step.holds - robot.holds
     if not entered or (step.strays and s.external):
@@ -290,8 +291,8 @@ def encounter(e: Line, s: State) -> Iterator[str]:
 
 @rule("met", "resolved")
 def resolution(e: Line, s: State) -> Iterator[str]:
-    """An obstacle that is there is resolved need by need, each by enough robots that have its
-    action and stand where it is done (simultaneously, if together); that reveals its truth."""
+    """A present obstacle is resolved need by need, each by enough robots that have its action and
+    stand in its regions (simultaneously, if together); the last one reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
     untold = s.external and not one.known  # some of its needs may have been met before

@@ -73,7 +73,7 @@ class Header(Record, frozen=True, tag="header"):
 
 
 class Synthesis(Record, frozen=True, tag="synthesis"):
-    """A robot was synthesized. ``verified``: null if it was not checked; ``spec``, ``strategy``:
+    """A synthesis for a robot. ``verified``: null if it was not checked; ``spec``, ``strategy``:
     sha256 of the specification and of the strategy's JSON; ``assumptions``: in words; ``node``: the
     first node of an installed strategy.
 
@@ -193,8 +193,8 @@ class Reopened(Record, frozen=True, tag="reopened"):
 
 
 class Waiting(Record, frozen=True, tag="waiting"):
-    """The run waits instead of ending with ``outcome`` and its fields: live for an operator, or
-    ``until`` the tick or second of a change in the scenario."""
+    """The run waits instead of ending with ``outcome`` and its fields: in a live run for an
+    operator, or ``until`` the tick or second of a change in the scenario."""
 
     outcome: vocabulary.AvertedEnd
     explanation: str
@@ -228,7 +228,7 @@ class ObstacleChange(Record, frozen=True):
 
 
 class Appeared(ObstacleChange, frozen=True, tag="appeared"):
-    """An obstacle is there from now on. ``cause``: ``user``, ``battery`` for an empty battery,
+    """An obstacle is present from now on. ``cause``: ``user``, ``battery`` for an empty battery,
     ``world`` if a sensor shows a resolved obstacle again."""
 
 
@@ -269,8 +269,8 @@ class Inputs(Record, frozen=True, tag="inputs"):
 
 
 class Service(Record, frozen=True, tag="service"):
-    """A robot is out of service (``active`` false), or is back. It ends a step that it has
-    begun."""
+    """A robot is out of service (``active`` false), or is back. The robot first ends a step that it
+    has begun."""
 
     robot: str
     active: bool
