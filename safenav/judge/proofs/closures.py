@@ -23,7 +23,7 @@ PER_CHOICE = 100
 
 class Case:
     """The team in a state: for each robot its ``steps`` outside permanent obstacles, and the poses
-    where each target is met (``aims``). ``hopeful``: every robot counts as in service; ``memory``:
+    where each of its ``targets`` is met. ``hopeful``: every robot counts as in service; ``memory``:
     the number of the memory of each robot whose poses are followed with it; ``laden``: robots with
     a load that no robot can ever put down."""
 
@@ -41,9 +41,9 @@ class Case:
         self.laden = frozenset[str]().union(*(x.rest.carriers() for x in self.shut if x.open))
         self.at: dict[str, Any] = {name: s.destination(name) for name in s.names}
         self.steps: dict[str, Graph] = {}
-        self.aims: dict[str, list[Poses]] = {}
+        self.targets: dict[str, list[Poses]] = {}
         for name in s.names:
-            self.steps[name], self.aims[name] = self._moves(name)
+            self.steps[name], self.targets[name] = self._moves(name)
         for name, number in self.memory.items():
             self.at[name] = (*self.at[name], number, frozenset())
         self.start = {name: frozenset([pose]) for name, pose in self.at.items()}
@@ -59,13 +59,12 @@ class Case:
             return {here: ()}, [frozenset([here])]
         steps: Graph = self.world.graph(robot.faces)
         self.world.spend(len(steps))
-        targets = own.targets[-1 if own.ends else 0 :]
-        aims = [frozenset(p for p in steps if p[0] in target) for target in targets]
+        targets = [frozenset(p for p in steps if p[0] in target) for target in own.targets]
         if formulas is not None:
             self.world.spend(len(steps) * len(formulas.values) ** 2 // 2)
             steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
             if own.kind == "ltl":
-                aims = [_met(formulas, k, steps) for k in range(len(formulas.goals))]
+                targets = [_met(formulas, k, steps) for k in range(len(formulas.goals))]
         shut = {one.region for one in self.shut if name in one.blocks}
         if sealed := own.avoid | shut:
             inside = here[0] in shut and robot.came is not None and robot.bound is None
@@ -77,7 +76,7 @@ class Case:
             }
         if name in self.memory:
             return _with_memory(formulas, steps)
-        return steps, aims
+        return steps, targets
 
     def _opened(self, one: Obstacle) -> Rest:
         """Return an open obstacle, without the robots that never act on it."""
@@ -116,7 +115,8 @@ class Case:
         return self._reach(name, poses, self.walls(name, obstacles))
 
     def _continues(self, name: str, poses: Poses, walls: frozenset[int]) -> bool:
-        return self.world.can_continue(self.steps[name], poses, self.aims[name], walls)
+        aims = self.targets[name][-1 if self.state.robots[name].own.ends else 0 :]
+        return self.world.can_continue(self.steps[name], poses, aims, walls)
 
     def can_continue(self, name: str, poses: Poses, obstacles: Iterable[Rest]) -> bool:
         """Return whether a robot can meet each target infinitely often from some of the poses."""

@@ -37,7 +37,7 @@ class Enumeration:
     ) -> None:
         self.case, self.robots, self.opened, self.cost = case, robots, tuple(opened), cost
         self.owns = [case.state.robots[name].own for name in robots]
-        self.targets = [self._targets(name) for name in robots]
+        self.targets = [[] if n in case.out else case.targets[n] for n in robots]
         self._acted, self._walls = cache(self._act), cache(case.walls)
         self._live = cache(self._is_live)
 
@@ -67,14 +67,6 @@ class Enumeration:
         poses = tuple(self.case.at[name] for name in self.robots)
         for left in product(*map(self._begins, self.robots, self.targets)):
             yield self._settled(_State(poses, left, self.opened))
-
-    def _targets(self, name: str) -> list[Poses]:
-        """Return the poses of each target of a robot; none if it is out of service."""
-        robot = self.case.state.robots[name]
-        if name in self.case.out or robot.own.kind == "ltl":
-            return [] if name in self.case.out else self.case.aims[name]
-        poses = self.case.world.graph(robot.faces)
-        return [frozenset(pose for pose in poses if pose[0] in each) for each in robot.own.targets]
 
     def _begins(self, name: str, targets: list[Poses]) -> list[Left]:
         """Return the goals that a robot may have left."""

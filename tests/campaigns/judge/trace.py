@@ -75,6 +75,8 @@ class Replay:
                 self.met.add(line["obstacle"])
             case "blocked":
                 self.given_up.add(line["obstacle"])
+            case "reopened":
+                self.given_up.discard(line["obstacle"])
             case "goal":
                 robot = self.robots[line["robot"]]
                 targets = robot.targets[line["goal"] : line["goal"] + 1]
