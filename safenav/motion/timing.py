@@ -11,17 +11,18 @@ ones, so there is no deadlock.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.motion.file import Motion, MotionHeader
 from safenav.pace.robot import Pace, acted_by, pace_of
-from safenav.scenario.model import Clock, Need, Obstacle, Robot
+from safenav.scenario.model import Clock, Obstacle
 from safenav.trace import records
 from safenav.trace.file import Trace
 from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
+from safenav.world.map import Region
 
 
 class TimedAction(Struct, frozen=True):
@@ -40,25 +41,47 @@ class TimedAction(Struct, frozen=True):
 Fulfilling = records.Met | records.Resolved
 
 
-class Needs:
-    """The needs that the lines of a trace fulfil."""
+class NeedMet(Struct, frozen=True):
+    """The fulfilment of an obstacle's need with this ``number`` by a ``team``: the recorded robot,
+    and others in its regions that are able to, even without a request. ``inside``: those in the
+    obstacle's region; ``parts``: robots and ticks of those that have done their part before others
+    met the need. No line records that, so it is in the robot's last turn there."""
 
-    def __init__(self, obstacles: Mapping[str, Obstacle]) -> None:
-        self._obstacles = obstacles
-        self._last: set[str] = set()
-        """Obstacles whose last need has a line of its own: their resolution follows."""
+    obstacle: Obstacle
+    number: int
+    team: tuple[str, ...]
+    inside: tuple[str, ...]
+    parts: tuple[tuple[str, int], ...]
 
-    def fulfilled(self, record: Fulfilling) -> int | None:
-        """Return the number of the need that the next line fulfils; None if the line before has
-        recorded that."""
-        name, last = record.obstacle, len(self._obstacles[record.obstacle].needs) - 1
-        recorded = name in self._last
-        self._last.discard(name)
-        if isinstance(record, records.Resolved):
-            return None if recorded else last
-        if record.need == last:
-            self._last.add(name)
-        return record.need
+
+def needs_met(trace: Trace) -> dict[int, NeedMet]:
+    """Return the needs that a run has met, by the index of the line that records each."""
+    found: dict[int, NeedMet] = {}
+    obstacles, robots, world = trace.obstacles, trace.robots, trace.header.scenario.map
+    at = {name: robot.start.region for name, robot in robots.items()}
+    last: dict[tuple[str, Region], int] = {}
+    for index, record in enumerate(trace.records):
+        match record:
+            case records.Arrive(result=MoveEnd.ARRIVED):
+                at[record.robot] = record.at
+            case records.Move():
+                at[record.robot] = record.from_ if record.toward is not None else record.to
+                last[record.robot, at[record.robot]] = record.tick
+            case records.Met() | records.Resolved():
+                obstacle, named = obstacles[record.obstacle], record.robots or ()
+                if isinstance(record, records.Resolved) and len(obstacle.needs) > 1:
+                    continue  # the line before has recorded its last need
+                number = record.need if isinstance(record, records.Met) else 0
+                need, regions = obstacle.needs[number], obstacle.resolution_regions(world, number)
+                alone = isinstance(record, records.Met) and not need.together
+                there = [name for name in named if at[name] in regions and not alone]
+                able = [name for name in there if need.action in robots[name].capabilities]
+                team = tuple(dict.fromkeys((record.robot, *able)))
+                inside = tuple(name for name in team if at[name] == obstacle.region)
+                turns = [(n, [last[n, r] for r in regions if (n, r) in last]) for n in named]
+                parts = tuple((n, max(ticks)) for n, ticks in turns if ticks and n not in team)
+                found[index] = NeedMet(obstacle, number, team, inside, parts)
+    return found
 
 
 def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
@@ -66,33 +89,26 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
     that stop short of such an obstacle in the region that they enter."""
     found: list[TimedAction] = []
     short: set[int] = set()
-    obstacles, robots, world = trace.obstacles, trace.robots, trace.header.scenario.map
-    at = {name: robot.start.region for name, robot in robots.items()}
     steps: dict[str, int] = {}
     acts = {act.command: act for act, _ in trace.acts}
     ended: dict[tuple[str, int], int] = {}
-    needs = Needs(obstacles)
+    met = needs_met(trace)
     for index, record in enumerate(trace.records):
         match record:
             case records.Arrive(result=MoveEnd.ARRIVED):
-                at[record.robot], steps[record.robot] = record.at, record.command
+                steps[record.robot] = record.command
             case records.ActionEnd() if record.command in acts:
                 for name in acts[record.command].robots:
                     ended[name, record.tick] = record.command
-            case records.Met() | records.Resolved():
-                number = needs.fulfilled(record)
-                command = ended.get((record.robot, record.tick))
-                if number is None or command is None:
+            case records.Met() | records.Resolved() if index in met:
+                one, command = met[index], ended.get((record.robot, record.tick))
+                if command is None:
                     continue
-                obstacle = obstacles[record.obstacle]
-                need, later = obstacle.needs[number], obstacle.needs[number + 1 :]
-                regions = obstacle.resolution_regions(world, number)
-                team = team_of(robots, record, need, [n for n in at if at[n] in regions])
+                obstacle, (need, *later) = one.obstacle, one.obstacle.needs[one.number :]
                 what = (obstacle.name, obstacle.region, need.action)
                 takes = bool(later and later[0].same)
-                found.append(TimedAction(index, command, *what, team, takes))
-                inside = (name for name in team if at[name] == obstacle.region)
-                short |= {steps[name] for name in inside if name in steps}
+                found.append(TimedAction(index, command, *what, one.team, takes))
+                short |= {steps[name] for name in one.inside if name in steps}
     return found, short
 
 
@@ -102,17 +118,6 @@ def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
     for action in sorted(actions, key=lambda action: (action.takes, action.obstacle)):
         found.setdefault(action.command, []).append(action)
     return found
-
-
-def team_of(
-    robots: Mapping[str, Robot], record: Fulfilling, need: Need, there: Collection[str]
-) -> tuple[str, ...]:
-    """Return the robots that fulfil a need: the recorded robot, and the others that are able to,
-    even without a request. ``there``: the robots in its regions."""
-    alone = isinstance(record, records.Met) and not need.together
-    others = (n for n in record.robots or () if n in there and not alone)
-    able = (n for n in others if need.action in robots[n].capabilities)
-    return tuple(dict.fromkeys((record.robot, *able)))
 
 
 DECIMALS = 9
@@ -130,7 +135,13 @@ def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
 def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
     """Return the lines of a trace as those of a run with a clock, each with its time, in the order
     of the trace."""
-    return trace.records if trace.header.live else _walked(trace, paces).lines
+    if trace.header.live:
+        return trace.records
+    met = needs_met(trace)
+    run = _SerialRun(trace, paces, met.values())
+    for index, record in enumerate(trace.records):
+        run.take(record, met.get(index))
+    return [line for line in run.lines if not isinstance(line, records.Move)]
 
 
 def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
@@ -176,39 +187,6 @@ WAITING = (
 and changes of obstacles and robots. Only steps overlap."""
 
 
-def _parts(trace: Trace) -> Mapping[tuple[str, int], list[Obstacle]]:
-    """Return the obstacles of which a robot does its part before others meet the need, by robot
-    and tick: no line records that, so it is in the robot's last turn there before the need is met.
-    """
-    found: dict[tuple[str, int], list[Obstacle]] = defaultdict(list)
-    needs, at = Needs(trace.obstacles), {n: r.start.region for n, r in trace.robots.items()}
-    last: dict[tuple[str, int], int] = {}
-    for record in trace.records:
-        match record:
-            case records.Move():
-                at[record.robot] = record.from_ if record.toward is not None else record.to
-                last[record.robot, at[record.robot]] = record.tick
-            case records.Met() | records.Resolved():
-                obstacle, number = trace.obstacles[record.obstacle], needs.fulfilled(record)
-                if number is None:
-                    continue
-                regions = obstacle.resolution_regions(trace.header.scenario.map, number)
-                there = [name for name, region in at.items() if region in regions]
-                team = team_of(trace.robots, record, obstacle.needs[number], there)
-                for name in set(record.robots or ()) - {*team}:
-                    if turns := [last[name, r] for r in regions if (name, r) in last]:
-                        found[name, max(turns)].append(obstacle)
-    return found
-
-
-def _walked(trace: Trace, paces: Mapping[str, Pace]) -> _SerialRun:
-    run = _SerialRun(trace, paces)
-    for record in trace.records:
-        run.take(record)
-    run.lines = [line for line in run.lines if not isinstance(line, records.Move)]
-    return run
-
-
 class _Step(Struct):
     """A step under way: its index among the lines, its first tick, and its earliest beginning."""
 
@@ -220,17 +198,19 @@ class _Step(Struct):
 class _SerialRun:
     """The ``lines`` of a run in lockstep so far, in seconds."""
 
-    def __init__(self, trace: Trace, paces: Mapping[str, Pace]) -> None:
+    def __init__(self, trace: Trace, paces: Mapping[str, Pace], met: Iterable[NeedMet]) -> None:
         self._scenario = trace.header.scenario
         self.lines: list[records.Record] = []
-        self._robots, self._obstacles, self._paces = trace.robots, trace.obstacles, paces
-        self._needs = Needs(self._obstacles)
+        self._robots, self._paces = trace.robots, paces
         self._at = {name: robot.start.region for name, robot in self._robots.items()}
         self._ended: dict[str, float] = defaultdict(float)
         """The end of each robot's last activity."""
         self._left: dict[int, dict[str, float]] = defaultdict(dict)
         """The last step with which each robot left a region."""
-        self._parts = _parts(trace)
+        self._parts: dict[tuple[str, int], list[Obstacle]] = defaultdict(list)
+        for one in met:
+            for part in one.parts:
+                self._parts[part].append(one.obstacle)
         self._since = 0.0
         """The time of the last line that is not a step."""
         self._begun: dict[str, _Step] = {}
@@ -238,16 +218,15 @@ class _SerialRun:
         self._commands = 0
         self._turn = ""
 
-    def take(self, record: records.Record) -> None:
+    def take(self, record: records.Record, met: NeedMet | None) -> None:
         if isinstance(record, WAITING):
             self._since = max([self._since, *self._ended.values()])
         match record:
             case records.Move():
                 self._move(record)
             case records.Met() | records.Resolved():
-                number = self._needs.fulfilled(record)
-                if number is not None:
-                    self._act(record, self._obstacles[record.obstacle], number)
+                if met is not None:
+                    self._do(record, met.obstacle, met.team, {met.obstacle.name: ActResult.DONE})
                 self._tell(self._since, record)
             case records.End():
                 end = max((line.t or 0.0 for line in self.lines), default=0.0)
@@ -298,12 +277,6 @@ class _SerialRun:
                 if entered and zone.robots >= {name, other}:
                     regions |= zone.regions
             yield from (self._left[region].get(other, 0.0) for region in regions)
-
-    def _act(self, record: Fulfilling, obstacle: Obstacle, number: int) -> None:
-        regions = obstacle.resolution_regions(self._scenario.map, number)
-        there = [name for name, at in self._at.items() if at in regions]
-        team = team_of(self._robots, record, obstacle.needs[number], there)
-        self._do(record, obstacle, team, {obstacle.name: ActResult.DONE})
 
     def _do(
         self,
