@@ -58,7 +58,7 @@ def walking() -> None:
     told("plan of a coarse move", (time.process_time() - begin) / 2000 * 1e3, "ms", 1)
     begin = time.process_time()
     for segment in found[:300]:
-        sample(segment, np.arange(0.0, segment.t1 - segment.t0, 1e-3), mover.limits())
+        sample(segment, np.arange(0.0, segment.t1 - segment.t0, 1e-3), mover.values)
     told("all 1 kHz columns of a move", (time.process_time() - begin) / 300 * 1e3, "ms", 10)
 
 

@@ -19,7 +19,6 @@ from safenav.motion import file
 from safenav.motion.check.verdict import GAPS
 from safenav.motion.making import (
     action_lines,
-    described,
     end_of,
     floor_of,
     header_of,
@@ -75,12 +74,9 @@ def driven_motion(
             mine = (sent for sent in recording.goals if sent.robot == name)
             lines += turns.in_steps([_goal(sent, places, body, begun, over) for sent in mine])
         lines += _measured(name, recording.places.get(name, []), places, begun, over)
-    robots = {
-        name: {**described(trace, name, body), **_driven(stations[name], floor.side)}
-        for name, body in movers.items()
-    }
+    driven = {name: _driven(stations[name], floor.side) for name in movers}
     found = tuple(sorted(lines, key=when))
-    return file.Motion(header_of(trace, floor, robots), found, file.MotionOutcome(over))
+    return file.Motion(header_of(trace, floor, driven), found, file.MotionOutcome(over))
 
 
 def _driven(station: Station, side: float) -> dict[str, object]:

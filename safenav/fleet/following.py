@@ -8,7 +8,7 @@ regions, so a walker that has lost its reference gets no goal. A cancelled robot
 first.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from math import hypot
 from threading import RLock
@@ -20,11 +20,11 @@ from safenav.errors import UsageError
 from safenav.fleet import transport
 from safenav.fleet.file import Station
 from safenav.fleet.setpoints import YAW, Setpoints, reference_of
-from safenav.motion.file import Curve, Flight, Moving, Reset, Segment
+from safenav.motion.file import Moving, Reset
 from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.making import mover
 from safenav.motion.mover import Glider, Mover
-from safenav.motion.walker import WalkerMover, cut_off
+from safenav.motion.walker import WalkerMover
 from safenav.scenario.model import Robot
 from safenav.world.map import Region
 
@@ -50,20 +50,12 @@ class Follower(Struct):
     gone: bool = False
     place: transport.Located | None = None
 
-    def _until(self, piece: Moving, now: float) -> Moving:
-        """Return a piece of motion, cut off at an instant within it."""
-        lasts = now - piece.t0
-        if isinstance(piece, Segment):
-            return cut_off(piece, lasts, self.mover.limits()["omega"])
-        assert isinstance(piece, Flight)
-        return replace(piece, t1=now, parts=tuple(_shorter(piece.parts, lasts)))
-
     def end_plan(self, now: float) -> None:
         """Discard the plan from a time on. The piece under way ends there; a robot that has
         completed its last one rests until then, unless its plan has ended."""
         kept = [piece for piece in self.plan if piece.t0 < now]
         if kept and kept[-1].t1 > now:
-            kept[-1] = self._until(kept[-1], now)
+            kept[-1] = replace(kept[-1], t1=now)
         elif kept and kept[-1].t1 < now and not self.gone:
             self.mover.time = kept[-1].t1
             kept += self.mover.rest(0, now)
@@ -191,7 +183,7 @@ class Following:
     def _send(self, follower: Follower, pieces: list[Moving]) -> None:
         follower.plan += pieces
         frame = self._places.frame
-        follower.reference = reference_of(pieces, follower.mover.limits(), frame)
+        follower.reference = reference_of(pieces, follower.mover.values, frame)
         self._inner.follow(follower.name, follower.reference)
 
     def _resynchronized(self, follower: Follower) -> str:
@@ -297,19 +289,10 @@ def mover_of(robot: Robot, places: transport.Places) -> Mover:
 def resting_place(body: Mover, places: transport.Places) -> tuple[float, float, float]:
     """Return the resting pose of an idle robot: x, y and yaw in the world's frame."""
     probe = copy(body)
-    row = reference_of(probe.rest(0, probe.time + 1.0), probe.limits(), places.frame).at(probe.time)
+    row = reference_of(probe.rest(0, probe.time + 1.0), probe.values, places.frame).at(probe.time)
     return float(row[0]), float(row[1]), float(row[YAW])
 
 
 def _off(there: Sequence[float], at: transport.Located) -> float:
     """Return the distance in metres between a place and a robot's measured position."""
     return hypot(at.x - float(there[0]), at.y - float(there[1]))
-
-
-def _shorter(parts: Sequence[Curve], lasts: float) -> Iterator[Curve]:
-    """Yield the parts that begin within ``lasts`` seconds, with the last one cut off at that
-    time."""
-    for part in parts:
-        if lasts > 0:
-            yield replace(part, seconds=min(part.seconds, lasts))
-        lasts -= part.seconds

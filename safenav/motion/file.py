@@ -15,6 +15,8 @@ from msgspec import Meta, Struct, field, to_builtins
 
 from safenav.errors import Diagnostic, InputError
 from safenav.files import check_kind, json_flaw, json_line, read_input
+from safenav.pace.gait import frequency
+from safenav.scenario.model import Robot
 from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
 
@@ -69,6 +71,19 @@ carries it (m, on the ground); the size of a sole (m); bounds of the share of wa
 feet are on the ground."""
 
 
+def limits_of(height: float) -> dict[str, float]:
+    """Return the limits of a walker whose mass is at this height, and ``omega`` of its pendulum."""
+    return {**BUILD, "omega": frequency(height)}
+
+
+def described(robot: Robot) -> dict[str, object] | None:
+    """Return how a robot moves, for the header; None if it has no motion in metres."""
+    if (figures := robot.model.figures) is None:
+        return None
+    own = limits_of(float(str(figures["height"]))) if figures["kind"] == "walker" else {}
+    return {**own, **figures, "layer": robot.model.layer}
+
+
 class Foothold(Struct, frozen=True, array_like=True):
     """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left one, -1 the right."""
 
@@ -117,7 +132,9 @@ class Piece(Struct, frozen=True):
 
 
 class Moving(Piece, frozen=True):
-    """A piece that defines its robot's position at every instant; successive ones leave no gaps."""
+    """A piece that defines its robot's position at every instant; successive ones leave no gaps. In
+    a drive, a piece that a robot has left at a reset, or that the run has not awaited, lasts longer
+    than from ``t0`` to ``t1``."""
 
 
 class Segment(Moving, frozen=True, tag="segment"):

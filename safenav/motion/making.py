@@ -6,6 +6,7 @@ A robot that has more time than its step takes rests first; one that has less is
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from copy import copy
+from types import MappingProxyType
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
@@ -30,8 +31,7 @@ def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
-    robots = {name: described(trace, name, movers[name]) for name in movers}
-    header = header_of(trace, floor, robots)
+    header = header_of(trace, floor)
     try:
         timed = ordered(trace, dated(trace, paces_of(trace, header)))
         lines, outcome = scheduled(timed, floor, movers)
@@ -47,10 +47,11 @@ def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -
 
 
 def header_of(
-    trace: Trace, floor: MetricFloor, robots: Mapping[str, Mapping[str, object]]
+    trace: Trace,
+    floor: MetricFloor,
+    driven: Mapping[str, Mapping[str, object]] = MappingProxyType({}),
 ) -> file.MotionHeader:
-    """Return the header of a motion of a run. ``robots``: the kind of motion and the parameters of
-    each."""
+    """Return the header of a motion of a run. ``driven``: how each physical robot is driven."""
     return file.MotionHeader(
         trace=trace.digest,
         safenav=safenav.__version__,
@@ -58,7 +59,10 @@ def header_of(
         rows=floor.rows,
         cols=floor.cols,
         origin=trace.header.scenario.map.placement,
-        robots=robots,
+        robots={
+            name: {**_described(robot), **driven.get(name, {})}
+            for name, robot in trace.robots.items()
+        },
     )
 
 
@@ -103,7 +107,7 @@ def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
     """Return a mover for each robot, where it starts."""
     movers = {}
     for name, robot in trace.robots.items():
-        movers[name] = mover(name, floor, *robot.start.place, _motion(robot))
+        movers[name] = mover(name, floor, *robot.start.place, _described(robot))
     return movers
 
 
@@ -138,19 +142,13 @@ def mover(
     return Glider(robot, floor, region, heading, values, kind)
 
 
-def _motion(robot: Robot) -> Mapping[str, object]:
-    if (figures := robot.model.figures) is None:
+def _described(robot: Robot) -> Mapping[str, object]:
+    if (described := file.described(robot)) is None:
         raise UsageError(
             f"{robot.name}: the model '{robot.model.name}' has no motion in metres\n"
             "    add 'motion: rover' or 'speed: 0.5' to it in the scenario, and run it again"
         )
-    return figures
-
-
-def described(trace: Trace, name: str, moved: Mover) -> Mapping[str, object]:
-    """Describe a robot's motion for the header."""
-    robot = trace.robots[name]
-    return {**_motion(robot), "layer": robot.model.layer, **moved.limits()}
+    return described
 
 
 STANDING = 1.0

@@ -69,10 +69,6 @@ class Mover(ABC):
         """Continue to the robot's usual place of rest, after an action short of it."""
         return []
 
-    def limits(self) -> Mapping[str, float]:
-        """Return its parameters and limits, for the header of the motion."""
-        return self.values
-
 
 PRIMITIVES = {"disc": ("glide", "rest"), "rover": ("drive", "rest"), "flyer": ("fly", "hover")}
 """The names of a move and of a rest, by kind."""

@@ -25,9 +25,9 @@ feet in an instant. Around each such instant both feet are on the ground, and th
 moves from one to the other at constant speed; the linear problem that places the feet knows that.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from math import cos, pi, sin
 
 import numpy as np
@@ -37,23 +37,19 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.motion.check.walk import walked
 from safenav.motion.file import (
-    BUILD,
     Foothold,
     FootState,
     Moving,
     PressurePhase,
     Segment,
     Swing,
+    limits_of,
 )
 from safenav.motion.geometry import (
     MetricFloor,
-    between,
-    derivative,
-    mass,
     transformed,
     turn,
     unit_vector,
-    values,
 )
 from safenav.motion.mover import Mover
 from safenav.pace.gait import Apex, Gait, Stride, Walker, gait_on, starting, stopping, walking
@@ -317,9 +313,7 @@ class WalkerMover(Mover):
             self.gait = gait_on(self.floor.side, Walker(*(self.values[name] for name in WALKER)))
         except UsageError as error:
             raise UsageError(f"{self.robot}: {error}") from error
-
-    def limits(self) -> Mapping[str, float]:
-        return {**self.values, "omega": self.gait.omega, **BUILD}
+        self.values = {**limits_of(self.values["height"]), **self.values}
 
     @property
     def _facing(self) -> str:
@@ -365,40 +359,11 @@ def entered(primitive: Segment, floor: MetricFloor, region: int, heading: str) -
     return transformed(primitive, corner, ahead, YAW[heading])
 
 
-def cut_off(segment: Segment, at: float, omega: float) -> Segment:
-    """Return a segment until an instant within it (seconds since its start)."""
-    moved = mass(segment.phases, segment.start, segment.goal, np.array([at]), omega)
-    ends = accumulate(phase.seconds for phase in segment.phases)
-    phases = [p for p, end in zip(segment.phases, ends, strict=True) if end - p.seconds < at]
-    last, (x, y) = phases[-1], moved.pressures[0].tolist()
-    lasting = at - sum(phase.seconds for phase in phases[:-1])
-    phases[-1] = replace(last, seconds=lasting, to_x=x, to_y=y)
-    return replace(
-        segment,
-        t1=segment.t0 + at,
-        phases=tuple(phases),
-        feet=tuple(replace(f, up=min(f.up, at)) for f in segment.feet if f.down < at),
-        swings=tuple(_cut(swing, at) for swing in segment.swings if swing.t0 < at),
-        goal=tuple(moved.states[0].tolist()),
-    )
-
-
-def _cut(swing: Swing, at: float) -> Swing:
-    if swing.t1 <= at:
-        return swing
-    since = np.array([at - swing.t0])
-    paths = between(swing.t1 - swing.t0, swing.start, swing.goal)
-    speeds = [derivative(path) for path in paths]
-    pulls = [derivative(speed) for speed in speeds]
-    state = tuple(float(values(path, since)[0]) for path in (*paths, *speeds, *pulls))
-    u = swing.u0 + (swing.u1 - swing.u0) * float(since[0]) / (swing.t1 - swing.t0)
-    return replace(swing, t1=at, u1=u, goal=state)
-
-
 @lru_cache(maxsize=64)
 def fault_of(gait: Gait) -> str | None:
     """Return the first rule that a gait breaks, in words; None if it keeps all."""
-    limits = {"omega": gait.omega, "height": gait.walker.height, **BUILD}
+    height = gait.walker.height
+    limits = {"height": height, **limits_of(height)}
     try:
         made = [stop(gait, LEFT), walk(gait, LEFT, RIGHT)]
         for quarters in (0, LEFT, RIGHT):

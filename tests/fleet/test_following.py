@@ -87,7 +87,7 @@ def test_the_stream_has_the_next_second_and_the_next_steps(hall: Hall) -> None:
         assert [foot.yaw for foot in feet] == pytest.approx([part.rows[0][YAW]] * len(feet))
     assert np.allclose(reference.at(reference.end + 1.0)[3:9], 0.0)
     for segment in (piece for piece in digit.plan if isinstance(piece, Segment)):
-        path = walked(segment, digit.mover.limits()).mass
+        path = walked(segment, digit.mover.values).mass
         for t, state in zip(path.times[::9], path.states[::9], strict=True):
             row = reference.at(segment.t0 + t)
             if segment.t0 + t > reference.begin:

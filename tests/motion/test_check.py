@@ -265,7 +265,7 @@ def test_a_trace_without_a_possible_motion_is_refused_with_the_reason(
 def test_a_motion_must_keep_the_limits_of_its_trace(
     damage: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Limits in the header and in the trace; those of the header alone that no robot has."""
+    """Each of them is in the header and in the trace."""
     trace = read_trace(trace_of("case_study_1"))
     made = motion_of(trace)
     ((robot, limits),) = damage["limits"].items()

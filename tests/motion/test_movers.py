@@ -21,14 +21,12 @@ from safenav.motion.check.examination import Finding
 from safenav.motion.check.order import disorder
 from safenav.motion.check.verdict import joined
 from safenav.motion.check.walk import shape_of, walked
-from safenav.motion.columns import sample
 from safenav.motion.file import Moving, Segment
 from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor, derivative, quintic, turn, values
 from safenav.motion.making import mover
 from safenav.motion.mover import Mover
 from safenav.motion.timing import dated, in_time, ordered, paces_of
-from safenav.motion.walker import cut_off
 from safenav.pace.gait import Walker, gait_on
 from safenav.pace.robot import Pace, acted_by, pace_of, resolved
 from safenav.trace import records
@@ -95,7 +93,7 @@ def test_a_quintic_has_its_place_speed_and_acceleration_at_both_ends() -> None:
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
 def test_a_walker_keeps_its_limits_on_regions_of_side(side: float) -> None:
     """By the rules of the checker, in each move and from one to the next, with room to spare."""
-    limits: Any = robot("walker", side).limits()
+    limits: Any = robot("walker", side).values
     wrong: list[Any] = []
     case: Any = SimpleNamespace(wrong=lambda *found: wrong.append(found))
     floor, found = MetricFloor(SIZE, SIZE, side), wandering(side, 200, seed=2)
@@ -114,7 +112,7 @@ def test_a_walker_keeps_its_limits_on_regions_of_side(side: float) -> None:
 
 def test_segments_of_one_shape_have_one_motion_and_no_number_is_left_out() -> None:
     """The check solves and judges one of them."""
-    limits: Any = robot("walker", 2.7).limits()
+    limits: Any = robot("walker", 2.7).values
     known: dict[bytes, Any] = {}
     for segment in wandering(2.7, 60, seed=3):
         own, shape = walked(segment, limits), shape_of(segment)
@@ -140,17 +138,6 @@ def test_both_feet_carry_a_walker_long_enough_also_with_very_unequal_steps() -> 
     for primitive in (primitives.walk(gait, way, foot) for way in (0, 1) for foot in (1, -1)):
         carried = sum(hold.up - hold.down for hold in primitive.feet)
         assert 0.15 < carried / primitive.t1 - 1 < 0.25
-
-
-def test_a_step_that_is_cut_off_ends_in_the_current_state_of_the_mass() -> None:
-    limits: Any = robot("walker", 2.7).limits()
-    for segment in every_primitive(2.7):
-        for at in np.linspace(0.05, segment.t1 - segment.t0 - 0.05, 17):
-            cut = cut_off(segment, float(at), limits["omega"])
-            row = sample(segment, np.array([at]), limits)[0]
-            np.testing.assert_allclose(cut.goal, row[[0, 1, 3, 4]], atol=1e-9)
-            last = cut.phases[-1]
-            np.testing.assert_allclose((last.to_x, last.to_y), row[10:12], atol=1e-9)
 
 
 def test_a_flyer_keeps_its_tilt_limit_and_turns_back_at_the_border() -> None:

@@ -10,6 +10,7 @@ from math import floor, hypot, inf
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.data import cached_method
 from safenav.errors import UsageError
@@ -109,11 +110,11 @@ class Examination:
         self.driven = {name: own for name, own in header.robots.items() if "driven" in own}
         """The robots that were physically driven; none in a motion that is only computed."""
         self.resets = {(reset.robot, reset.t) for reset in motion.of(file.Reset)}
-        """The robots and times at which the plan of a driven robot is cut off."""
+        """The robots and times at which the plan of a driven robot is given up."""
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
         self.held: list[Holding] = []
-        self._shapes: dict[tuple[str, bool, Hashable], Walked] = {}
+        self._shapes: dict[tuple[str, Hashable], Walked] = {}
 
     def wrong(self, t: float, robot: str, rule: str, found: str) -> None:
         """Report that a rule is broken."""
@@ -140,11 +141,19 @@ class Examination:
     def walked(self, segment: file.Segment) -> Walked:
         """Return the motion of a segment, or of one of its shape: a walker has few, each computed
         once."""
-        cut = (segment.robot, segment.t1) in self.resets
-        key = segment.robot, cut, shape_of(segment)
+        if self.is_cut(segment):
+            lasts = sum(phase.seconds for phase in segment.phases)
+            segment = replace(segment, t1=max(segment.t1, segment.t0 + lasts))
+        key = segment.robot, shape_of(segment)
         if key not in self._shapes:
-            self._shapes[key] = walked(segment, self.numbers[segment.robot], cut=cut)
+            self._shapes[key] = walked(segment, self.numbers[segment.robot])
         return self._shapes[key]
+
+    def is_cut(self, piece: file.Moving) -> bool:
+        """Return whether a driven robot may have left a piece of its plan before the piece ends: at
+        a reset, or at the end of the run."""
+        ends = (piece.robot, piece.t1) in self.resets or abs(piece.t1 - self.makespan) < NEAR
+        return ends and piece.robot in self.driven
 
     @cached_method
     def flown(self, piece: file.Flight) -> list[tuple[Array, Array]]:
@@ -161,9 +170,16 @@ class Examination:
 
     @cached_method
     def discs(self, piece: file.Moving) -> list[Disc]:
-        """Return the discs that a piece moves: the body, and of a walker its feet, on the ground
-        and in the air."""
-        return [*self._made(piece)]
+        """Return the discs that a piece moves until it ends or is left: the body, and of a walker
+        its feet, on the ground and in the air."""
+        if not self.is_cut(piece):
+            return [*self._made(piece)]
+        found = ((disc, disc.times <= piece.t1 + NEAR) for disc in self._made(piece))
+        return [
+            replace(disc, times=disc.times[kept], centres=disc.centres[kept])
+            for disc, kept in found
+            if kept.any()
+        ]
 
     def _made(self, piece: file.Moving) -> Iterator[Disc]:
         radius, own = self.radius(piece.robot), self.numbers[piece.robot]

@@ -68,9 +68,10 @@ class TrackingError(Struct, frozen=True):
         return f"{self.robot}: {self.measurements} measurements, at most {self.off:.3f} m {where}"
 
 
-def check_execution(case: Examination) -> None:
-    """Check every rule for every robot that was driven."""
-    paths = dict(_paths(case))
+def check_execution(case: Examination) -> list[TrackingError]:
+    """Check every rule for every robot that was driven; return their tracking errors, outside of
+    actions."""
+    paths, found = dict(_paths(case)), []
     for name, path in paths.items():
         _rate(case, name, path)
         _clock(case, name, path)
@@ -84,13 +85,20 @@ def check_execution(case: Examination) -> None:
                 own.append(Holding(name, case.obstacles[obstacle].region, t0, t1))
         own += [held for held in case.held if held.robot == name]
         body = Disc("measured body", case.radius(name), path.times, path.centres)
-        if (found := outside(case, body, own, MEASURED_TOUCH)) is not None:
-            case.wrong(found[0], name, "measured room", found[1])
-        if case.driven[name]["driven"] == SETPOINTS:
-            _tracking(case, name, path)
-        else:
-            _arrivals(case, name, path)
+        if (reach := outside(case, body, own, MEASURED_TOUCH)) is not None:
+            case.wrong(reach[0], name, "measured room", reach[1])
+        driven = str(case.driven[name]["driven"])
+        follows = driven == SETPOINTS
+        off = _tracking(case, name, path) if follows else _arrivals(case, name, path)
+        held = len(_holds(case, name)) if follows else 0
+        found.append(TrackingError(name, driven, len(path.times), off, held))
     check_distances(case, {name: path.at for name, path in paths.items()}, measured=True)
+    return found
+
+
+def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
+    """Return the tracking error of each driven robot, outside of its actions."""
+    return check_execution(Examination(motion, trace))
 
 
 def _acts(trace: Trace, name: str) -> Iterator[tuple[Act, float, float]]:
@@ -98,22 +106,6 @@ def _acts(trace: Trace, name: str) -> Iterator[tuple[Act, float, float]]:
     for act, end in trace.acts:
         if name in act.robots:
             yield act, act.t or 0.0, inf if end is None else end.t or 0.0
-
-
-def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
-    """Return the tracking error of each driven robot, outside of its actions."""
-    found: list[TrackingError] = []
-    case = Examination(motion, trace)
-    for name, path in _paths(case):
-        held, driven = 0, str(case.driven[name]["driven"])
-        if driven == SETPOINTS:
-            off = float(_errors(case, name, path).max(initial=0.0))
-            held = len(_holds(case, name))
-        else:
-            offs = [off for _, _, off in _arrived(case, name, path) if off is not None]
-            off = max(offs, default=0.0)
-        found.append(TrackingError(name, driven, len(path.times), off, held))
-    return found
 
 
 def _paths(case: Examination) -> Iterator[tuple[str, MeasuredPath]]:
@@ -206,10 +198,10 @@ def _failures(trace: Trace, name: str) -> Iterator[tuple[float, float]]:
             yield begin, until
 
 
-def _tracking(case: Examination, name: str, path: MeasuredPath) -> None:
+def _tracking(case: Examination, name: str, path: MeasuredPath) -> float:
     """Check that a robot is where its plan has it, within the tolerance in the header, or is held
     as soon as it is not. Its plan then continues from its position, and the trace records a failure
-    or another attempt."""
+    or another attempt. Return the largest distance from the plan."""
     tolerance = case.numbers[name].get("tolerance", 0.0)
     off = _errors(case, name, path)
     held = np.zeros(len(path.times), dtype=bool)
@@ -229,33 +221,27 @@ def _tracking(case: Examination, name: str, path: MeasuredPath) -> None:
         if jump > JUMP:
             what = f"its plan continues {jump:.3f} m from where it was measured"
             case.wrong(reset.t, name, "tracking", what)
+    return float(off.max(initial=0.0))
 
 
-def _arrivals(case: Examination, name: str, path: MeasuredPath) -> None:
-    """Check that a robot that arrives is at its last goal, to which this step has sent it."""
-    tolerance = case.numbers[name].get("tolerance", 0.0)
-    for end, region, off in _arrived(case, name, path):
-        if off is None:
-            what = f"arrives in region {region}, to which no goal was sent"
-            case.wrong(end, name, "arrival", what)
-        elif off > tolerance:
-            what = f"arrives {off:.3f} m from its goal; {tolerance:g} m are tolerated"
-            case.wrong(end, name, "arrival", what)
-
-
-def _arrived(
-    case: Examination, name: str, path: MeasuredPath
-) -> Iterator[tuple[float, int, float | None]]:
-    """Yield the arrivals of a robot: time (s), region, and metres from its goal (None: no goal was
-    sent)."""
-    goals = case.motion.of(GoalLine, name)
+def _arrivals(case: Examination, name: str, path: MeasuredPath) -> float:
+    """Check that a robot that arrives is at its last goal, to which this step has sent it. Return
+    the largest distance from a goal."""
+    goals, tolerance = case.motion.of(GoalLine, name), case.numbers[name].get("tolerance", 0.0)
+    most = 0.0
     for depart, arrive in case.trace.steps:
         if arrive is None or arrive.robot != name or arrive.result is not MoveEnd.ARRIVED:
             continue
         end = arrive.t or 0.0
         sent = [goal for goal in goals if goal.t0 < end - NEAR and goal.to == depart.to]
         if not sent or sent[-1].t1 < (depart.t or 0.0):
-            yield end, depart.to, None
+            what = f"arrives in region {depart.to}, to which no goal was sent"
+            case.wrong(end, name, "arrival", what)
             continue
         was = path.at(np.array([end]))[0]
-        yield end, depart.to, float(np.hypot(was[0] - sent[-1].x, was[1] - sent[-1].y))
+        off = float(np.hypot(was[0] - sent[-1].x, was[1] - sent[-1].y))
+        most = max(most, off)
+        if off > tolerance:
+            what = f"arrives {off:.3f} m from its goal; {tolerance:g} m are tolerated"
+            case.wrong(end, name, "arrival", what)
+    return most

@@ -5,10 +5,10 @@ from cmath import rect
 from collections.abc import Hashable, Iterator, Mapping
 from itertools import combinations, pairwise
 from math import ceil, cos, hypot, inf, pi, remainder, sin, tau
-from typing import Any
 
 import numpy as np
-from msgspec import Struct, to_builtins
+from msgspec import Struct
+from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
@@ -81,18 +81,17 @@ def shape_of(segment: Segment) -> Hashable:
     their place, direction and time."""
     start, ahead = start_frame(segment)
     own = transformed(segment, -start / ahead, 1 / ahead, -segment.turning[0])
-    lists = own.phases, own.feet, own.swings, own.turning, own.start, own.goal
-    return _rounded(to_builtins((own.t1 - own.t0, *lists)))
+    numbers = [own.t1 - own.t0, *own.turning, *own.start, *own.goal]
+    for row in (*own.phases, *own.feet):
+        numbers += astuple(row)
+    for swing in own.swings:
+        numbers += (swing.side, swing.t0, swing.t1, swing.u0, swing.u1, *swing.start, *swing.goal)
+    rounded = np.round(numbers, ALIKE) + 0.0  # no -0.0
+    return len(own.phases), len(own.feet), rounded.tobytes()
 
 
-def _rounded(value: Any) -> Hashable:
-    number = isinstance(value, float | int)
-    return round(value, ALIKE) if number else tuple(map(_rounded, value))
-
-
-def walked(segment: Segment, limits: Limits, *, cut: bool = False) -> Walked:
-    """Solve the pendulum of a segment, and the quintics of its feet; check the rules of segments.
-    ``cut``: it was cut off."""
+def walked(segment: Segment, limits: Limits) -> Walked:
+    """Solve the pendulum of a segment and the quintics of its feet; check the rules of segments."""
     ends = np.cumsum([phase.seconds for phase in segment.phases])
     rests = segment.start == segment.goal and not any(segment.start[2:])
     still = rests and len(segment.phases) == 1
@@ -109,11 +108,11 @@ def walked(segment: Segment, limits: Limits, *, cut: bool = False) -> Walked:
     speeds = powers[:, :, :5] @ (paths[:, 1:] * np.arange(1, 6)[:, None])
     fast = np.hypot(speeds[:, :, 0], speeds[:, :, 1])
     found = Walked(segment, moved, begin[:, None] + since, places, fast, [])
-    found.broken.extend(_broken(found, limits, cut=cut))
+    found.broken.extend(_broken(found, limits))
     return found
 
 
-def _broken(walked: Walked, limits: Limits, *, cut: bool) -> Iterator[Broken]:
+def _broken(walked: Walked, limits: Limits) -> Iterator[Broken]:
     segment, path = walked.segment, walked.mass
     gravity = limits["omega"] ** 2 * limits["height"]
     lasting, seconds = sum(phase.seconds for phase in segment.phases), segment.t1 - segment.t0
@@ -128,10 +127,7 @@ def _broken(walked: Walked, limits: Limits, *, cut: bool) -> Iterator[Broken]:
     else:
         yield from _friction(path, limits)
         off = next(_support(segment, limits), None)
-        if off is not None:
-            yield off
-        elif not cut:
-            yield from _double(segment, limits)
+        yield from _double(segment, limits) if off is None else (off,)
         yield from _stance(segment, path, limits)
         yield from _steps(segment, limits)
         yield from _swings(segment, walked.speeds, limits)

@@ -125,7 +125,7 @@ def _feet(motion: records.Motion, robot: str) -> Iterator[tuple[int, ...]]:
     for line in motion.of(records.Segment, robot):
         for foot in sorted(line.feet, key=lambda foot: foot.down):
             place = (round(foot.x * 1000), round(foot.y * 1000))
-            if latest.get(foot.side) != place:
+            if latest.get(foot.side) != place and foot.down <= line.t1 - line.t0:
                 latest[foot.side] = place
                 down, up = (round((line.t0 + t) * 1000) for t in (foot.down, foot.up))
                 yield (*place, round(foot.yaw * 1000), foot.side, down, up)
