@@ -309,9 +309,10 @@ class TraceWriter:
     def __call__(self, record: Record) -> None:
         line = json_line(as_data(record))
         try:
-            if not self._begun and stat.S_ISREG(os.fstat(self._file.fileno()).st_mode):
+            if not self._begun and stat.S_ISREG((file := os.fstat(self._file.fileno())).st_mode):
                 self._made = True
-                self._file.truncate(0)
+                if file.st_size:  # a file once truncated is written to the disk as it is closed
+                    self._file.truncate(0)
             self._file.write(line)
             self._file.flush()
             self._begun = True
