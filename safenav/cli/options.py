@@ -230,7 +230,7 @@ Trace = Annotated[Lines, "Write the trace (JSON Lines)."]
 
 
 class GivenFile:
-    """An input that is recognized by its content. Standard input and pipes are read only once."""
+    """An input file, recognized by its content. Standard input and pipes are read only once."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

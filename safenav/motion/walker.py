@@ -285,7 +285,7 @@ def _lifted(hold: Foothold, ahead: tuple[float, float], pull: float) -> FootStat
 
 
 def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> FootState:
-    """Return the swing foot abreast of the stance foot in the periodic gait."""
+    """Return the state of the swing foot when it passes the stance foot in the periodic gait."""
     offset = side * gait.walker.foot
     speed = (1.875 - 0.375 * SNAP) * 2 * gait.length / (gait.seconds * (1 - DOUBLE))
     along = (cos(yaw), sin(yaw))

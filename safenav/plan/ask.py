@@ -35,7 +35,7 @@ Near = tuple[int, int, Mask]
 
 
 class Found(Struct, frozen=True):
-    """``first``: the target with which a robot begins, where it is not its next one."""
+    """``first``: the target with which a robot begins, if that differs from its next one."""
 
     plan: Plan
     first: tuple[tuple[int, int], ...] = ()
@@ -300,7 +300,7 @@ def _nearest(graph: PoseGraph, pose: int, goal: Mask, allowed: Mask) -> Iterator
 
 
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
-    """Yield the targets with which robots begin in a plan, where they are not their next ones."""
+    """Yield the targets with which robots begin in a plan, if these differ from their next ones."""
     for i in floor.robots:
         member, (memory, met) = floor.team.members[i], states[0].counts[i]
         if member.either and met == 0:

@@ -248,7 +248,7 @@ def needed(floor: Floor, joint: Joint, i: int) -> float:
 
 
 def _needed_at_end(floor: Floor, last: Joint, i: int) -> float:
-    """Return that charge at the end of a plan, at most what the robot then has."""
+    """Return that charge at the end of a plan, or the robot's charge then, if that is less."""
     return min(needed(floor, last, i), last.charges[i])
 
 

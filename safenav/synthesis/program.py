@@ -52,7 +52,7 @@ class Finished(Struct, frozen=True):
 
     @property
     def explanation(self) -> str:
-        """``last_words`` without the banner and the verdict."""
+        """Its ``last_words``, without the banner and the verdict."""
         lines = self.last_words.splitlines()
         return "\n".join(line for line in lines if not _ROUTINE.match(line))
 

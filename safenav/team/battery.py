@@ -21,8 +21,8 @@ NEVER = 1 << 30
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
     """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: it stays at the
-    last one; ``returns``: an input may give it another objective, for which it always keeps the
-    charge to reach a charger."""
+    last one; ``returns``: an input may give it another objective, so it always keeps the charge to
+    reach a charger."""
 
     graph: PoseGraph
     chargers: Mask

@@ -194,7 +194,7 @@ class PoseGraph:
         return int(pose.heading) * self.size + pose.region
 
     def memory(self, number: int) -> Mapping[str, int]:
-        """Return the memory of the rules of steps at a number."""
+        """Return the memory of the formulas about steps at a number."""
         del number
         return {}
 

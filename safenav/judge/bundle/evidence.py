@@ -103,8 +103,8 @@ Place = tuple[str, int]
 
 
 class Precedence:
-    """What comes after what in a plan: a robot is at each of its places before it departs for the
-    next one, and at the first of an order before the other departs for the second."""
+    """The order of the places of a plan: a robot is at each of its places before it departs for the
+    next one, and at the first place of an ``Order`` before the other departs for the second."""
 
     def __init__(self, lengths: Mapping[str, int], orders: Iterable[Order]) -> None:
         self._lengths = lengths

@@ -92,7 +92,7 @@ class Resumption(Struct, frozen=True):
     lines: tuple[records.Record, ...]
 
     def standing(self, scenario: Scenario) -> Scenario:
-        """Return the scenario with each robot where its last step began."""
+        """Return the scenario with each robot placed where its last step began."""
         rows = zip(scenario.robots, self.team.members, self.state.robots, strict=True)
         robots = [replace(robot, start=m.graph.pose(at.pose)) for robot, m, at in rows]
         return replace(scenario, robots=tuple(robots))

@@ -35,7 +35,7 @@ USER, SCENARIO, INPUT = "user", "scenario", "input"
 
 
 class Running(Protocol):
-    """The run to which events are reported, as it is at this moment."""
+    """The present state of the run to which events are reported."""
 
     @property
     def team(self) -> Team: ...
