@@ -297,10 +297,10 @@ class Backtrack(Note, frozen=True, tag="backtrack"):
 
 class Request(Record, frozen=True, tag="request"):
     """A request for help. ``bids``: robots with the action -> ticks until they can be there (null:
-    they cannot get there); ``helpers``: perhaps the requester itself; ``need``: its number, from
-    0, if the obstacle has several; ``because``: in words, why no robot helps, or not the nearest
-    one. No ``requester``: it is an order. ``aside``: no joint state serves it; its obstacle is a
-    wall until something changes."""
+    they cannot get there); ``helpers``: they may include the requester; ``need``: its number, from
+    0, if the obstacle has several; ``because``: the reason, in words, why no robot helps, or not
+    the nearest one. An order has no ``requester``. ``aside``: no joint state serves it; its
+    obstacle is a wall until something changes."""
 
     obstacle: str
     requester: str | None
@@ -337,8 +337,8 @@ class Told(Record, frozen=True, tag="told"):
 
 
 class Met(Record, frozen=True, tag="met"):
-    """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot`` in
-    the region ``at``. ``robots``: all that took part, if several were needed."""
+    """One of several needs of an obstacle was met: number ``need``, by ``robot`` in the region
+    ``at``. ``robots``: all that took part, if several were needed."""
 
     obstacle: str
     need: Count
