@@ -120,15 +120,14 @@ def _attitude(columns: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _feet(motion: records.Motion, robot: str) -> Iterator[tuple[int, ...]]:
-    """Yield the footholds: x, y and yaw (thousandths), side, down and up (ms), each once."""
+    """Yield the footholds: x, y and yaw (thousandths) and the landing (ms), each once."""
     latest: dict[int, tuple[int, int]] = {}
     for line in motion.of(records.Segment, robot):
         for foot in sorted(line.feet, key=lambda foot: foot.down):
             place = (round(foot.x * 1000), round(foot.y * 1000))
             if latest.get(foot.side) != place and foot.down <= line.t1 - line.t0:
                 latest[foot.side] = place
-                down, up = (round((line.t0 + t) * 1000) for t in (foot.down, foot.up))
-                yield (*place, round(foot.yaw * 1000), foot.side, down, up)
+                yield (*place, round(foot.yaw * 1000), round((line.t0 + foot.down) * 1000))
 
 
 def packed(columns: Iterable[Array]) -> str:

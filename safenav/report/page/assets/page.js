@@ -1,4 +1,4 @@
-/* sources e7024961acf8a5d31c916ea488a220047485c0cea71b52c196729b7c5861ec64 */
+/* sources a3b8587384aedd9312cd580df8e1552eb1d05126003d19b9a966d5e9ef94f7df */
 /* Contains preact:
 The MIT License (MIT)
 

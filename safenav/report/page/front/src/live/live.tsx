@@ -200,7 +200,7 @@ export function outOfService(run: Run, tick: number): Set<string> {
     if (when > tick) break;
     if (kind !== "service" || robot < 0) continue;
     const { name } = run.robots[robot]!;
-    if (text.endsWith("out of service")) found.add(name);
+    if (text.includes("is out of service")) found.add(name);
     else found.delete(name);
   }
   return found;

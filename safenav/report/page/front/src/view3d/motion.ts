@@ -18,8 +18,8 @@ export interface Track {
   data: string;
   /** The plan of a robot whose motion was measured. */
   ghost?: { columns: string[]; data: string };
-  /** Planned footholds: x, y, yaw (thousandths), side (1 left, -1 right), down and up (ms). */
-  feet: [x: number, y: number, yaw: number, side: number, down: number, up: number][];
+  /** Planned footholds: x, y, yaw (thousandths), and when the foot lands (ms). */
+  feet: [x: number, y: number, yaw: number, down: number][];
 }
 
 export interface Motion {
@@ -104,7 +104,7 @@ class Footprints {
     this.mesh = new InstancedMesh(new BoxGeometry(0.2, 0.09, 0.004), material, PRINTS);
     this.mesh.frustumCulled = false;
     this.mesh.count = 0;
-    this.downs = track.feet.map((foot) => foot[4]);
+    this.downs = track.feet.map((foot) => foot[3]);
   }
 
   update(seconds: number): void {
