@@ -203,14 +203,15 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
     if own.covers:
         progress.seen |= {e.goal}
         if len(progress.seen) == own.count:
-            progress.covered, progress.seen = progress.covered + 1, frozenset()
-    elif own.ends:
-        if progress.may_count(own, e.goal):
-            progress.ahead = e.goal + 1
-        _stands(e, robot, s)
+            progress.goals, progress.seen = progress.goals + 1, frozenset()
     elif own.in_turn and progress.may_count(own, e.goal):
-        progress.goals, progress.turn = progress.goals + 1, (e.goal + 1) % own.count
-        progress.former = None if robot.given.serves(own) else e.goal  # perhaps only of its duty
+        progress.goals, progress.turn = progress.goals + 1, e.goal + 1
+        if not own.ends:
+            progress.turn %= own.count
+            served = robot.given.serves(own)
+            progress.former = None if served else e.goal  # perhaps only of its duty
+    if own.ends:
+        _stands(e, robot, s)
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
         s.kept |= {robot.name: s.dues[robot.name]} if robot.name in s.dues else {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import takewhile
 from typing import Any, NamedTuple
 
@@ -20,18 +20,16 @@ EXTERNAL = (
 @dataclass
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
-    met in turn; ``turn``: the next target (None: the first), ``former``: the one that was counted
-    last, if that was on a duty; ``seen``: those of a round of ``cover``; ``counts``: how often each
-    was met; ``ahead``: targets of ``once``; ``stayed``: ticks at the last target, and ``since``
-    when the robot stands there."""
+    met in turn, or rounds of ``cover``; ``turn``: the next target (None: the first), ``former``:
+    the one that was counted last, if that was on a duty; ``seen``: those of a round of ``cover``;
+    ``counts``: how often each was met; ``stayed``: ticks at the last target, and ``since`` when the
+    robot stands there."""
 
     goals: int = 0
     turn: int | None = None
     former: int | None = None
     seen: frozenset[int] = frozenset()
-    covered: int = 0
     counts: tuple[int, ...] = ()
-    ahead: int = 0
     stayed: int = 0
     since: int | None = None
 
@@ -40,25 +38,20 @@ class Progress:
         if own.settles:
             there = 0 if self.since is None else tick - self.since + 1
             return self.stayed + there if not own.ends or self.ended(own) else 0
-        if own.covers:
-            return self.covered
         if own.kind == "ltl":
             return min((0, *self.counts)[1:], default=tick)  # without goals, each tick counts
-        return int(self.goals // own.count)
+        return self.goals if own.covers else int(self.goals // own.count)
 
     def ended(self, own: Objective) -> bool:
-        return own.ends and self.ahead >= own.count
+        return own.ends and self.turn == own.count
 
     def anew(self, own: Objective) -> Progress:
         """Return the progress with rounds from zero: the next target stays the next."""
-        fresh = Progress(counts=(0,) * own.count, ahead=self.ahead)
-        return replace(fresh, turn=self.turn, former=self.former)
+        return Progress(turn=self.turn, former=self.former, counts=(0,) * own.count)
 
     def may_count(self, own: Objective, target: int) -> bool:
         """Return whether a target may be the next that counts. The first target of a round may
         count again if the robot met it on a duty, perhaps not for its own objective."""
-        if own.ends:
-            return target == self.ahead
         first = not self.goals and (own.strict or target == self.former)
         return first or target == (self.turn or 0)
 

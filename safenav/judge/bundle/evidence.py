@@ -160,7 +160,7 @@ def may_remember(task: Task, s: State) -> bool:
     progress, here, count = robot.progress, task.pose[0], own.count
     if not e.objective.serves(own):
         return not any(e.memory.values())
-    first = progress.ahead if own.ends else progress.turn
+    first = (progress.turn or 0) if own.ends else progress.turn
     turn = min(robot.first or 0 if first is None else first, count - 1)
     turns = {turn}
     while here in own.targets[turn] and turn + 1 < count:

@@ -179,7 +179,7 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
     """Yield the sequences of targets that a robot may still have to meet."""
     own, progress = robot.own, robot.progress
     if own.ends and not progress.ended(own):
-        yield [*own.targets[progress.ahead :]]
+        yield [*own.targets[progress.turn or 0 :]]
         return
     if own.settles:  # each tick at its last target is a round, and it must be there at the end
         away = progress.since is None

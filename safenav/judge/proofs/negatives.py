@@ -76,7 +76,7 @@ class Enumeration:
         if not targets:
             return [(0, 0)]
         if own.ends:
-            first = min(progress.ahead, count - 1)
+            first = min(progress.turn or 0, count - 1)
             return [((count - first) * (not progress.ended(own)), first)]
         if own.settles:
             return [(int(rounds < 1), 0)]
@@ -337,7 +337,7 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
     pose = s.destination(name)
     if own.ends and not robot.out:
         here = case.start[name]
-        for target in own.targets[min(robot.progress.ahead, own.count - 1) :]:
+        for target in own.targets[min(robot.progress.turn or 0, own.count - 1) :]:
             here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
         if s.scenario.coordination != "resynthesis":  # it may be sent away, and must come back
             here = frozenset(p for p in here if _comes_back(name, p, case))
