@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from io import BytesIO
 from math import ceil, floor
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
@@ -67,15 +67,21 @@ class Layout(Struct, frozen=True):
 def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Region]:
     """Return the regions that are walls. ``share`` of a region blocked, 0 to 1; 0: any of it."""
     free = ~blocked[::-1]  # from the south, where both start
-    down = _overlaps(free.shape[0], layout.height, layout.rows)
-    bands = np.stack([lengths @ free[first:last] for first, last, lengths in down])
-    aside = np.zeros((free.shape[1], layout.cols))
-    for col, (first, last, lengths) in enumerate(_overlaps(len(aside), layout.width, layout.cols)):
-        aside[first:last, col] = lengths
-    areas = (bands @ aside)[::-1]
+    down, aside = (layout.height, layout.rows), (layout.width, layout.cols)
+    if layout.rows * free.shape[1] < layout.cols * free.shape[0]:  # in between, few numbers
+        areas = _sums(_sums(free, *down).T, *aside).T[::-1]
+    else:
+        areas = _sums(_sums(free.T, *aside).T, *down)[::-1]
     whole = layout.height.numerator * layout.width.numerator
     found = areas < whole if share == 0 else areas <= (1 - share + _TOLERANCE) * whole
     return frozenset(np.flatnonzero(found).tolist())
+
+
+def _sums(lines: NDArray[Any], side: Fraction, count: int) -> NDArray[np.float64]:
+    """Return for each region along one axis the sum of the lines of pixels below it, each as often
+    as the length that it shares with the region."""
+    parts = _overlaps(len(lines), side, count)
+    return np.stack([lengths @ lines[first:last] for first, last, lengths in parts])
 
 
 def _overlaps(

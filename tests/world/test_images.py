@@ -110,6 +110,16 @@ def test_a_large_image_is_divided_exactly(folder: Path, share: float) -> None:
     assert found == (frozenset(range(200, 300)) if share == 0 else frozenset())
 
 
+def test_the_largest_maps_are_read(folder: Path) -> None:
+    """A strip needs memory for its pixels only; 153.6 m are 512 regions of 0.3 m."""
+    assert (
+        walls(np.zeros((1, 100_000)), folder, 0, image="floor.pgm", rows=1, cols=100_000) == set()
+    )
+    tenth = (folder / "floor.yaml").read_text().replace("resolution: 1", "resolution: 0.1")
+    (folder / "tenth.yaml").write_text(tenth)
+    assert walls(np.zeros((1536, 1536)), folder, 0, ros="tenth.yaml", resolution=0.3) == set()
+
+
 def test_a_wall_crosses_a_region_from_any_side(folder: Path) -> None:
     blocked = np.zeros((8, 8), dtype=np.bool_)
     blocked[:, 1] = blocked[0, 5] = True

@@ -215,12 +215,12 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
         findings.add(node, "map: region size missing", hint)
     if side is None or len(findings) > before or item.flawed:
         return None
-    rows, cols = ceil(height / side), ceil(width / side)
+    pixels = _decimal(side) / _decimal(settings.resolution)
+    rows, cols = (ceil(count / pixels) for count in blocked.shape)
     if rows * cols > MAX_REGIONS:
         findings.add(item.at("resolution"), *too_large(rows, cols))
         return None
-    layout = Layout.of_size(blocked, _decimal(side) / _decimal(settings.resolution))
-    world = with_walls(blocked, layout, item.share or 0.0, node, findings)
+    world = with_walls(blocked, Layout.of_size(blocked, pixels), item.share or 0.0, node, findings)
     if world is None:
         return None
     x, y, yaw = (*settings.origin, 0.0)[:3]
