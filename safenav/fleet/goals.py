@@ -267,8 +267,8 @@ class Goals:
     def end(
         self, body: DrivenRobot, kind: Callable[..., protocol.WorldEvent], *about: object
     ) -> None:
-        """End a command by an event of this kind; the robot's pose is the one that the event gives,
-        if any."""
+        """End a command by an event of this kind; the robot gets the pose of the event, if it has
+        one."""
         assert body.task is not None
         event = kind(self.now(), body.robot.name, *about, command=body.task.command)
         body.pose, body.task = getattr(event, "pose", body.pose), None

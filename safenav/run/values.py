@@ -69,7 +69,7 @@ class ObstacleStatus(StrEnum):
 
 
 class StoryKind(StrEnum):
-    """The kinds of events (moves are not among them)."""
+    """The kinds of events; moves are not events."""
 
     SYNTHESIS = "synthesis"
     VIOLATION = "violation"
