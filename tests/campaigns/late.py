@@ -12,9 +12,10 @@ from random import Random
 from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from fleet.lab import watched
-from safenav import ActResult, Scenario, Sensed, WorldEvent
+from safenav import Scenario, Sensed, WorldEvent
 from safenav.fleet import transport
 from safenav.fleet.file import load_fleet
 from safenav.fleet.lab.simulation import SimulationTransport
@@ -143,21 +144,17 @@ class LateTransport(SimulationTransport):
             if at is not None:
                 heapq.heappush(self._sent, (at, next(self._numbers), message))
 
-    def _tell(self, name: str, state: dict[str, Any], *, looks: bool) -> None:
-        stamp = self._clocks[name].stamp(state["now"])
-        self._send(name, transport.Located(name, stamp, state["x"], state["y"], state["yaw"]))
-        if state["end"] is not None:
-            end = transport.GoalEnd(state["end"])
-            self._send(name, transport.GoalEnded(name, self._goals[name], end))
-        if state["acted"] is not None:
-            result = ActResult(state["acted"])
-            self._send(name, transport.Performed(name, self._acts[name], result))
+    def _tell(self, name: str, *, looks: bool) -> None:
+        located, ended = self.physics.told(name)
+        stamp = self._clocks[name].stamp(located.stamp)
+        for each in (replace(located, stamp=stamp), *ended):
+            self._send(name, each)
         if not looks:
             return
         if self._stations[name].scan is not None:
             _, ranges = self.physics.scan(name)
             self._send(name, transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
-        if not state["moves"] and self._stations[name].report is not None:
+        if not self.physics.moves(name) and self._stations[name].report is not None:
             for found in filter(None, self.physics.noticed(name).values()):
                 self._send(name, transport.Reported(name, found))
 

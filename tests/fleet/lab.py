@@ -11,6 +11,7 @@ from safenav import Mission, Scenario, TraceWriter, check_motion, load_scenario
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.file import Station, load_fleet
 from safenav.fleet.lab.simulation import SimulationTransport
+from safenav.fleet.transport import GoalPoint
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.examination import Finding
 from safenav.motion.file import Motion, parsed, text_of
@@ -19,7 +20,7 @@ from safenav.trace.file import read_bytes
 
 def watched(physics: Any) -> Any:
     """The same physics with ``contacts``: the steps of each pair that touched, as names of robots,
-    ``wall`` and obstacles; ``moving``: its robots under way; and ``log``."""
+    ``wall`` and obstacles; ``moving``: its robots under way; ``send`` and ``log``."""
     physics.contacts, step = {}, physics._step
 
     def named(geom: int) -> str:
@@ -33,7 +34,7 @@ def watched(physics: Any) -> Any:
                 physics.contacts[pair] = physics.contacts.get(pair, 0) + 1
 
     def moving() -> list[str]:
-        return sorted(name for name in physics._bodies if physics._moves(name))
+        return sorted(name for name in physics._bodies if physics.moves(name))
 
     def log() -> dict[str, Any]:
         places = {name: physics._at(body)[:2] for name, body in physics._bodies.items()}
@@ -44,7 +45,10 @@ def watched(physics: Any) -> Any:
             "moving": moving(),
         }
 
-    physics._step, physics.moving, physics.log = noted, moving, log
+    def send(name: str, x: float, y: float, yaw: float | None, number: int = 0) -> None:
+        physics.navigate(name, GoalPoint(number, x, y, yaw))
+
+    physics._step, physics.moving, physics.log, physics.send = noted, moving, log, send
     return physics
 
 

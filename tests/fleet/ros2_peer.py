@@ -31,6 +31,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from fleet.lab import physics_of
 from once import beside, from_yaml
+from safenav.fleet.transport import Performed
 
 DEFINED = from_yaml(beside(__file__, "interfaces.yaml"))
 CONFIGURATION = """<CycloneDDS><Domain><General>
@@ -218,7 +219,8 @@ class Server:
         if "abort" in self.faults and self.goals == 3:
             self.end("aborted")
         else:
-            self.physics.send(self.name, pose.position.x, pose.position.y, yaw)
+            at = pose.position
+            self.physics.send(self.name, at.x, at.y, yaw, self.goals)
 
     def end(self, how: str) -> None:
         """End the present goal, if there is one."""
@@ -241,17 +243,17 @@ class Server:
 
     def cancelled(self, request: Any) -> None:
         self.stop.write(new("action_msgs/msg/CancelGoal_Response", **of(request)))
-        self.physics.stop(self.name)
+        self.physics.cancel(self.name)
 
     def called(self, word: str, request: Any) -> None:
         self.acting.append((self.acts[word], of(request)))
-        self.physics.perform(self.name, word)
+        self.physics.perform(self.name, word, 0)
 
     # Topics
 
     def publish(self) -> None:
-        robot, now = self.physics.state(self.name), time.time()
-        x, y, yaw = robot["x"], robot["y"], robot["yaw"]
+        (located, ended), now = self.physics.told(self.name), time.time()
+        x, y, yaw = located.x, located.y, located.yaw
         stamp = new(TIME, sec=int(now), nanosec=int(now % 1 * 1e9))
         on_map = header(stamp, "map")
         if "tf" not in self.faults:
@@ -267,15 +269,16 @@ class Server:
         if "alarm" in self.faults:
             self.alarm.write(new("std_msgs/msg/Bool", data=self.goals == 1))
         late = LATE if "late" in self.faults else 0.0
-        if (end := robot["end"]) is not None:
-            self.later(late, lambda: self.end(end))
-        if (acted := robot["acted"]) is not None:
-            for reply, asked in self.acting:
-                said = {"success": acted == "done", "message": acted}
-                answer = new("std_srvs/msg/Trigger_Response", **asked, **said)
-                self.later(late, lambda reply=reply, answer=answer: reply.write(answer))  # type: ignore[misc]
-            self.acting = []
-        if not robot["moves"]:
+        for each in ended:
+            if isinstance(each, Performed):
+                for reply, asked in self.acting:
+                    said = {"success": each.result == "done", "message": each.result.value}
+                    answer = new("std_srvs/msg/Trigger_Response", **asked, **said)
+                    self.later(late, lambda reply=reply, answer=answer: reply.write(answer))  # type: ignore[misc]
+                self.acting = []
+            elif each.number == self.goals:
+                self.later(late, lambda how=each.end.value: self.end(how))  # type: ignore[misc]
+        if not self.physics.moves(self.name):
             for found in filter(None, self.physics.noticed(self.name).values()):
                 self.reports.write(new("std_msgs/msg/String", data=found))
             _, ranges = self.physics.scan(self.name)

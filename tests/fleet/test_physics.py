@@ -10,7 +10,7 @@ from fleet.lab import watched
 from once import beside
 from safenav import Obstacle, built_in, load_scenario_text
 from safenav.fleet.lab.physics import Physics, straight
-from safenav.fleet.transport import Places
+from safenav.fleet.transport import GoalEnded, Places
 
 HALL = beside(__file__, "scenarios/hall_with_origin.yaml")
 YARD = beside(__file__, "scenarios/two_lifters.yaml")
@@ -26,22 +26,23 @@ class Floor:
         self.places = Places(scenario.map, scenario.map.frame)
         self.physics: Any = watched(Physics(self.places, scenario.robots, obstacles))
 
-    def ended(self, name: str, key: str) -> Any:
+    def ended(self, name: str) -> Any:
+        """How the goal or action of a robot ends."""
         until = self.physics.now + 30.0
         while self.physics.now < until:
             self.physics.step(0.1)
-            if (found := self.physics.state(name)[key]) is not None:
-                return found
+            for ended in self.physics.told(name)[1]:
+                return ended.end if isinstance(ended, GoalEnded) else ended.result
         return None
 
     def goes(self, name: str, region: int) -> Any:
         """Send a robot to a region; how that ended."""
         self.physics.send(name, *self.places.centre(region), 0.0 if name == "digit" else None)
-        return self.ended(name, "end")
+        return self.ended(name)
 
     def acts(self, name: str, action: str) -> Any:
-        self.physics.perform(name, action)
-        return self.ended(name, "acted")
+        self.physics.perform(name, action, 1)
+        return self.ended(name)
 
 
 def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
@@ -59,8 +60,8 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     assert [hall.goes("quad", region) for region in (11, 10)] == ["succeeded"] * 2
     hall.physics.send("quad", *hall.places.centre(12), None)
     hall.physics.step(1.0)
-    hall.physics.stop("quad")
-    assert hall.ended("quad", "end") == "canceled" and not hall.physics.moving()
+    hall.physics.cancel("quad")
+    assert hall.ended("quad") == "canceled" and not hall.physics.moving()
 
 
 def test_a_crate_is_lifted_by_two_robots_together() -> None:
@@ -68,12 +69,12 @@ def test_a_crate_is_lifted_by_two_robots_together() -> None:
     do not move it away."""
     yard = Floor(CRATE, Obstacle(built_in().obstacles["elevator"], 12))
     physics, (x, y) = yard.physics, yard.places.centre(9)
-    physics.perform("left", "lift")
-    physics.perform("right", "call")
+    physics.perform("left", "lift", 1)
+    physics.perform("right", "call", 1)
     physics.follow("left", straight(physics.now, (x, y, 0.0), (x - 0.5, y, 0.0), 1.0))
-    assert yard.ended("left", "acted") == "failed"
-    assert physics.state("left")["x"] == pytest.approx(x, abs=0.01)
+    assert yard.ended("left") == "failed"
+    assert physics.told("left")[0].x == pytest.approx(x, abs=0.01)
     for name in ("left", "right"):
-        physics.perform(name, "lift")
-    assert [yard.ended(name, "acted") for name in ("left", "right")] == ["done"] * 2
+        physics.perform(name, "lift", 1)
+    assert [yard.ended(name) for name in ("left", "right")] == ["done"] * 2
     assert not physics.standing and yard.acts("left", "lift") == "nothing"

@@ -17,13 +17,15 @@ import mujoco
 import numpy as np
 from msgspec import Struct, field
 
+from safenav.fleet import transport
 from safenav.fleet.setpoints import TABLE, Setpoints
-from safenav.fleet.transport import Places, turned
+from safenav.fleet.transport import GoalEnd, GoalPoint, Places, turned
 from safenav.motion.columns import body_rows
 from safenav.motion.file import Curve
 from safenav.motion.geometry import PEAK, quintic
 from safenav.pace.robot import glide
 from safenav.scenario.model import Need, Obstacle, Robot
+from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
 EVERY, FIRST, MOST = 1, 4, 28
@@ -48,8 +50,6 @@ RAYS, FAR = 72, 8.0
 """Number of rays of a lidar, and their range in metres."""
 ACTING = 2.0
 """Seconds of an action."""
-Goal = tuple[float, float, float | None]
-"""x, y and yaw; None: any yaw."""
 
 
 class LabObstacle(Struct, eq=False):
@@ -102,25 +102,25 @@ def body_of(robot: Robot) -> Dimensions:
 
 
 class Handling(Struct):
-    """An action under way on ``obstacle`` (None: nothing to act on); ``until``: time from which it
-    may end, in seconds."""
+    """The action with this ``number``, under way on ``obstacle`` (None: nothing to act on);
+    ``until``: time from which it may end, in seconds."""
 
     action: str
+    number: int
     obstacle: LabObstacle | None
     until: float
-    result: str | None = None
 
 
 class SimulatedBody(Struct):
     """One robot. ``reference``: the one that it tracks; ``goal``: its present goal, if any;
-    ``end``: result of the last goal, reported once; ``acts``: its present action, if any."""
+    ``acts``: its present action, if any; ``ended``: the ends of both that are not told yet."""
 
     kind: Dimensions
     dofs: tuple[int, ...]
     reference: Setpoints
-    goal: Goal | None = None
-    end: str | None = None
+    goal: GoalPoint | None = None
     acts: Handling | None = None
+    ended: list[transport.Message] = field(default_factory=list)
 
 
 class Physics:
@@ -190,43 +190,40 @@ class Physics:
         x, y, yaw = map(self._coordinate, body.dofs)
         return x, y, yaw
 
-    def _moves(self, name: str) -> bool:
-        body = self._bodies[name]
+    def moves(self, robot: str) -> bool:
+        body = self._bodies[robot]
         return body.goal is not None or self.now < body.reference.end
 
     # Commands
 
-    def send(self, name: str, x: float, y: float, yaw: float | None) -> None:
-        """Replace the goal of a robot (metres, radians; None: any yaw) by a reference, straight to
-        it, from rest to rest, at the robot's speed on average."""
-        body = self._bodies[name]
+    def navigate(self, robot: str, goal: GoalPoint) -> None:
+        """Replace the goal of a robot by a reference, straight to it, from rest to rest, at the
+        robot's speed on average."""
+        body = self._bodies[robot]
         start, kind = self._at(body), body.kind
-        goal = (x, y, start[2] if yaw is None else start[2] + turned(yaw - start[2]))
-        lasts = glide(hypot(x - start[0], y - start[1]), PEAK * kind.speed, kind.pull / 2)
-        body.reference = straight(self.now, start, goal, lasts)
-        body.goal, body.end = (x, y, yaw), None
+        yaw = start[2] if goal.yaw is None else start[2] + turned(goal.yaw - start[2])
+        far = hypot(goal.x - start[0], goal.y - start[1])
+        lasts = glide(far, PEAK * kind.speed, kind.pull / 2)
+        body.reference = straight(self.now, start, (goal.x, goal.y, yaw), lasts)
+        body.goal = goal
 
-    def follow(self, name: str, reference: Setpoints) -> None:
+    def follow(self, robot: str, reference: Setpoints) -> None:
         """Let a robot track a reference, on the clock of the simulation, from now on. During an
         action its own controller moves it."""
-        body = self._bodies[name]
+        body = self._bodies[robot]
         if body.acts is None:
             body.reference = reference
 
-    def stop(self, name: str) -> None:
+    def cancel(self, robot: str) -> None:
         """Cancel a robot's goal or reference: it brakes."""
-        body = self._bodies[name]
-        if body.goal is not None:
-            self._end(body, "canceled")
-        else:
-            self._hold(body)
+        self._give_up(self._bodies[robot], GoalEnd.CANCELED)
 
-    def perform(self, name: str, action: str) -> None:
+    def perform(self, robot: str, action: str, number: int) -> None:
         """Let a robot act on an obstacle that needs this action, in its region or beside it."""
-        body = self._bodies[name]
+        body = self._bodies[robot]
         here = self._places.region(*self._at(body)[:2])
         found = None if here is None else self._reached(here, action)
-        body.acts = Handling(action, found, self.now + ACTING)
+        body.acts = Handling(action, number, found, self.now + ACTING)
 
     def bring(self, obstacle: Obstacle) -> None:
         """Add an unlisted obstacle without a body that the team itself has created: an operator's
@@ -234,25 +231,11 @@ class Physics:
         if obstacle.type.blocks == frozenset() and obstacle.name not in self._listed:
             self.standing.setdefault(obstacle.name, LabObstacle(obstacle, obstacle.name))
 
-    def state(self, name: str) -> dict[str, Any]:
-        """Return a robot's position, whether it moves, and the end of its goal or action, each
-        reported once."""
-        body = self._bodies[name]
-        x, y, yaw = self._at(body)
-        acted = end = None
-        if body.acts is None:
-            end, body.end = body.end, None
-        elif body.acts.result is not None:
-            acted, body.acts = body.acts.result, None
-        return {
-            "now": self.now,
-            "x": x,
-            "y": y,
-            "yaw": yaw,
-            "moves": self._moves(name),
-            "end": end,
-            "acted": acted,
-        }
+    def told(self, robot: str) -> tuple[transport.Located, list[transport.Message]]:
+        """Return a robot's odometry, and the ends of its goals and actions, each once."""
+        body = self._bodies[robot]
+        ended, body.ended = body.ended, []
+        return transport.Located(robot, self.now, *self._at(body)), ended
 
     def scan(self, name: str) -> tuple[float, list[float]]:
         """Return the stamp (seconds) and ranges (metres) of a lidar, counter-clockwise from the
@@ -300,28 +283,30 @@ class Physics:
 
     def _judge(self, body: SimulatedBody) -> None:
         """End a goal that is reached or overdue; end an action."""
-        act = body.acts
-        if body.goal is not None:
+        act, goal = body.acts, body.goal
+        if goal is not None:
             x, y, yaw = self._at(body)
-            gx, gy, to = body.goal
-            far, off = hypot(gx - x, gy - y), 0.0 if to is None else abs(turned(to - yaw))
+            far = hypot(goal.x - x, goal.y - y)
+            off = 0.0 if goal.yaw is None else abs(turned(goal.yaw - yaw))
             near = self.now >= body.reference.end and far < NEAR and off < ALIGNED
             if near and hypot(*map(self._velocity, body.dofs[:2])) < SLOW:
-                body.goal, body.end = None, "succeeded"
+                self._end(body, GoalEnd.SUCCEEDED)
             elif self.now > body.reference.end + STUCK:
-                self._end(body, "aborted")
-        elif act is not None and act.result is None and self.now >= act.until:
-            self._worked(body.kind.name, act)
+                self._give_up(body, GoalEnd.ABORTED)
+        elif act is not None and self.now >= act.until:
+            self._worked(body, act)
 
-    def _end(self, body: SimulatedBody, end: str) -> None:
-        """End a goal that was not reached."""
-        body.end = end
-        self._hold(body)
+    def _end(self, body: SimulatedBody, end: GoalEnd) -> None:
+        """End the goal of a robot, if it has one."""
+        if body.goal is not None:
+            body.ended.append(transport.GoalEnded(body.kind.name, body.goal.number, end))
+            body.goal = None
 
-    def _hold(self, body: SimulatedBody) -> None:
-        """Let a robot rest where it is."""
+    def _give_up(self, body: SimulatedBody, end: GoalEnd) -> None:
+        """End the goal of a robot, and let it rest where it is."""
+        self._end(body, end)
         at = self._at(body)
-        body.goal, body.reference = None, straight(self.now, at, at)
+        body.reference = straight(self.now, at, at)
 
     # Obstacles
 
@@ -380,35 +365,42 @@ class Physics:
         regions = one.obstacle.resolution_regions(self._places.world, one.stage)
         return one.need.action == action and here in regions
 
-    def _worked(self, name: str, act: Handling) -> None:
+    def _worked(self, body: SimulatedBody, act: Handling) -> None:
         """End the work of a robot. It fulfils a need if enough robots have worked; a joint action
         requires them at the same time."""
         one = act.obstacle
         if one is None or self.standing.get(one.obstacle.name) is not one:
-            act.result = "nothing"
+            self._answer(ActResult.NOTHING, body)
             return
         need = one.need
-        if not self._due(one, self._places.region(*self._at(self._bodies[name])[:2]), act.action):
-            act.result = "failed"
+        if not self._due(one, self._places.region(*self._at(body)[:2]), act.action):
+            self._answer(ActResult.FAILED, body)
             return
-        team = [act]
+        team = [body]
         if need.together:
-            acts = [body.acts for body in self._bodies.values() if body.acts is not None]
-            same = (a for a in acts if (a.obstacle, a.action) == (one, act.action))
-            team = [a for a in same if self.now >= a.until]
-        one.parts.add(name)
+            acts = ((other, other.acts) for other in self._bodies.values())
+            same = [(other, a) for other, a in acts if a and a.obstacle is one]
+            team = [other for other, a in same if a.action == act.action and self.now >= a.until]
+        one.parts.add(body.kind.name)
         done = len(team) if need.together else len(one.parts)
         if done < need.robots:
-            act.result = "failed" if need.together else "done"
+            self._answer(ActResult.FAILED if need.together else ActResult.DONE, body)
             return
         passable = not one.obstacle.type.has_truth or one.obstacle.traversable
-        for each in team:
-            each.result = "done" if passable else "untraversable"
+        self._answer(ActResult.DONE if passable else ActResult.UNTRAVERSABLE, *team)
         one.stage, one.parts = one.stage + 1, set()
         if one.stage >= len(one.obstacle.needs):
             self._remove(one)
         else:
             self._show(one)
+
+    def _answer(self, result: ActResult, *team: SimulatedBody) -> None:
+        """End the actions of robots."""
+        for body in team:
+            assert body.acts is not None
+            name, number = body.kind.name, body.acts.number
+            body.ended.append(transport.Performed(name, number, result))
+            body.acts = None
 
 
 def contact_bit(number: int) -> int:

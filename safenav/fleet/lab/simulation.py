@@ -5,14 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from math import tau
-from typing import Any
 
 from safenav.errors import missing_package
 from safenav.fleet import transport
 from safenav.fleet.file import SimulationUse, Station
 from safenav.fleet.transport import Places
 from safenav.scenario.model import Obstacle, Scenario, name_parts
-from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
 RATE = 50.0
@@ -44,10 +42,10 @@ class SimulationTransport:
             if stations[robot.name].follow is not None
         }
         self.physics = Physics(places, scenario.robots, true, begin)
+        self.navigate, self.follow = self.physics.navigate, self.physics.follow
+        self.cancel = self.physics.cancel
         self._stations, self._types = stations, scenario.catalogue.obstacles
         self._pace = use.pace
-        self._goals: dict[str, int] = {}
-        self._acts: dict[str, int] = {}
         self._beside: dict[str, dict[Region, str | None]] = {}
         self._post: Callable[[transport.Message], None] = print  # until ``open``
         self._due, self._steps = 0.0, 0
@@ -61,23 +59,12 @@ class SimulationTransport:
     def missing(self) -> list[str]:
         return []
 
-    def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
-        self._goals[robot] = goal.number
-        self.physics.send(robot, goal.x, goal.y, goal.yaw)
-
-    def follow(self, robot: str, reference: transport.Setpoints) -> None:
-        self.physics.follow(robot, reference)
-
-    def cancel(self, robot: str) -> None:
-        self.physics.stop(robot)
-
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         kind, region, which = name_parts(obstacle)
         brought = Obstacle(self._types[kind], int(region), number=which)
         self.physics.bring(brought)
         actions = {service: name for name, service in self._stations[robot].act.items()}
-        self._acts[robot] = number
-        self.physics.perform(robot, actions[action])
+        self.physics.perform(robot, actions[action], number)
 
     def close(self) -> None:
         """Stop all robots: the simulation does not advance from now on."""
@@ -91,22 +78,21 @@ class SimulationTransport:
         self.physics.step(1.0 / RATE)
         self._steps += 1
         for name in self._stations:
-            self._tell(name, self.physics.state(name), looks=self._steps % LOOKS == 0)
+            self._tell(name, looks=self._steps % LOOKS == 0)
 
-    def _tell(self, name: str, state: dict[str, Any], *, looks: bool) -> None:
-        post = self._post
-        post(transport.Located(name, state["now"], state["x"], state["y"], state["yaw"]))
-        if state["end"] is not None:
+    def _tell(self, name: str, *, looks: bool) -> None:
+        located, ended = self.physics.told(name)
+        self._post(located)
+        if any(isinstance(each, transport.GoalEnded) for each in ended):
             self._report(name)  # a scan at its destination
-            post(transport.GoalEnded(name, self._goals[name], transport.GoalEnd(state["end"])))
-        if state["acted"] is not None:
-            post(transport.Performed(name, self._acts[name], ActResult(state["acted"])))
-        if not looks or state["moves"]:
+        for each in ended:
+            self._post(each)
+        if not looks or self.physics.moves(name):
             return
         self._report(name)
         if self._stations[name].scan is not None:
             stamp, ranges = self.physics.scan(name)
-            post(transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
+            self._post(transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
 
     def _report(self, name: str) -> None:
         """Report obstacles beside a robot; without a lidar, also those that have left."""
