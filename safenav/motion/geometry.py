@@ -182,8 +182,9 @@ def mass(
 
 
 def transformed(segment: Segment, origin: complex, ahead: complex, facing: float) -> Segment:
-    """Return a segment in another frame. ``facing``: the angle there of the segment's own direction
-    of x. Points are complex numbers."""
+    """Return a segment in another frame, in which ``origin`` and ``ahead`` are the origin and the
+    direction of x of its own frame; ``facing``: the angle of ``ahead``. Points are complex
+    numbers."""
 
     def way(x: float, y: float) -> tuple[float, float]:
         found = ahead * complex(x, y)
