@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator, Sequence
 
 from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Obstacle, ObstacleType, Robot
 from safenav.team import state as now
-from safenav.team.floor import acting_floor, barred
+from safenav.team.floor import acting_floor, barred, stages_of
 from safenav.team.state import Is, State
 from safenav.team.team import Team, introduced
 from safenav.world.map import Region
@@ -45,12 +45,13 @@ def acts_on(
     """Return the changes by a robot that acts where it stands: obstacles with their new stages.
     ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
     count (None: all that are known)."""
-    if at[i] is None or not team.members[i].robot.capabilities or (among is not None and not among):
+    region, able = at[i], team.members[i].robot.capabilities
+    if region is None or not able or (among is not None and not among):
         return ()
     floor = acting_floor(team, state, among)
-    if not floor.gates:
+    stages = stages_of(floor, state)
+    if not floor.acting(stages) >> region & 1:
         return ()
-    stages = tuple(state.obstacles[k].stage for k in floor.gates)
     after = floor.acted(stages, at, i)
     pairs = zip(floor.gates, stages, after, strict=True)
     return tuple((k, new) for k, old, new in pairs if old != new)

@@ -22,7 +22,7 @@ from safenav.verify.completions import Clause, Completions, Evaluator, Row, Slot
 _BLOCK_EDGES = 1 << 16
 _DIGITS = bytes.maketrans(b"\x00\x01", b"01")
 
-_parse = lru_cache(maxsize=1 << 15)(parse)
+_clause = lru_cache(maxsize=1 << 15)(lambda each: Clause(each, parse(each.formula)))
 
 
 def clauses(spec: Specification, section: Section) -> list[Clause]:
@@ -34,7 +34,7 @@ def clauses(spec: Specification, section: Section) -> list[Clause]:
     found = []
     for constraint in spec.section(section):
         try:
-            clause = Clause(constraint, _parse(constraint.formula))
+            clause = _clause(constraint)
         except FormulaError as error:
             raise _unreadable(constraint, error.column, error.found, error.hint) from error
         unknown = sorted({name for name, _ in clause.places} - declared)
