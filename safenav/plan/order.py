@@ -61,32 +61,24 @@ class _Stays:
     def __init__(self, floor: Floor, first: Joint) -> None:
         self.team, self.stays = floor.team, defaultdict[object, list[list[int]]](list)
         for i in floor.robots:
-            for space in self._spaces(i, first.poses[i]):
+            for space in self.team.spaces(i, first.poses[i] % self.team.size):
                 self.stays[space].append([i, 0])
-
-    def _spaces(self, i: int, pose: int) -> dict[object, frozenset[int]]:
-        """Return the region and zones of a pose, each with the robots that must not be there at the
-        same time."""
-        member, region = self.team.members[i], pose % self.team.size
-        found: dict[object, frozenset[int]] = {region: member.rivals}
-        for others, regions in member.zones:
-            if regions >> region & 1:
-                found[others | {i}, regions] = others
-        return found
 
     def moved(self, i: int, before: int, pose: int, place: int) -> dict[int, int]:
         """Record the step of a robot to a ``place`` in its plan. Return the robots that occupied
         its destination before, each with its next place after that. In a crowd (all are rivals) the
         last visitor is enough: it came after all others had left."""
-        found, crowd = dict[int, int](), self.team.crowds[i] or frozenset()
-        left, entered = self._spaces(i, before), self._spaces(i, pose)
-        for space in left.keys() - entered.keys():
-            next(stay for stay in reversed(self.stays[space]) if stay[0] == i)[1] = place
+        team, region, found = self.team, pose % self.team.size, dict[int, int]()
+        left, entered = team.spaces(i, before % team.size), team.spaces(i, region)
+        crowd = team.crowds[i] or _NONE
+        for space in left:
+            if space not in entered:
+                next(stay for stay in reversed(self.stays[space]) if stay[0] == i)[1] = place
         for space in [space for space in entered if space not in left]:
             for j, after in reversed(self.stays[space]):
                 if j in entered[space]:
                     found[j] = max(after, found.get(j, 0))
-                if j in crowd and space == pose % self.team.size:
+                if j in crowd and space == region:
                     break
             self.stays[space].append([i, 0])
         return found

@@ -12,6 +12,7 @@ from math import ceil
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.data import cached_method
 from safenav.pace.robot import SIDE, Pace, pace_of
 from safenav.scenario import model
 from safenav.scenario.model import Coordination
@@ -196,6 +197,16 @@ class Team(Struct, frozen=True, eq=False, dict=True):
                 seconds += pace.step(0, 0, 1)
             found.append(ceil(seconds / 2))
         return tuple(found)
+
+    @cached_method
+    def spaces(self, i: int, region: int) -> dict[object, frozenset[int]]:
+        """Return a region and the zones around it, each with the robots that must not be there at
+        the same time as robot i."""
+        found: dict[object, frozenset[int]] = {region: self.members[i].rivals}
+        for others, regions in self.members[i].zones:
+            if regions >> region & 1:
+                found[others | {i}, regions] = others
+        return found
 
     def assignable(self, i: int) -> bool:
         """Return whether a robot keeps one strategy, whose inputs command it."""
