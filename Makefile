@@ -58,21 +58,24 @@ golden: install ## rewrite the transcripts of commands: review the diff
 
 install: $(VENV)/.installed
 
-# Editable: Python files are used from the tree; the C++ side is rebuilt when it changes. A first run
-# needs no tools of developers; in a full environment there is nothing to add. For developers, a
-# warning of the optimizing compiler is an error, unless they say WERROR=OFF. The pip that Python 3.11
-# brings takes twice the time of a new one to choose packages; where there is none, it does as well.
+# Editable: Python files are used from the tree; the C++ side is rebuilt when it changes, by what the
+# environment itself has: what pip builds apart, it compiles anew each time. A first run needs no tools
+# of developers; in a full environment there is nothing to add. For developers, a warning of the
+# optimizing compiler is an error, unless they say WERROR=OFF, or a first run has compiled slugs/. The
+# pip that Python 3.11 brings takes twice the time of a new one; where there is none, it does as well.
 INSTALLS := pyproject.toml safenav/__init__.py slugs/CMakeLists.txt $(wildcard slugs/src/*/*)
+BUILDER = "scikit-build-core>=0.11" $(foreach tool,cmake ninja,$(if $(shell command -v $(tool)),,$(tool)))
+PIP := $(BIN)/python -m pip install --no-compile --disable-pip-version-check
 $(VENV)/.runs: EXTRAS := motion,studio
 $(VENV)/.runs: WERROR := OFF
 $(VENV)/.installed: EXTRAS := dev
-$(VENV)/.installed: WERROR := ON
+$(VENV)/.installed: WERROR := $(if $(wildcard $(VENV)/.runs),OFF,ON)
 $(VENV)/.runs $(VENV)/.installed: $(INSTALLS) | toolchain
 	@echo "Installing safenav with the extras '$(EXTRAS)' into $(VENV), and compiling slugs/ ..."
-	@test -x $(BIN)/python || { $(PYTHON) -m venv $(VENV) && \
-	  { $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check "pip>=26" || true; }; }
-	@{ $(BIN)/python -m pip install --verbose --no-compile --disable-pip-version-check \
-	  --config-settings=cmake.define.SLUGS_WERROR=$(WERROR) --editable '.[$(EXTRAS)]' 2>&1; echo "exit $$?"; } | awk '$(PROGRESS)'
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -c 'import scikit_build_core' 2>/dev/null || $(PIP) --quiet "pip>=26" $(BUILDER) || $(PIP) --quiet $(BUILDER)
+	@{ $(PIP) --verbose --no-build-isolation --config-settings=cmake.define.SLUGS_WERROR=$(WERROR) \
+	  --editable '.[$(EXTRAS)]' 2>&1; echo "exit $$?"; } | awk '$(PROGRESS)'
 	@touch $@
 
 # What pip downloads, compiles and installs as it does it; all that it printed if it fails.
