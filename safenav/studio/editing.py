@@ -28,9 +28,8 @@ Step = str | int
 
 
 class Spot(Struct, frozen=True):
-    """A node of the text, as the index of its first character and of the one after its last.
-    ``flow``: written between brackets. ``entries``: for each key or index the start of the entry,
-    and its value; None for a scalar."""
+    """A node: the index of its first character and of the one after its last. ``flow``: between
+    brackets. ``entries``: for each key or index the start of its entry, and its value, or None."""
 
     start: int
     end: int
@@ -236,8 +235,7 @@ def paint(file: ScenarioText, edit: Operation) -> None:
 
 
 def _start_of_any(file: ScenarioText) -> Any:
-    """Return the start of the first robot, as an example of the notation; a list if there is no
-    robot."""
+    """Return the start of the first robot, as an example of the notation; a list without one."""
     robots = file.at("robots")
     found = robots.values() if isinstance(robots, dict) else ()
     return next((r["start"] for r in found if isinstance(r, dict) and "start" in r), [])

@@ -24,8 +24,7 @@ from safenav.trace.records import KINDS, End, Header, Move, Record
 PATIENCE = 1.0
 """Seconds after a request to end the run until its processes are killed."""
 IDLE = 0.1
-"""Seconds until the next tick after one in which no time passed, since the run waits for its
-operator."""
+"""Seconds until the next tick after one in which no time passed: the run waits for help."""
 BUSY = 0.3
 """Seconds after which pages show that a tick takes long."""
 Tell = Callable[[dict[str, Any]], None]
@@ -140,8 +139,7 @@ class StudioRun:
             await asyncio.wait(running, timeout=PATIENCE)
 
     def _advance(self) -> None:
-        """Request the next tick at its time, if the run is to continue and the last tick has
-        ended."""
+        """Request the next tick at its time, if the run continues and the last tick has ended."""
         now = time.monotonic()
         if self._process is None or not self._ready or not (self._steps or self._playing):
             return

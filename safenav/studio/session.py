@@ -161,8 +161,7 @@ class Studio:
         return {"is": "hello", "editor": False, "palette": palette(self._catalogue)}
 
     def _ordered(self) -> RunOrder:
-        """Return the scenario and settings of the next run. Raises InputError for a scenario that
-        cannot be run."""
+        """Return the scenario and settings of the next run. Raises InputError if it cannot run."""
         return self._order
 
     async def _begin(self, seed: int | None) -> StudioRun:

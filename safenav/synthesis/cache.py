@@ -29,8 +29,7 @@ _MAGIC = "safenav-cache 3 "
 _RESULT, _TEXT = ".answer", ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _LISTINGS = 64
-"""Average number of times that the directory is listed while as much data as its limit is
-written."""
+"""Average number of listings of the directory while as much data as its limit is written."""
 _LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
 
 

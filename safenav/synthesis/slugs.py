@@ -391,8 +391,7 @@ def specification_in(data: bytes, file: str, robot: str) -> Specification:
 
 
 def slugsin_of(spec: Specification) -> bytes | None:
-    """Return a specification in slugsin, as safenav's own slugs translates it; None if that is not
-    installed."""
+    """Return a specification in slugsin, as safenav's own slugs translates it; None without it."""
     done = _translated(spec.to_structuredslugs().encode())
     return done.stdout if done is not None and done.status == ExitStatus.REALIZABLE else None
 

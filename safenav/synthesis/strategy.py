@@ -267,8 +267,7 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
 
 
 def in_words(strategy: Strategy, values: Mapping[str, int], *owners: Owner) -> str:
-    """Return the values of the variables with these owners in words; default: outputs, then
-    inputs."""
+    """Return the values of these owners' variables in words; default: outputs, then inputs."""
     spec = strategy.specification
     variables = (v for owner in owners or (Owner.OUTPUT, Owner.INPUT) for v in spec.owned(owner))
     return " ".join(_value_in_words(variable, values[variable.name]) for variable in variables)
