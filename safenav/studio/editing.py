@@ -235,7 +235,7 @@ def paint(file: ScenarioText, edit: Operation) -> None:
 
 
 def _start_of_any(file: ScenarioText) -> Any:
-    """Return the start of the first robot, as an example of the notation; a list without one."""
+    """Return the start of the first robot, for its notation; a list if there is none."""
     robots = file.at("robots")
     found = robots.values() if isinstance(robots, dict) else ()
     return next((r["start"] for r in found if isinstance(r, dict) and "start" in r), [])
