@@ -416,7 +416,9 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
         memory = own.begin(robot.pose % team.size, robot.own.memory)
-        robot = replace(robot, own=_turned(member, robot.own, memory))
+        if memory != robot.own.memory:  # the target that it met last does not count twice
+            met = max(0, robot.own.met - 1)
+            robot = replace(robot, own=robot.own._replace(memory=memory, met=met))
     return robot
 
 
