@@ -285,19 +285,17 @@ def of_motion(
 ) -> JudgedFile:
     """Judge a motion against its trace (if none of the traces is its own, against the first), then
     the requirements of the scenario and ``more``."""
-    from safenav.motion.check.execution import trackings
     from safenav.motion.check.requirements import SATISFIED, judged
-    from safenav.motion.check.verdict import check_motion
+    from safenav.motion.check.verdict import examined
     from safenav.motion.file import parsed
     from safenav.trace.file import read_bytes
 
     motion = parsed(file.bytes(), file.name)
     runs = [read_bytes(each.bytes(), each.name) for each in traces]
     run = next((run for run in runs if run.digest == motion.header.trace), runs[0])
-    found = check_motion(motion, run)
+    found, tracked = examined(motion, run)
     # The signals of a motion that breaks rules are not reliable.
     judgements = [] if found else judged(motion, run, more, rate)
-    tracked = [] if found else trackings(motion, run)
     lines = [*broken(file.name, found)]
     if found and (more or run.header.scenario.requirements):
         lines.append("the requirements are not evaluated on a motion that breaks rules")

@@ -109,8 +109,7 @@ class Run(Struct):
         return tick, min(1.0, max(0.0, time - self.time(tick)) / span) if span > 0 else 0.0
 
     def stamp(self, tick: int) -> str:
-        """Return the time of a tick as the start of a line of the story: ``tick 12 ``, `` 12.3
-        s``."""
+        """Return the time of a tick, as a story line begins: ``tick 12  ``, ``   12.3 s``."""
         return f"tick {tick:<4}" if self.seconds is None else f"{self.seconds[tick]:>7.1f} s"
 
     # One moment.
@@ -151,8 +150,7 @@ class Run(Struct):
         return [*bits(self._views[key].mask(track.regions[tick]))]
 
     def stage(self, tick: int, fraction: float = 0.0) -> str:
-        """Return a tick in words, with the outcome at the last one: ``tick 46 of 46:
-        completed``."""
+        """Return a tick in words, the last one with the outcome: ``tick 46 of 46: completed``."""
         words = f"tick {tick} of {self.last}"
         if self.seconds is not None:
             words = f"{self._moment(tick, fraction):.1f} of {self.seconds[-1]:.1f} s"

@@ -361,8 +361,7 @@ def goals(team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = 
 
 
 def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Return the goals of a robot's own objective; on a duty only if its plan or strategy remembers
-    them."""
+    """Return the goals of a robot's own objective; on a duty only those that are remembered."""
     if on_own(team, state, i) or _remembers(team, i):
         robot, own = _begun(team, state, i), team.members[i].objective
         yield from _met(own, _counts(team, robot, i, own, robot.own, team.rounds, ticks))
@@ -449,16 +448,15 @@ def rounds(objective: Objective, count: Count) -> int:
 
 
 def _counted(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> State:
-    """Count the goals of the objective in force, and of its own. (A resolution, which ends a duty,
-    restarts rounds.)"""
+    """Count goals of a robot's own objective and of its ``duty``; a resolution restarts both."""
     robot, member = _begun(team, state, i), team.members[i]
     mine, own, task = robot.objective == member.objective, robot.own, robot.task
     if mine or _remembers(team, i):
         for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
             own = step[1]
-    if duty and not mine:
-        for step in _counts(team, robot, i, robot.objective, task, 1, ticks):
-            task = step[1]
+    other = duty and not mine
+    for step in _counts(team, robot, i, robot.objective, task, 1, ticks) if other else ():
+        task = step[1]
     robot = replace(robot, own=own, task=task, fresh=robot.fresh and robot.to is not None)
     same = robot == state.robots[i]
     return state if same else _robot(state, i, own=own, task=task, fresh=robot.fresh)

@@ -48,7 +48,7 @@ from safenav.fleet.transport import (
     Scanned,
 )
 from safenav.fleet.world import FleetWorld
-from safenav.motion.check.execution import trackings
+from safenav.motion.check.verdict import examined
 from safenav.motion.file import Foothold
 
 
@@ -322,7 +322,7 @@ def test_robots_follow_their_streams_until_these_end(
     drive = drive_in(world, plan, stations, tmp_path / "trace.jsonl")
     assert drive.trace.outcome is not None and drive.trace.outcome.outcome == "completed"
     assert drive.judged() == [] and check_trace(drive.lines).findings == ()
-    tracked = trackings(drive.motion, drive.trace)
+    tracked = examined(drive.motion, drive.trace)[1]
     assert [0 < each.off < 0.1 for each in tracked] == [True, True]
     regions = [places.region(*robots.places[name][:2]) for name in ("quad", "digit")]
     assert regions == [8, 14]

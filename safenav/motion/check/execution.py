@@ -19,7 +19,7 @@ from safenav.motion.check.examination import (
     outside,
 )
 from safenav.motion.check.walk import NEAR, Array
-from safenav.motion.file import GoalLine, Measured, Motion, Reset
+from safenav.motion.file import GoalLine, Measured, Reset
 from safenav.trace.file import Trace
 from safenav.trace.records import Act, Operator
 from safenav.trace.vocabulary import ActResult, MoveEnd
@@ -94,11 +94,6 @@ def check_execution(case: Examination) -> list[TrackingError]:
         found.append(TrackingError(name, driven, len(path.times), off, held))
     check_distances(case, {name: path.at for name, path in paths.items()}, measured=True)
     return found
-
-
-def trackings(motion: Motion, trace: Trace) -> list[TrackingError]:
-    """Return the tracking error of each driven robot, outside of its actions."""
-    return check_execution(Examination(motion, trace))
 
 
 def _acts(trace: Trace, name: str) -> Iterator[tuple[Act, float, float]]:

@@ -24,7 +24,7 @@ from safenav.motion.check.examination import (
     check_tracks,
     holdings,
 )
-from safenav.motion.check.execution import GOALS, check_execution
+from safenav.motion.check.execution import GOALS, TrackingError, check_execution
 from safenav.motion.check.order import check_order
 from safenav.motion.check.walk import NEAR
 from safenav.motion.columns import body_yaw
@@ -146,6 +146,9 @@ def _jumps(before: Curve | Moving, after: Curve | Moving) -> Iterator[str]:
             yield f"{what} is lost"
         elif (jump := dist(ended, start[what])) > NEAR:
             yield f"{what} jumps by {jump:.4f} {UNITS.get(what, 'm')}"
+    for what in sorted(start.keys() - end.keys()):
+        if what.endswith("in the air"):
+            yield f"{what} comes from nowhere"
 
 
 def _state(piece: Curve | Moving, *, last: bool) -> dict[str, tuple[float, ...]]:
@@ -251,8 +254,14 @@ def _place(piece: Moving, *, last: bool = False) -> tuple[float, ...]:
 def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
     """Return every broken rule, by time; none if the motion carries out the trace as docs/motion.md
     demands."""
+    return examined(motion, trace)[0]
+
+
+def examined(motion: file.Motion, trace: Trace) -> tuple[list[Finding], list[TrackingError]]:
+    """Return every broken rule, by time, and the tracking errors of driven robots, if none is
+    broken."""
     if found := mismatch(motion, trace):
-        return [Finding(0.0, "", "header", found)]
+        return [Finding(0.0, "", "header", found)], []
     case = Examination(motion, trace)
     for segment in motion.of(Segment):
         if any(swing.t1 <= swing.t0 for swing in segment.swings):
@@ -262,13 +271,14 @@ def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
             case.wrong(segment.t0 + t, segment.robot, rule, found)
     for name in case.pieces:
         check_flights(case, name)
-    if not case.findings:  # a motion that cannot be solved has no path to check
-        _paths(case)
-    return sorted(case.findings, key=lambda finding: finding.t)
+    # A motion that cannot be solved has no path to check.
+    tracked = [] if case.findings else _paths(case)
+    findings = sorted(case.findings, key=lambda finding: finding.t)
+    return findings, [] if findings else tracked
 
 
-def _paths(case: Examination) -> None:
-    """Check the rules for motions whose pieces are sound."""
+def _paths(case: Examination) -> list[TrackingError]:
+    """Check the rules for motions whose pieces are sound; return their tracking errors."""
     for name, robot in case.trace.robots.items():
         pieces = case.pieces[name]
         if case.motion.header.robots[name].get("driven") != GOALS:
@@ -281,4 +291,4 @@ def _paths(case: Examination) -> None:
     check_tracks(case)
     check_order(case)
     check_distances(case, {n: partial(case.places, n) for n, own in case.pieces.items() if own})
-    check_execution(case)
+    return check_execution(case)

@@ -98,7 +98,7 @@ class Recorder:
         """Record an event, the charges that it changes, and the deadlines that it keeps or
         passes."""
         self._record(before, event, after)
-        for i in self.team.charged:
+        for i in self.team.charged if after.robots is not before.robots else ():
             energy = self.team.members[i].energy
             assert energy is not None
             was, percent = (energy.battery.percent(s.robots[i].charge) for s in (before, after))
