@@ -255,7 +255,8 @@ class DiscPace(Pace):
         return PEAK * angle / TURNING
 
     def _resuming(self) -> float:
-        return self._glide(self._side / 2 - self._values["size"] / 2 - ROOM)
+        room = self._side / 2 - self._values["size"] / 2 - ROOM
+        return self._glide(max(0.0, room))  # one as large as its region acts in the middle
 
 
 class RoverPace(DiscPace):
