@@ -1,7 +1,6 @@
 """Check of a trace by the judge (docs/judge.md), for the commands and the library."""
 
-from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from io import BytesIO
 from pathlib import Path
 
@@ -12,20 +11,18 @@ from safenav.files import json_line, read_input
 from safenav.judge.engine import Finding, judge
 from safenav.judge.lines import NotATraceError
 from safenav.trace.file import Trace, as_data, read_bytes
-from safenav.trace.records import Arrive, Move, Push
 
 
 class CheckedTrace(Struct, frozen=True):
     """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off, for
-    example by a crash, and the result covers the existing part. ``statistics``: counts of its
-    lines; ``notes``: the parts that were not judged; ``strays``: steps that ended elsewhere than
-    commanded; ``hands``: changes by a user, an operator or the world."""
+    example by a crash, and the result covers the existing part. ``notes``: the parts that were not
+    judged; ``strays``: steps that ended elsewhere than commanded; ``hands``: changes by a user, an
+    operator or the world."""
 
     source: str
     outcome: str | None
     complete: bool
     findings: tuple[Finding, ...]
-    statistics: Mapping[str, int]
     notes: tuple[Finding, ...]
     strays: int
     hands: int
@@ -58,22 +55,5 @@ def checked(content: bytes, trace: Trace) -> CheckedTrace:
     except NotATraceError as error:
         raise InputError([Diagnostic(source, 0, 0, str(error))]) from error
     complete = found.outcome is not None and not trace.cut_off
-    counts = statistics(trace), tuple(found.notes), found.strays, found.hands
-    return CheckedTrace(source, found.outcome, complete, tuple(found.findings), *counts)
-
-
-def statistics(trace: Trace) -> dict[str, int]:
-    """Return counts of the lines of a trace. ``steps``: moves to another region."""
-    count = Counter(record.type for record in trace.records)
-    moves = [record for record in trace.records if isinstance(record, Move | Arrive)]
-    kinds = {"goals": "goal", "violations": "violation", "requests": "request"}
-    kinds |= {"resolved": "resolved", "blocked": "blocked", "syntheses": "synthesis"}
-    return {
-        "robots": len(trace.header.scenario.robots),
-        "ticks": max((move.tick for move in moves), default=0),
-        "moves": len(moves),
-        "steps": sum(not isinstance(one, Move) or one.from_ != one.to for one in moves),
-        **{name: count[kind] for name, kind in kinds.items()},
-        "deepest_stack": max((r.depth for r in trace.records if isinstance(r, Push)), default=0),
-        "ignored_lines": trace.ignored,
-    }
+    parts = tuple(found.findings), tuple(found.notes), found.strays, found.hands
+    return CheckedTrace(source, found.outcome, complete, *parts)

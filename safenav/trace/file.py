@@ -42,14 +42,12 @@ from safenav.trace.records import (
 
 class Trace(Struct, frozen=True):
     """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
-    ``ignored`` counts the notes of types that this version does not know; ``digest``: sha256 of
-    its file; ``first``: the text of its first line."""
+    ``digest``: sha256 of its file; ``first``: the text of its first line."""
 
     source: str
     header: Header
     records: tuple[Record, ...]
     cut_off: bool
-    ignored: int
     digest: str = ""
     first: bytes = b""
 
@@ -91,7 +89,7 @@ class Trace(Struct, frozen=True):
 def unstarted(scenario: Scenario) -> Trace:
     """Return the trace of a run of the scenario that has not begun."""
     header = Header(0, VERSION, safenav.__version__, scenario.recorded, "external")
-    return Trace(scenario.name, header, (), cut_off=False, ignored=0)
+    return Trace(scenario.name, header, (), cut_off=False)
 
 
 _DIAGNOSTIC_LIMIT = 20
@@ -141,7 +139,7 @@ def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
     assert reader.header is not None
     first, digest = content.lstrip().partition(b"\n")[0].strip(), sha256(content).hexdigest()
     records = tuple(reader.records)
-    return Trace(source, reader.header, records, cut_off, reader.ignored, digest, first)
+    return Trace(source, reader.header, records, cut_off, digest, first)
 
 
 def _is_json(content: bytes) -> bool:
@@ -177,7 +175,6 @@ class _Reader:
     def __init__(self) -> None:
         self.header: Header | None = None
         self.records: list[Record] = []
-        self.ignored = 0
         self._robots: set[str] = set()
         self._obstacles: set[str] = set()
 
@@ -203,10 +200,8 @@ class _Reader:
             raise WrongError("a second header: a trace holds one run")
         elif found := note_flaw(data, kind, fact=kind in KINDS and not KINDS[kind].note):
             raise WrongError(found)
-        elif kind in KINDS:
+        elif kind in KINDS:  # a note of another type is skipped
             self._add(_converted(number, KINDS[kind], data))
-        else:
-            self.ignored += 1
 
     def _begin(self, number: int, data: dict[str, Any]) -> None:
         if data["type"] != Header.type:
