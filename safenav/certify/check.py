@@ -107,7 +107,7 @@ def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
 _GROUPS = (
     ("Run", ("outcome", "moves", "apart")),
     ("Strategies", ("keeps",)),
-    ("Proven impossible", ("unrealizable", "never", "lost", "operator")),
+    ("Proven impossible", ("unrealizable", "never", "lost")),
     ("Changes and failed assumptions", ("world", "changed", "broken")),
 )
 """Groups of claims: heading, kinds."""

@@ -207,16 +207,14 @@ class Evidence:
     file."""
 
     def __init__(self, files: Mapping[str, Any]) -> None:
-        self.files, self.named, self.last = files, set[str](), ""
+        self.files, self.named = files, set[str]()
         self.claims: list[dict[str, Any]] = []
         self.drives: dict[str, Drive] = {}
         self.tasks: dict[str, Task] = {}  # by the file of their proofs
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
         self.proven = set[int]()  # lines whose negatives follow from these
         self.plan: Plan | None = None
-        self.moves = self.followed = self.plans = 0
-        self.broken = False
-        self.begun = False  # some plan was made while a robot was in transit
+        self.plans = self.broken = False
 
     def rules(self) -> list[Rule]:
         """Return the rules, for one trace."""
@@ -244,7 +242,6 @@ class Evidence:
 
     def json(self, path: str) -> Any:
         require(path in self.files, f"{path} is missing")
-        self.last = path
         return read_json(self.files[path].read_bytes())
 
     def claim(self, kind: str, e: Line | None, text: str, *files: str) -> None:
@@ -335,8 +332,7 @@ class Evidence:
     def apart(self, e: Line, s: State) -> None:
         """No two rivals ever meet: they follow plans, whose orders keep them apart."""
         if e.kind == "plan":
-            self.plan, self.plans = plan_of(e, s), self.plans + 1
-            self.begun |= any(robot.bound is not None for robot in s.robots.values())
+            self.plan, self.plans = plan_of(e, s), True
         else:
             self.plan = None
 
@@ -366,7 +362,7 @@ class Evidence:
             return  # the step was judged at its departure
         side = s.world.side(robot.pose[0], step.to) if robot.faces else None
         after = robot.pose if step.to == robot.pose[0] else (step.to, side)
-        goes, self.moves = after != robot.pose, self.moves + 1
+        goes = after != robot.pose
         if by == "plan" and goes:
             require(self.plan, f"{e.robot} moves by a plan, but none is in force")
             assert self.plan is not None
@@ -390,7 +386,6 @@ class Evidence:
             fits = {n for n in fits if e.node in (None, n)}
             goals = sorted({str(drive.task.poses[n]) for n in answers})
             require(fits, f"{e.robot} goes to {after}, but its strategy goes to {goals}")
-            self.followed += 1
         require(fits or by != "backtrack" or not goes, f"{e.robot} backs up against its strategy")
         drive.nodes = fits
 
@@ -399,8 +394,6 @@ class Evidence:
         if e.kind == "blocked" and e.reason in ("no_capable_robot", "unresolvable"):
             kind, region = e.obstacle.partition("@")[0], s.obstacles[e.obstacle].region
             self.claim("never", e, f"No robot can ever resolve {kind}@{_word({region}, s)}.")
-        elif e.kind == "blocked" and e.reason == "operator":
-            self.claim("operator", e, f"An operator has declared {e.obstacle} permanent.")
         elif e.kind == "deadline" and e.verdict == "lost" and e.of in s.obstacles:
             what = f"{e.of} cannot be resolved by tick {e.due}, when it is due"
             self.claim("lost", e, f"{what}, whatever the robots do.")
@@ -418,17 +411,12 @@ class Evidence:
         """Add the claims about the whole run."""
         but = f" but {strays}, which ended elsewhere than commanded," if strays else ""
         what = f"All moves{but} are legal: no wall, unresolved obstacle or collision."
-        rest = "; in the others the robots stay, back up or follow a joint plan"
-        rest = rest if self.followed < self.moves else ""
-        counts = f"Of {self.moves} moves {self.followed} follow strategies{rest}."
-        self.claim("moves", None, f"{what} {counts}")
+        by = "Each follows a strategy or a joint plan, stays, or backs up from an obstacle."
+        self.claim("moves", None, f"{what} {by}")
         if self.plans:
-            several = (
-                f"each of the {self.plans} joint plans" if self.plans > 1 else "the joint plan"
-            )
-            what = f"{several} keeps its robots apart, however long their steps take"
-            what += ", once those have ended that began before it" if self.begun else ""
-            self.claim("apart", None, f"Rivals never meet: {what}.")
+            what = "each joint plan keeps its robots apart, however long their steps take"
+            began = "once the steps that began before it have ended"
+            self.claim("apart", None, f"Rivals never meet: {what}, {began}.")
         if hands:
             self.claim("changed", None, f"A user, an operator or the world made {hands} changes.")
 
