@@ -54,7 +54,7 @@ quick: install lint ## lint, types and unit tests, in under a minute
 
 golden: install ## rewrite the transcripts of commands: review the diff
 	SAFENAV_GOLDEN=1 $(BIN)/pytest -q tests/cli/test_transcripts.py tests/report/test_transcripts.py tests/slugs/test_command.py \
-	  tests/explain/test_commands.py tests/scenario/test_documentation.py tests/traces/test_records.py
+	  tests/explain/test_commands.py tests/cli/test_export_bag.py tests/motion/test_motion.py tests/scenario/test_documentation.py tests/traces/test_records.py
 
 install: $(VENV)/.installed
 

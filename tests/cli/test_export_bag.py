@@ -12,6 +12,8 @@ import pytest
 
 from cli.conftest import Command
 from once import ROOT, trace_of_shipped
+from support.damage import GOOD, text
+from support.transcripts import golden
 
 Bag = dict[str, list[tuple[float, Any]]]
 """Topic -> (seconds, message) of every message, all of them deserialized by the definitions that
@@ -135,6 +137,22 @@ def test_foxglove_gets_bodies_names_and_the_plan(
     kinds = {m.ns: m.type for m in drawn if m.action == 0}  # of visualization_msgs/Marker
     shapes = {"bodies": 3, "headings": 0, "names": 9, "places": 9, "targets": 6, "ways": 4}
     assert kinds == shapes
+
+
+def test_the_messages_of_a_bag_stay_the_same(exported: Export, tmp_path: Path) -> None:
+    """The first two and the last one of each topic, and the texts and times of the others."""
+    found = []
+    for name in ("door", "planned"):
+        header, *more = GOOD[name]()
+        header["scenario"]["map"] |= {"names": {"dock": 7}, "areas": {"hall": [8, 10]}}
+        (tmp_path / "run.jsonl").write_text("\n".join(text([header, *more])) + "\n")
+        for topic, sent in sorted(exported("run.jsonl", "--side", "0.5").items()):
+            for number, (seconds, message) in enumerate(sent):
+                whole = number in (0, 1, len(sent) - 1)
+                shown = values(message) if whole else getattr(message, "msg", "")
+                short = re.sub(r"\w+__msg__|, __msgtype__='[^']*'|\s+", " ", shown)
+                found.append(f"{topic} {seconds:g}: {short.strip()}")
+    golden("\n".join(found) + "\n", Path(__file__).with_name("bag.txt"))
 
 
 def test_robots_are_at_the_positions_of_the_motion(

@@ -17,6 +17,7 @@ from motion.runs import findings, live_trace, motion, moved, played, written
 from once import SCENARIOS, beside, from_yaml, trace_of_shipped
 from report.runs import data_of, paged
 from safenav import InputError, UsageError, check_motion, load_scenario_text, motion_of, read_trace
+from support.transcripts import golden, rounded
 from warm import safenav
 
 Line = dict[str, Any]
@@ -158,6 +159,22 @@ def test_a_live_trace_that_no_motion_can_follow_is_refused(
 
     with pytest.raises(InputError, match=found):
         motion_of(read_trace(changed(change, tmp_path)))
+
+
+def test_the_motion_of_each_kind_of_robot_stays_the_same(tmp_path: Path) -> None:
+    """In its file, its waypoints, its columns and a simulated flight."""
+    trace = trace_of(beside(__file__, "scenarios/kinds.yaml"), tmp_path)
+    header, *lines = accepted(trace)
+    told = [{key: header[key] for key in header.keys() - {"trace", "safenav"}}, *lines]
+    told = [json.dumps(rounded(line), sort_keys=True) for line in told]
+    motion = tmp_path / "t.motion.jsonl"
+    told += [",".join(row.values()) for row in exported(trace, motion, form="csv")]
+    columns = exported(trace, motion, "--rate", "10")
+    told += [f"{name}: {rounded(columns[name][::33].tolist())}" for name in columns]
+    (track,) = of(lines_of(moved(trace, tmp_path, "--track")), "track")
+    told += [str(rounded(row, 3)) for row in track["rows"][::100]]
+    text = "\n".join(told).replace("-3.14159", "3.14159")  # the same direction
+    golden(text + "\n", Path(__file__).with_name("kinds.txt"))
 
 
 def test_unknown_lines_and_fields_of_a_motion_are_ignored(tmp_path: Path) -> None:

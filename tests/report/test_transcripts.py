@@ -2,7 +2,6 @@
 picture. ``make golden`` rewrites the files in ``transcripts/``: review the difference."""
 
 import json
-import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from report.runs import TOLD, data_of, page_of, picture_of, run_of, story_of
+from support.transcripts import golden
 
 TRANSCRIPTS = Path(__file__).with_name("transcripts")
 
@@ -38,13 +38,6 @@ def _picture(name: str, folder: Path) -> str:
     return picture_of(name, folder, "--at", str(at)).read_text(encoding="utf-8")
 
 
-def _golden(found: str, name: str) -> None:
-    file = TRANSCRIPTS / name
-    if os.environ.get("SAFENAV_GOLDEN"):
-        file.write_text(found, encoding="utf-8")
-    assert found == file.read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize("name", TOLD)
 def test_the_story_page_and_picture_of_a_run_stay_the_same(name: str, tmp_path: Path) -> None:
     """Of some the whole picture: open it to review targets, intentions, names, loads, exclusions,
@@ -54,6 +47,7 @@ def test_the_story_page_and_picture_of_a_run_stay_the_same(name: str, tmp_path: 
     words = [element.text or "" for element in texts]
     lines = [*story_of(name).splitlines(), "", *_page(name), "", *words]
     plain = re.sub(r" in \d[\d.]* (ms|s)\b| in under 1 ms|, from the cache", "", "\n".join(lines))
-    _golden(re.sub(r"\(.*? summed\), .*? total", "(...)", plain) + "\n", f"{name}.txt")
-    if (TRANSCRIPTS / f"{name}.svg").exists():
-        _golden(picture, f"{name}.svg")
+    plain = re.sub(r"\(.*? summed\), .*? total", "(...)", plain) + "\n"
+    golden(plain, TRANSCRIPTS / f"{name}.txt")
+    if (drawn := TRANSCRIPTS / f"{name}.svg").exists():
+        golden(picture, drawn)

@@ -11,6 +11,7 @@ import shlex
 import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 Run = Callable[[list[str], Mapping[str, str]], tuple[int, str]]
 """Runs a command with more variables; returns its exit status and all its output."""
@@ -61,13 +62,25 @@ def played(script: str, folder: Path, run: Run) -> str:
 
 def check(file: Path, folder: Path, run: Run) -> None:
     """Assert that the commands of a transcript print what it says, or rewrite it."""
-    script = file.read_text(encoding="utf-8")
-    found = played(script, folder, run)
+    found = played(file.read_text(encoding="utf-8"), folder, run)
     assert "Traceback" not in found and "a defect of safenav" not in found, found
+    golden(found, file)
+
+
+def golden(found: str, file: Path) -> None:
+    """Assert that a file has this text, or rewrite it."""
     if os.environ.get("SAFENAV_GOLDEN"):
         file.write_text(found, encoding="utf-8")
-    else:
-        assert found == script
+    assert found == file.read_text(encoding="utf-8")
+
+
+def rounded(data: Any, digits: int = 5) -> Any:
+    """Return data with rounded numbers: the last digits depend on the machine."""
+    if isinstance(data, float):
+        return round(data, digits) + 0.0  # no negative zero
+    if isinstance(data, dict):
+        return {key: rounded(value, digits) for key, value in data.items()}
+    return [rounded(each, digits) for each in data] if isinstance(data, list) else data
 
 
 def helps() -> dict[str, str]:
