@@ -117,41 +117,47 @@ def _start(path: Path) -> None:
 
 
 def serve(number: int) -> None:
-    """Fork for each connection, until the test run has ended."""
+    """Fork for each request, until the test run has ended, and send what became of it."""
     if os.fork():
         os._exit(0)
     running = (Path(os.environ[FOLDER]) / RUNNING).open()
     _import_everything()
     listening = socket.socket(fileno=number)
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # ended children leave nothing
+    woken, waking = socket.socketpair()  # a child has ended
+    for each in (woken, waking):
+        each.setblocking(False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    signal.set_wakeup_fd(waking.fileno(), warn_on_full_buffer=False)
+    children = dict[int, socket.socket]()
     while True:
-        if select.select([listening], [], [], PAUSE)[0]:
+        ready = select.select([listening, woken], [], [], PAUSE)[0]
+        if woken in ready:
+            woken.recv(LONGEST)
+            _report(children)
+        if listening in ready:
             connection, _ = listening.accept()
-            if not os.fork():
-                listening.close()
-                running.close()
-                _serve(connection)
-            connection.close()
+            asked, files, _, _ = socket.recv_fds(connection, LONGEST, 3)
+            if not (child := os.fork()):
+                signal.set_wakeup_fd(-1)
+                signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+                for held in (running, listening, woken, waking, connection, *children.values()):
+                    held.close()
+                _become(json.loads(asked), files)
+            for file in files:
+                os.close(file)
+            children[child] = connection
+            with contextlib.suppress(BrokenPipeError):
+                connection.send(str(child).encode())
         with contextlib.suppress(BlockingIOError):
             fcntl.flock(running, fcntl.LOCK_SH | fcntl.LOCK_NB)
             os._exit(0)
 
 
-def _serve(connection: socket.socket) -> NoReturn:
-    """Fork for the request of a connection."""
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    asked, files, _, _ = socket.recv_fds(connection, LONGEST, 3)
-    child = os.fork()
-    if not child:
-        connection.close()
-        _become(json.loads(asked), files)
-    for file in files:
-        os.close(file)
-    with contextlib.suppress(BrokenPipeError):
-        connection.send(str(child).encode())
-        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        connection.send(str(status).encode())
-    os._exit(0)
+def _report(children: dict[int, socket.socket]) -> None:
+    """Send the exit statuses of the commands that have ended."""
+    while children and (ended := os.waitpid(-1, os.WNOHANG))[0]:
+        with children.pop(ended[0]) as connection, contextlib.suppress(BrokenPipeError):
+            connection.send(str(os.waitstatus_to_exitcode(ended[1])).encode())
 
 
 def _become(asked: Mapping[str, Any], files: list[int]) -> NoReturn:
