@@ -280,14 +280,14 @@ def of_motion(
     """Judge a motion against its trace (if none of the traces is its own, against the first), then
     the requirements of the scenario and ``more``."""
     from safenav.motion.check.requirements import SATISFIED, judged
-    from safenav.motion.check.verdict import examined
+    from safenav.motion.check.verdict import check_motion
     from safenav.motion.file import parsed
     from safenav.trace.file import read_bytes
 
     motion = parsed(file.bytes(), file.name)
     runs = [read_bytes(each.bytes(), each.name) for each in traces]
     run = next((run for run in runs if run.digest == motion.header.trace), runs[0])
-    found, tracked = examined(motion, run)
+    found = check_motion(motion, run)
     # The signals of a motion that breaks rules are not reliable.
     judgements = [] if found else judged(motion, run, more, rate)
     lines = [*broken(file.name, found)]
@@ -296,9 +296,9 @@ def of_motion(
     if not found:
         robots, seconds = counted(len(motion.header.robots), "robot"), motion.outcome.makespan
         lines.append(f"{file.name}: no rule broken in {seconds:.1f} s of {robots}")
-    lines += [str(one) for one in (*tracked, *judgements)]
+    lines += map(str, judgements)
     good = not found and all(one.verdict == SATISFIED for one in judgements)
-    data = {"ok": good, "findings": to_builtins(found), "execution": to_builtins(tracked)}
+    data = {"ok": good, "findings": to_builtins(found)}
     return JudgedFile(
         options.code_of(good), data | {"requirements": [one.data() for one in judgements]}, lines
     )

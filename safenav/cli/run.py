@@ -176,7 +176,6 @@ def drive(
     *,
     fleet: Annotated[options.InputFile, "The fleet file (docs/drive.md)."],
     trace: options.Trace,
-    motion: Annotated[options.Lines, "Write the motion commanded and measured."],
     rehearse: Annotated[bool, "Simulate the run; no robot moves."],
     begun: Annotated[options.InputOption, "--resume TRACE", "Continue this drive of SCENARIO."],
     operator: options.Operator,
@@ -190,7 +189,6 @@ def drive(
     robots' own navigation drives them there."""
     from safenav.fleet.file import load_fleet, side_of
     from safenav.fleet.robots import unserved
-    from safenav.fleet.transport import DriveRecording
     from safenav.fleet.world import fleet_world
     from safenav.scenario.lint import imprecise, oversized
 
@@ -201,40 +199,29 @@ def drive(
         if not rehearse and before.header.world == "simulated":
             raise UsageError(f"{begun}: no real robot has run it; add --rehearse")
         first = _continued(before, plan)
-    if motion is not None and rehearse:
-        hint = "use safenav export TRACE --motion FILE"
-        raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")
-    if motion is not None and begun is not None:
-        raise UsageError(f"--motion: {begun} has no motion before its checkpoint; omit it")
     stations = load_fleet(fleet, plan)
     side = side_of(plan.map)
     tolerances = {name: station.off(side) for name, station in stations.stations.items()}
     sizes = (*oversized(plan), *imprecise(plan, tolerances))
     warn_of([*plan.map.notes, *sizes, *unserved(plan, stations)])
-    moves = None if motion is None else DriveRecording()
 
     @contextmanager
     def connected() -> Iterator[FleetWorld]:
         begins = plan if first is None else first.standing(plan)
-        with closing(fleet_world(begins, stations, moves)) as world:
+        with closing(fleet_world(begins, stations)) as world:
             world.open(patience)
             yield world
 
-    def moved(played: Trace, mission: Mission, world: FleetWorld) -> Motion:
-        from safenav.fleet.driven import driven_motion
-
-        return driven_motion(played, world, stations.stations, mission.began)
-
     plan = replace(plan, failures=stations.failures)
-    files = Files(scenario, trace, None, motion, as_json, maps)
+    files = Files(scenario, trace, as_json=as_json, maps=maps)
     if not live:
-        return _executed(plan, files, operator, first, None if rehearse else connected, moved)
+        return _executed(plan, files, operator, first, None if rehearse else connected)
     from safenav.studio.server import LiveView
 
     with LiveView(plan) as view:
         click.echo(f"live: {view.address}", err=True)
         drives = None if rehearse else connected
-        status = _executed(plan, files, operator, first, drives, moved, [view])
+        status = _executed(plan, files, operator, first, drives, [view])
         signal.signal(signal.SIGINT, signal.default_int_handler)
         view.wait()
     return status
@@ -266,12 +253,10 @@ def _executed(
     operator: bool,
     begun: Resumption | None = None,
     connected: Callable[[], AbstractContextManager[FleetWorld]] | None = None,
-    moved: Callable[[Trace, Mission, FleetWorld], Motion] | None = None,
     views: Sequence[Listener] = (),
 ) -> int:
     """Run a scenario, write and print the events; return the exit code. ``begun``: the run that it
-    continues; ``connected``: the world of real robots, and ``moved``, which returns their
-    motion."""
+    continues; ``connected``: the world of real robots."""
     if files.motion is not None:  # refuse robots without a motion before one moves
         from safenav.motion.making import check_movable
 
@@ -320,11 +305,8 @@ def _executed(
             from safenav.motion.making import motion_of
 
             played = read_trace(trace)
-            if world is None or moved is None:
-                made = motion_of(played)
-                unmet = _unmet(made, played)
-            else:
-                made = moved(played, mission, world)
+            made = motion_of(played)
+            unmet = _unmet(made, played)
             write_out(files.motion, text_of(made))
     return _reported(mission, ledger, files, unmet, advice=begun is None)
 

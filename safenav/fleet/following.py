@@ -13,14 +13,13 @@ from copy import copy
 from math import hypot
 from threading import RLock
 
-from msgspec import Struct, field
-from msgspec.structs import replace
+from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.fleet import transport
 from safenav.fleet.file import Station
 from safenav.fleet.setpoints import YAW, Setpoints, reference_of
-from safenav.motion.file import Moving, Reset
+from safenav.motion.file import Moving
 from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.making import mover
 from safenav.motion.mover import Glider, Mover
@@ -34,32 +33,18 @@ advance."""
 
 
 class Follower(Struct):
-    """A robot that follows references. ``plan``: all sent pieces that were not cut off, on the
-    clock of the world and in the frame of the map, without gaps; ``resets``: the times at which the
-    plan jumps to the measured position, or ends (``gone``), since nothing more was sent; ``goal``
+    """A robot that follows references. ``mover``: its plan, on the clock of the world and in the
+    frame of the map; ``gone``: it has left its plan, and none leads on from where it is; ``goal``
     and ``action``: the numbers of its goal and its action, if any."""
 
     name: str
     mover: Mover
     tolerance: float
-    plan: list[Moving] = field(default_factory=list)
-    resets: list[Reset] = field(default_factory=list)
     reference: Setpoints | None = None
     goal: int | None = None
     action: int | None = None
     gone: bool = False
     place: transport.Located | None = None
-
-    def end_plan(self, now: float) -> None:
-        """Discard the plan from a time on. The piece under way ends there; a robot that has
-        completed its last one rests until then, unless its plan has ended."""
-        kept = [piece for piece in self.plan if piece.t0 < now]
-        if kept and kept[-1].t1 > now:
-            kept[-1] = replace(kept[-1], t1=now)
-        elif kept and kept[-1].t1 < now and not self.gone:
-            self.mover.time = kept[-1].t1
-            kept += self.mover.rest(0, now)
-        self.plan = kept
 
 
 class Following:
@@ -157,8 +142,8 @@ class Following:
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
         """Return a follower's motion to its own or an adjacent region; empty if there is none."""
-        self._rest(follower)
         body = follower.mover
+        body.time = max(body.time, self.now() + LEAD)
         if to == body.region:
             return body.resume(0) or body.rest(0, body.time + LEAD)
         floor = body.floor
@@ -172,16 +157,7 @@ class Following:
         first = body.resume(0) if rover else []  # it drives straight on
         return [*first, *body.move(0, to, short=short), *body.halt(0)]
 
-    def _rest(self, follower: Follower) -> None:
-        """Fill the plan up to a moment from now with rest."""
-        begin, body = self.now() + LEAD, follower.mover
-        if not follower.plan:
-            body.time = max(body.time, begin)
-        elif body.time < begin:
-            follower.plan += body.rest(0, begin)
-
     def _send(self, follower: Follower, pieces: list[Moving]) -> None:
-        follower.plan += pieces
         frame = self._places.frame
         follower.reference = reference_of(pieces, follower.mover.values, frame)
         self._inner.follow(follower.name, follower.reference)
@@ -198,9 +174,8 @@ class Following:
 
     def _reset(self, follower: Follower, at: transport.Located, reason: str) -> str:
         """Restart the plan at the measured position, at rest; return why that is impossible."""
-        body, now = follower.mover, self.now()
+        body = follower.mover
         region = self._places.region(at.x, at.y)
-        follower.end_plan(now)
         east, north = self._places.frame.on_map(at.x, at.y)
         facing = at.yaw - self._places.frame.yaw
         refused = ""
@@ -215,12 +190,9 @@ class Following:
             if off > follower.tolerance:
                 body.region, body.heading = before
                 refused = f"{reason}, {off:.2f} m from where its footsteps begin"
-        if not (refused and follower.gone):
-            reset = Reset(follower.name, now, east, north, facing, refused or reason)
-            follower.resets.append(reset)
         follower.gone = bool(refused)
         if not refused:
-            body.time = now
+            body.time = self.now()
         return refused
 
     # Messages

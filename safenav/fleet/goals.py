@@ -9,7 +9,7 @@ from safenav.errors import UsageError, missing_package
 from safenav.fleet.file import Station
 from safenav.fleet.robots import STALE, DrivenRobot, FleetTask, Phase
 from safenav.fleet.sensing import Sensing
-from safenav.fleet.transport import DriveRecording, GoalEnd, GoalEnded, GoalPoint, Places, Transport
+from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Places, Transport
 from safenav.runtime.worlds import protocol
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Frame, Region
@@ -50,11 +50,9 @@ class Goals:
         scenario: Scenario,
         stations: Mapping[str, Station],
         transport: Transport,
-        recording: DriveRecording | None = None,
     ) -> None:
         self.scenario = scenario
         self.places = Places(scenario.map, frame_of(scenario))
-        self.recording = recording
         self.following: Following | None = None
         if any(station.follow is not None for station in stations.values()):
             try:
@@ -114,8 +112,6 @@ class Goals:
         task.due = task.sent + SETTLING + body.station.timeout * far / body.station.speed
         short = task.phase is Phase.GOING and self.sensing.at(pose.region) is not None
         goal = GoalPoint(task.goal, x, y, self.places.yaw(pose), short)
-        if self.recording is not None and body.robot.name not in self.followers:
-            self.recording.sent(body.robot.name, goal, self.transport.now())
         self.transport.navigate(body.robot.name, goal)
         task.due = max(task.due, self.now() + SETTLING + self._seconds_left(body))
 

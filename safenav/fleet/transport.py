@@ -12,7 +12,7 @@ from enum import StrEnum
 from math import atan2, floor, hypot, pi
 from typing import TYPE_CHECKING, Protocol
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from safenav.pace.robot import YAW
 from safenav.trace.vocabulary import ActResult
@@ -196,41 +196,3 @@ def result_of(success: bool, text: str) -> ActResult:
     if word in set(ActResult):
         return ActResult(word)
     return ActResult.DONE if success else ActResult.FAILED
-
-
-class SentGoal(Struct):
-    """A goal of a robot that navigates by itself; ``ended``: None while it is under way."""
-
-    robot: str
-    goal: GoalPoint
-    begun: float
-    ended: float | None = None
-    end: str = "replaced"
-
-
-class DriveRecording(Struct):
-    """Recording of a drive. ``places``: odometry of each robot with the time of reception, in that
-    order."""
-
-    places: dict[str, list[tuple[float, Located]]] = field(default_factory=dict)
-    goals: list[SentGoal] = field(default_factory=list)
-
-    def sent(self, robot: str, goal: GoalPoint, now: float) -> None:
-        """Record a goal that replaces the present one of a robot."""
-        before = self._newest(robot)
-        if before is not None and before.ended is None:
-            before.ended = now
-        self.goals.append(SentGoal(robot, goal, now))
-
-    def heard(self, message: Message, now: float) -> None:
-        """Record a message on reception, in the transport's thread, so that a computing mission
-        does not delay it."""
-        if isinstance(message, Located):
-            self.places.setdefault(message.robot, []).append((now, message))
-        elif isinstance(message, GoalEnded):
-            sent = self._newest(message.robot)
-            if sent is not None and sent.goal.number == message.number and sent.ended is None:
-                sent.ended, sent.end = now, message.end.value
-
-    def _newest(self, robot: str) -> SentGoal | None:
-        return next((goal for goal in reversed(self.goals) if goal.robot == robot), None)

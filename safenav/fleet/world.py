@@ -33,9 +33,8 @@ class FleetWorld:
         scenario: Scenario,
         stations: Mapping[str, Station],
         middleware: transport.Transport,
-        recording: transport.DriveRecording | None = None,
     ) -> None:
-        self.goals = Goals(scenario, stations, middleware, recording)
+        self.goals = Goals(scenario, stations, middleware)
         self.now = self.goals.now
         self._bodies, self._sensing = self.goals.bodies, self.goals.sensing
         self._places = self.goals.places
@@ -226,8 +225,6 @@ class FleetWorld:
     # Messages
 
     def _heard(self, message: transport.Message) -> None:
-        if self.goals.recording is not None:
-            self.goals.recording.heard(message, self.goals.transport.now())
         self._messages.put((self.now(), message))
 
     def _take_next(self, pause: float) -> None:
@@ -394,22 +391,18 @@ class FleetWorld:
                 self._send_if_clear(body, task)
 
 
-def fleet_world(
-    scenario: Scenario, fleet: FleetFile, recording: transport.DriveRecording | None = None
-) -> FleetWorld:
-    """Return the world, not yet open; ``recording`` takes what is sent and measured.
-
-    Raises UsageError if the transport's library is missing."""
+def fleet_world(scenario: Scenario, fleet: FleetFile) -> FleetWorld:
+    """Return the world, not yet open. Raises UsageError if the transport's library is missing."""
     stations = fleet.stations
     frame_of(scenario)
     if fleet.transport is TransportKind.SIMULATION:
         from safenav.fleet.lab.simulation import SimulationTransport
 
         simulated = SimulationTransport(scenario, stations, fleet.simulation)
-        return FleetWorld(scenario, stations, simulated, recording)
+        return FleetWorld(scenario, stations, simulated)
     try:
         from safenav.fleet.ros2.transport import Ros2Transport
     except ImportError as error:
         raise missing_package("transport ros2", "cyclonedds", "ros2") from error
     robots = Ros2Transport(fleet.network, stations, fleet.inputs)
-    return FleetWorld(scenario, stations, robots, recording)
+    return FleetWorld(scenario, stations, robots)

@@ -40,41 +40,12 @@ def times_of(motion: file.Motion, rate: float) -> Array:
     return np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
 
 
-def columns_at(motion: file.Motion, robot: str, times: Array, *, planned: bool = False) -> Columns:
-    """Return the columns of one robot at ascending times, in the map's frame, by its measurements
-    if there are any; ``planned``: by its plan."""
+def columns_at(motion: file.Motion, robot: str, times: Array) -> Columns:
+    """Return the columns of one robot at ascending times, in the map's frame."""
     columns = sampled(motion.of(file.Moving, robot), times, motion.header.robots[robot])
     for track in motion.of(file.FlownTrack, robot):
         columns = _tracked(track, times, columns)
-    return columns if planned else _executed(motion, robot, times, columns)
-
-
-def _executed(motion: file.Motion, robot: str, times: Array, columns: Columns) -> Columns:
-    """Return the columns of a robot by its measurements: its whole body is moved and turned by the
-    deviation of its middle from the plan; accelerations and the centre of pressure stay planned."""
-    heard = (row for line in motion.of(file.Measured, robot) for row in line.rows)
-    rows = np.array([(row.t, row.x, row.y, row.yaw) for row in heard])
-    if not len(rows):
-        return columns
-    measured = {
-        name: np.interp(times, rows[:, 0], values)
-        for name, values in zip(
-            ("x", "y", "yaw"), (*rows[:, 1:3].T, np.unwrap(rows[:, 3])), strict=True
-        )
-    }
-    found = dict(columns)
-    for axis in ("x", "y"):
-        off = measured[axis] - columns[axis]
-        for name in (axis, f"left_{axis}", f"right_{axis}"):
-            if name in columns:
-                found[name] = columns[name] + off
-        if len(times) > 1:
-            found[f"vel_{axis}"] = np.gradient(measured[axis], times)
-    found["yaw"] = measured["yaw"]
-    if not motion.of(file.Moving, robot):
-        height = motion.header.robots[robot].get("altitude", 0.0)
-        found["z"] = np.full_like(times, height if isinstance(height, int | float) else 0.0)
-    return found
+    return columns
 
 
 def sampled(pieces: Sequence[file.Moving], times: Array, limits: Mapping[str, object]) -> Columns:
@@ -216,7 +187,7 @@ def report_of(motion: file.Motion) -> str:
             west, south, east, north = floor.corridor(piece.origin, piece.to)
             rims = (x - west, east - x, y - south, north - y)
             room = min(room, *(float(rim[inside].min(initial=inf)) for rim in rims))
-        crossing = [p for p in (*pieces, *motion.of(file.GoalLine, name)) if p.origin != p.to]
+        crossing = [piece for piece in pieces if piece.origin != piece.to]
         lines.append(
             f"{name:15s} {sum(piece.t1 - piece.t0 for piece in crossing):7.1f}  "
             f"{sum(action.t1 - action.t0 for action in motion.of(file.Action, name)):9.1f}  "

@@ -39,9 +39,7 @@ FootState = tuple[float, float, float, float, float, float, float, float, float]
 class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
     """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of the
     map's south-western corner in the world; ``robots``: for each the ``kind`` of its motion, its
-    parameters and its limits; of a physical robot also how it is ``driven`` (``setpoints`` or
-    ``goals``), its ``tolerance`` in metres and the maximum time between two measurements (``gap``,
-    seconds); ``motion``: the version of the format."""
+    parameters and its limits; ``motion``: the version of the format."""
 
     motion: int = VERSION
     trace: str
@@ -119,8 +117,9 @@ class PressurePhase(Struct, frozen=True, array_like=True):
     to_y: float
 
 
-class Piece(Struct, frozen=True):
-    """Fields of all pieces of motion."""
+class Moving(Struct, frozen=True):
+    """A piece of motion, which defines its robot's position at every instant; successive ones leave
+    no gaps."""
 
     robot: str
     tick: int
@@ -129,12 +128,6 @@ class Piece(Struct, frozen=True):
     to: int
     t0: float
     t1: float
-
-
-class Moving(Piece, frozen=True):
-    """A piece that defines its robot's position at every instant; successive ones leave no gaps. In
-    a drive, a piece that a robot has left at a reset, or that the run has not awaited, lasts longer
-    than from ``t0`` to ``t1``."""
 
 
 class Segment(Moving, frozen=True, tag="segment"):
@@ -163,47 +156,6 @@ class Flight(Moving, frozen=True, tag="flight"):
     """A flyer's reference, or the path of a disc or a rover."""
 
     parts: Annotated[tuple[Curve, ...], SOME] = field(name="curves")
-
-
-class GoalLine(Piece, frozen=True, tag="goal"):
-    """A robot that navigates itself was sent to a pose (``yaw`` null: any direction) at ``t0``; the
-    command ended at ``t1``: ``end`` is ``succeeded``, ``aborted``, ``canceled``, ``rejected``,
-    ``unreachable`` or, if another command came first, ``replaced``."""
-
-    x: float
-    y: float
-    yaw: float | None
-    end: str
-
-
-class Measurement(Struct, frozen=True, array_like=True):
-    """Position of a robot by odometry: received at ``t``, ``stamp`` in seconds of the robot's own
-    clock."""
-
-    t: float
-    stamp: float
-    x: float
-    y: float
-    yaw: float
-
-
-class Measured(Struct, frozen=True, tag="measured"):
-    """The measurements of a robot, in the order of their reception."""
-
-    robot: str
-    rows: tuple[Measurement, ...]
-
-
-class Reset(Struct, frozen=True, tag="reset"):
-    """A robot has lost its reference: its plan continues at rest from its measured position, or
-    ends there if no command followed."""
-
-    robot: str
-    t: float
-    x: float
-    y: float
-    yaw: float
-    reason: str
 
 
 TrackRow = Annotated[Numbers, Meta(min_length=14, max_length=14)]
@@ -254,13 +206,10 @@ class MotionOutcome(Struct, frozen=True, tag="outcome"):
     makespan: Annotated[float, Meta(ge=0, le=LONGEST)]
 
 
-Line = Moving | GoalLine | Measured | Reset | FlownTrack | Reserve | Release | Action
+Line = Moving | FlownTrack | Reserve | Release | Action
 TYPES: Mapping[object, type[Struct]] = {
     kind.__struct_config__.tag: kind
-    for kind in (
-        *(MotionHeader, Segment, Flight, GoalLine, Measured, Reset, FlownTrack),
-        *(Reserve, Release, Action, MotionOutcome),
-    )
+    for kind in (MotionHeader, Segment, Flight, FlownTrack, Reserve, Release, Action, MotionOutcome)
 }
 """The lines of a file by their ``type``."""
 L = TypeVar("L")

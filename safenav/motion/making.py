@@ -4,9 +4,8 @@ with a clock.
 A robot that has more time than its step takes rests first; one that has less is refused.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from copy import copy
-from types import MappingProxyType
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
@@ -14,7 +13,7 @@ from safenav.motion import file
 from safenav.motion.flyer import flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Glider, Mover, flown_through
-from safenav.motion.timing import TimedAction, actions_of, by_command, dated, ordered, paces_of
+from safenav.motion.timing import actions_of, by_command, dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
 from safenav.pace.robot import KINDS
 from safenav.pace.robot import SIDE as SIDE
@@ -31,7 +30,7 @@ def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
-    header = header_of(trace, floor)
+    header = _header(trace, floor)
     try:
         timed = ordered(trace, dated(trace, paces_of(trace, header)))
         lines, outcome = scheduled(timed, floor, movers)
@@ -46,12 +45,7 @@ def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -
     return file.Motion(header, lines, outcome)
 
 
-def header_of(
-    trace: Trace,
-    floor: MetricFloor,
-    driven: Mapping[str, Mapping[str, object]] = MappingProxyType({}),
-) -> file.MotionHeader:
-    """Return the header of a motion of a run. ``driven``: how each physical robot is driven."""
+def _header(trace: Trace, floor: MetricFloor) -> file.MotionHeader:
     return file.MotionHeader(
         trace=trace.digest,
         safenav=safenav.__version__,
@@ -59,10 +53,7 @@ def header_of(
         rows=floor.rows,
         cols=floor.cols,
         origin=trace.header.scenario.map.placement,
-        robots={
-            name: {**_described(robot), **driven.get(name, {})}
-            for name, robot in trace.robots.items()
-        },
+        robots={name: _described(robot) for name, robot in trace.robots.items()},
     )
 
 
@@ -255,7 +246,8 @@ class _Schedule:
                 seconds = max(mover.values["action_seconds"] for mover in group)
                 until = ready + min(seconds, (end - ready) / left)
             for mover in group:
-                self._lines += action_lines([one], [mover.robot], tick, ready, until)
+                about = mover.robot, tick, one.action, one.obstacle, one.region
+                self._lines.append(file.Action(*about, ready, until))
                 self._lines += mover.wait(tick, until)
                 mover.due = mover.due or one.region == mover.region
             begin = until
@@ -316,22 +308,8 @@ def when(line: file.Line) -> tuple[float, int]:
     """Return the sort key: by time, and at the same time ends before beginnings."""
     if isinstance(line, file.Release):
         return line.t, 0
-    if isinstance(line, file.Measured):
-        return line.rows[0].t, 2
     time = line.t0 if hasattr(line, "t0") else line.t
     return time, 1 if isinstance(line, file.Reserve) else 2
-
-
-def action_lines(
-    actions: Sequence[TimedAction], robots: Collection[str], tick: int, begin: float, end: float
-) -> Iterator[file.Action]:
-    """Yield the lines of the robots' actions, one after the other, all of equal duration."""
-    span = (end - begin) / max(1, len(actions))
-    for number, one in enumerate(actions):
-        times = (begin + number * span, begin + (number + 1) * span)
-        for robot in robots:
-            if robot in one.robots:
-                yield file.Action(robot, tick, one.action, one.obstacle, one.region, *times)
 
 
 def time_of(record: records.Record) -> float:

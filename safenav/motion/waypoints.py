@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.files import csv_text
-from safenav.motion.file import GoalLine, Motion, Moving, Piece
+from safenav.motion.file import Motion, Moving
 from safenav.pace.robot import YAW
 from safenav.run.run import Run
 from safenav.trace.file import Trace
@@ -85,23 +85,18 @@ def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
 
 def timed_waypoints(motion: Motion) -> list[Waypoint]:
     """Return the waypoints of a motion: the start, and the end of each piece that moves the robot
-    or brings it to rest. A goal without a heading faces east."""
+    or brings it to rest."""
     x0, y0, turned = motion.header.origin
     frame = Frame(motion.header.side, (x0, y0), turned)
 
-    def placed(piece: Piece, t: float, pose: Sequence[float], region: int) -> Waypoint:
+    def placed(piece: Moving, t: float, pose: Sequence[float], region: int) -> Waypoint:
         x, y = frame.in_world(pose[0], pose[1])
         numbers = (t, x, y, pose[2], remainder(pose[3] + turned, tau), pose[4])
         t, x, y, z, yaw, speed = (round(number, _DECIMALS) + 0.0 for number in numbers)
         return Waypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)
 
     found = []
-    for robot, limits in motion.header.robots.items():
-        height = float(str(limits.get("altitude", 0.0)))
-        for goal in motion.of(GoalLine, robot):
-            if goal.end == "succeeded":
-                pose = (goal.x, goal.y, height, goal.yaw or 0.0, 0.0)
-                found.append(placed(goal, goal.t1, pose, goal.to))
+    for robot in motion.header.robots:
         for piece, since, region in _ends(motion.of(Moving, robot)):
             found.append(placed(piece, piece.t0 + since, _pose(motion, piece, since), region))
     return found

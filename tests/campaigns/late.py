@@ -167,7 +167,7 @@ class Listening(FleetWorld):
         self.team = {robot.name: robot for robot in scenario.robots}
         self.stations, self.late = fleet.stations, LateTransport(scenario, fleet, random)
         self.sensed: list[Sensed] = []
-        super().__init__(scenario, fleet.stations, self.late, transport.DriveRecording())
+        super().__init__(scenario, fleet.stations, self.late)
 
     def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
         events = super().wait(timeout)

@@ -19,8 +19,7 @@ def lines_of(file: Path) -> list[dict[str, Any]]:
 
 @cache
 def driven(scenario: str = HALL, fleet: str = FLEET, goals: tuple[str, ...] = ()) -> Path:
-    """The folder of a drive, with its trace ``t.jsonl`` and its motion ``m.jsonl``. ``goals``:
-    robots that get goals although the defaults follow."""
+    """The trace of a drive. ``goals``: robots that get goals although the defaults follow."""
     data = from_yaml(fleet)
     if goals:
         follow = data["defaults"].pop("follow")
@@ -31,9 +30,15 @@ def driven(scenario: str = HALL, fleet: str = FLEET, goals: tuple[str, ...] = ()
     def make(folder: Path) -> None:
         (folder / "hall.yaml").write_text(scenario)
         (folder / "fleet.yaml").write_text(json.dumps(data))
-        files = ("--trace", folder / "t.jsonl", "--motion", folder / "m.jsonl")
-        done = safenav("drive", folder / "hall.yaml", "--fleet", folder / "fleet.yaml", *files)
-        assert (folder / "m.jsonl").exists(), done.stderr
+        words = (
+            folder / "hall.yaml",
+            "--fleet",
+            folder / "fleet.yaml",
+            "--trace",
+            folder / "t.jsonl",
+        )
+        done = safenav("drive", *words)
+        assert (folder / "t.jsonl").exists(), done.stderr
 
     digest = hashlib.sha256(f"{scenario}{json.dumps(data)}".encode())
-    return made_once(f"drive {digest.hexdigest()[:16]}", make)
+    return made_once(f"drive {digest.hexdigest()[:16]}", make) / "t.jsonl"

@@ -1,21 +1,15 @@
-"""The physics simulation, watched; drives in it in this process, with their trace and motion."""
+"""The physics simulation, watched; drives in it in this process, with their trace."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from safenav import Mission, Scenario, TraceWriter, check_motion, load_scenario
-from safenav.fleet.driven import driven_motion
-from safenav.fleet.file import Station, load_fleet
+from safenav import Mission, Scenario, TraceWriter, load_scenario
+from safenav.fleet.file import load_fleet
 from safenav.fleet.lab.simulation import SimulationTransport
 from safenav.fleet.transport import GoalPoint
 from safenav.fleet.world import FleetWorld
-from safenav.motion.check.examination import Finding
-from safenav.motion.file import Motion, parsed, text_of
-from safenav.trace.file import read_bytes
 
 
 def watched(physics: Any) -> Any:
@@ -59,13 +53,8 @@ def physics_of(scenario: Path, fleet: Path) -> Any:
     return watched(SimulationTransport(plan, given.stations, given.simulation).physics)
 
 
-def drive_in(
-    world: FleetWorld,
-    plan: Scenario,
-    stations: Mapping[str, Station],
-    path: Path,
-) -> Drive:
-    """A drive in a world that records it; ``path``: its trace."""
+def drive_in(world: FleetWorld, plan: Scenario, path: Path) -> tuple[list[str], float]:
+    """The lines of a drive in a world, and when it began; ``path``: its trace."""
     try:
         world.open()
         with TraceWriter(path) as writer:
@@ -73,21 +62,4 @@ def drive_in(
             mission.run()
     finally:
         world.close()
-    return Drive(path.read_bytes(), world, stations, mission.began)
-
-
-class Drive:
-    """A trace, its sum, and the motion of the drive as a reader of its file has it."""
-
-    def __init__(
-        self, content: bytes, world: FleetWorld, stations: Mapping[str, Station], began: float
-    ) -> None:
-        self.lines, self.trace = content.decode().splitlines(), read_bytes(content, "made.jsonl")
-        self.began, self._made = began, partial(driven_motion, self.trace, world, stations, began)
-
-    @cached_property
-    def motion(self) -> Motion:
-        return parsed(text_of(self._made()).encode(), "made.motion.jsonl")
-
-    def judged(self) -> list[Finding]:
-        return check_motion(self.motion, self.trace)
+    return path.read_text().splitlines(), mission.began

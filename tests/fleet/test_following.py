@@ -1,6 +1,5 @@
 """Robots that follow references: the references sent, and the end of their goals."""
 
-from itertools import pairwise
 from math import hypot
 from typing import Any
 from unittest.mock import Mock, call
@@ -74,7 +73,7 @@ def hall() -> Hall:
 def test_the_stream_has_the_next_second_and_the_next_steps(hall: Hall) -> None:
     """Of a walker: its mass obeys its pendulum between feet that are where the plan has them."""
     hall.goes("digit", EAST)
-    reference, digit = hall.reference("digit"), hall.follower("digit")
+    reference, digit = hall.reference("digit"), mover_of(hall.scenario.robots[0], hall.places)
     for now in np.arange(reference.begin, reference.end, 0.5):
         part = reference.ahead(now)
         assert part.rows.shape == (HORIZON, 10) and part.begin == now and part.step == PERIOD
@@ -86,12 +85,13 @@ def test_the_stream_has_the_next_second_and_the_next_steps(hall: Hall) -> None:
         assert min(hypot(*(pressure - (f.x, f.y))) for f in feet) < 0.25
         assert [foot.yaw for foot in feet] == pytest.approx([part.rows[0][YAW]] * len(feet))
     assert np.allclose(reference.at(reference.end + 1.0)[3:9], 0.0)
-    for segment in (piece for piece in digit.plan if isinstance(piece, Segment)):
-        path = walked(segment, digit.mover.values).mass
+    digit.time = reference.begin
+    for segment in [*digit.move(0, EAST), *digit.halt(0)]:
+        assert isinstance(segment, Segment)
+        path = walked(segment, digit.values).mass
         for t, state in zip(path.times[::9], path.states[::9], strict=True):
             row = reference.at(segment.t0 + t)
-            if segment.t0 + t > reference.begin:
-                assert np.allclose(hall.places.frame.on_map(*row[:2]), state[:2], atol=1e-3)
+            assert np.allclose(hall.places.frame.on_map(*row[:2]), state[:2], atol=1e-3)
 
 
 @pytest.mark.parametrize(("robot", "to"), [("quad", SOUTH), ("jackal", 11)])
@@ -101,22 +101,19 @@ def test_a_robot_off_its_reference_is_held_and_can_return(hall: Hall, robot: str
     assert hall.passes(robot, 1.5) == []
     (ended,) = hall.passes(robot, PERIOD, off=0.4)
     assert ended == GoalEnded(robot, 1, GoalEnd.ABORTED, "0.40 m off its reference")
-    (reset,) = hall.follower(robot).resets
-    held = hall.reference(robot).at(hall.time + 1.0)
-    assert np.allclose(hall.places.frame.on_map(*held[:2]), (reset.x, reset.y))
+    last, held = hall.told[-2], hall.reference(robot).at(hall.time + 1.0)
+    assert isinstance(last, Located) and held[:2] == pytest.approx((last.x, last.y))
     hall.off[robot] = 0.0
     hall.goes(robot, start, 2)
     assert hall.passes(robot, 9.0)[0] == GoalEnded(robot, 2, GoalEnd.SUCCEEDED)
     row = hall.reference(robot).at(hall.time)
     assert hall.places.distance(start, row[0], row[1]) < 1e-6
-    assert all(abs(a.t1 - b.t0) < 1e-9 for a, b in pairwise(hall.follower(robot).plan))
 
 
 def test_a_step_begins_where_the_robot_rests(hall: Hall) -> None:
     x, y, yaw = hall.layer.begins("quad")
     hall.post(Located("quad", hall.time, x + 0.3, y, yaw))
     hall.goes("quad", SOUTH)
-    assert len(hall.follower("quad").resets) == 1
     assert hall.reference("quad").rows[0][0] == pytest.approx(x + 0.3)
 
 
@@ -131,12 +128,10 @@ def test_a_robot_that_rests_is_not_drawn_back_from_another_region(
     hall.goes(robot, to)
     hall.passes(robot, 15.0)
     assert hall.passes(robot, PERIOD, off=-3.0) == []
-    reset = hall.follower(robot).resets[-1]
-    assert "outside the region in which it rests" in reset.reason
     assert hall.inner.cancel.call_args_list == ([] if held else [call(robot)])
-    row = hall.reference(robot).at(hall.time + 1)
-    there = hall.places.frame.on_map(row[0] if held else row[0] - 3.0, row[1])
-    assert (reset.x, reset.y) == pytest.approx(there)
+    (last,) = hall.told
+    off = np.hypot(*(hall.reference(robot).at(hall.time + 1)[:2] - (last.x, last.y)))
+    assert off == pytest.approx(0.0 if held else 3.0)
 
 
 def test_a_walker_is_refused_a_reversal_and_a_step_of_two_regions(hall: Hall) -> None:
@@ -156,9 +151,20 @@ def test_the_own_controller_of_a_robot_moves_it_during_an_action(hall: Hall, obs
     hall.inner.perform.assert_called_once_with("jackal", "sense", obstacle, 7)
     assert hall.passes("jackal", 1.0, off=1.5) == []
     hall.post(done := Performed("jackal", 7, ActResult.DONE))
-    assert hall.told[-1] == done and not hall.follower("jackal").resets
+    assert hall.told[-1] == done
+    rests = hall.reference("jackal")
     hall.passes("jackal", PERIOD)
-    assert hall.follower("jackal").resets
+    held = hall.reference("jackal").rows[0] - rests.rows[-1]
+    assert held[:2] == pytest.approx((1.5, 0.0))
+
+
+def test_a_robot_that_is_to_resolve_an_obstacle_stops_before_the_middle_of_its_region(
+    hall: Hall,
+) -> None:
+    x, y = hall.places.centre(11)
+    hall.layer.navigate("jackal", GoalPoint(1, x, y, None, short=True))
+    row = hall.reference("jackal").rows[-1]
+    assert 0.3 < hall.places.distance(11, row[0], row[1]) < 1.0 == hall.places.frame.resolution / 2
 
 
 def test_a_goal_ends_an_action_that_was_never_answered(hall: Hall) -> None:

@@ -64,6 +64,17 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     assert hall.ended("quad") == "canceled" and not hall.physics.moving()
 
 
+def test_a_robot_tracks_its_reference() -> None:
+    """By its accelerations: corrections alone would lag by centimetres."""
+    yard = Floor()
+    physics, (x, y) = yard.physics, yard.places.centre(9)
+    reference = straight(physics.now, (x, y, 0.0), (x + 1.0, y, 0.0), 3.0)
+    physics.follow("left", reference)
+    for _ in range(30):
+        physics.step(0.1)
+        assert physics.told("left")[0].x == pytest.approx(reference.at(physics.now)[0], abs=0.005)
+
+
 def test_a_crate_is_lifted_by_two_robots_together() -> None:
     """One alone fails, and there is nothing to do when it is done. References that come meanwhile
     do not move it away."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.polynomial import polynomial
 
-from fleet.drives import driven, lines_of
+from fleet.drives import lines_of
 from motion.runs import findings, live_trace, motion, moved, played, written
 from once import SCENARIOS, beside, from_yaml, trace_of_shipped
 from report.runs import data_of, paged
@@ -266,30 +266,6 @@ def test_a_run_without_moves_still_has_all_poses(tmp_path: Path) -> None:
     still = trace_of(beside(__file__, "scenarios/still.yaml"), tmp_path)
     found = exported(still, "--motion", tmp_path / "m.jsonl")
     assert {*found["a.x"]} == {1.5 * 2.7} and {*found["a.vel_x"]} == {0.0}
-
-
-def test_columns_and_waypoints_of_a_drive_are_those_measured_or_sent(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
-    drive = driven(goals=("spot",))
-    (trace := tmp_path / "t.jsonl").write_bytes((drive / "t.jsonl").read_bytes())
-    lines = lines_of(drive / "m.jsonl")
-    spot = next(
-        row for row in exported(trace, drive / "m.jsonl", form="csv") if row["robot"] == "spot"
-    )
-    (goal,), (x, y, yaw) = of(lines, "goal"), lines[0]["origin"]
-    place = (complex(goal["x"], goal["y"]) * np.exp(1j * yaw)) + complex(x, y)
-    assert complex(float(spot["x"]), float(spot["y"])) == pytest.approx(place, abs=1e-5)
-    plain = {**exported(trace, drive / "m.jsonl", "--rate", "10")}
-    for line in of(lines, "measured", "quad"):
-        for row in line["rows"]:
-            row[2] += 0.4
-    east = written(lines, tmp_path / "east.jsonl")
-    shifted = exported(trace, east, "--rate", "10")
-    for robot in lines[0]["robots"]:
-        distance = np.hypot(
-            *(shifted[f"{robot}.{axis}"] - plain[f"{robot}.{axis}"] for axis in "xy")
-        )
-        assert np.allclose(distance, 0.4 * (robot == "quad"))
 
 
 CASES = from_yaml(beside(__file__, "requirements.yaml"))

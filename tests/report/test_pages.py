@@ -8,13 +8,14 @@ import shutil
 import zlib
 from base64 import b64decode
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from children import ran
-from report.runs import changed, data_of, page_of, paged, run_of
+from report.runs import changed, data_of, page_of, paged, run_of, trace_of
+from safenav import motion_of, read_trace
+from safenav.motion.columns import columns_at, times_of
 
 PAGE = Path(__file__).parents[2] / "safenav" / "report" / "page"
 FRONT = PAGE / "front"
@@ -80,37 +81,18 @@ def test_in_3d_a_battery_is_used_up_before_it_is_replaced() -> None:
     assert levels == [level for _, level in track.charge] and {0, 100} < {*levels}
 
 
-def unpacked(packed: dict[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
-    """The columns of packed data, in metres and radians."""
-    table = np.array(json.loads(zlib.decompress(b64decode(packed["data"])))).cumsum(axis=1) / 1000
-    return dict(zip(packed["columns"], table, strict=True))
-
-
-def test_a_body_is_where_it_was_measured_and_its_ghost_where_the_plan_is(tmp_path: Path) -> None:
-    """Every measurement is moved to the east."""
-    pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
-    from fleet.drives import driven, lines_of
-
-    drive, motion, east = driven(goals=("spot",)), tmp_path / "moved.jsonl", 0.6
-    goals = [line for line in lines_of(drive / "m.jsonl") if line["type"] == "goal"]
-    moved = lines_of(drive / "m.jsonl")
-    for line in moved:
-        for row in line["rows"] if line["type"] == "measured" else ():
-            row[2] += east
-    motion.write_text("".join(f"{json.dumps(line)}\n" for line in moved))
-    plain, shifted = (
-        data_of(paged(drive / "t.jsonl", tmp_path, "--3d", "--motion", str(file)), "motion")
-        for file in (drive / "m.jsonl", motion)
-    )
-    tracks = zip(moved[0]["robots"], plain["tracks"], shifted["tracks"], strict=True)
-    for name, track, other in tracks:
-        body, ghost = unpacked(other), unpacked(other["ghost"])
-        if name == "spot":  # its ghost stands at the goal that it has
-            index = int(shifted["rate"] * (goals[-1]["t0"] + 0.2))
-            assert abs(ghost["x"][index] - goals[-1]["x"]) < 2e-3
-            continue
-        assert np.abs(ghost["x"] - unpacked(track["ghost"])["x"]).max() < 2e-3
-        assert np.abs(body["x"] - ghost["x"] - east).max() < 0.1
-        if name == "digit":
-            for foot in ("lx", "rx"):  # the whole body is moved
-                assert np.abs(body[foot] - ghost[foot] - (body["x"] - ghost["x"])).max() < 3e-3
+def test_in_3d_a_body_and_its_feet_are_where_the_motion_has_them() -> None:
+    motion = motion_of(read_trace(trace_of("door")))
+    for name, track in zip(
+        motion.header.robots, data_of(page_of("door", "--3d"), "motion")["tracks"], strict=True
+    ):
+        table = (
+            np.array(json.loads(zlib.decompress(b64decode(track["data"])))).cumsum(axis=1) / 1000
+        )
+        found, planned = (
+            dict(zip(track["columns"], table, strict=True)),
+            columns_at(motion, name, times_of(motion, 20)),
+        )
+        feet = {"lx": "left_x", "ry": "right_y"} if track["kind"] == "walker" else {}
+        for short, column in ({"x": "x", "y": "y", "z": "z"} | feet).items():
+            assert np.abs(found[short] - planned[column]).max() < 1e-3

@@ -3,14 +3,13 @@ motion as samples of discs; the rules of room: reservations of regions, bodies i
 regions, and distances.
 """
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from functools import partial
 from itertools import combinations, product
 from math import floor, hypot, inf
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.data import cached_method
 from safenav.errors import UsageError
@@ -107,10 +106,6 @@ class Examination:
             name: {key: float(v) for key, v in own.items() if isinstance(v, int | float)}
             for name, own in header.robots.items()
         }
-        self.driven = {name: own for name, own in header.robots.items() if "driven" in own}
-        """The robots that were physically driven; none in a motion that is only computed."""
-        self.resets = {(reset.robot, reset.t) for reset in motion.of(file.Reset)}
-        """The robots and times at which the plan of a driven robot is given up."""
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
         self.held: list[Holding] = []
@@ -141,19 +136,10 @@ class Examination:
     def walked(self, segment: file.Segment) -> Walked:
         """Return the motion of a segment, or of one of its shape: a walker has few, each computed
         once."""
-        if self.is_cut(segment):
-            lasts = sum(phase.seconds for phase in segment.phases)
-            segment = replace(segment, t1=max(segment.t1, segment.t0 + lasts))
         key = segment.robot, shape_of(segment)
         if key not in self._shapes:
             self._shapes[key] = walked(segment, self.numbers[segment.robot])
         return self._shapes[key]
-
-    def is_cut(self, piece: file.Moving) -> bool:
-        """Return whether a driven robot may have left a piece of its plan before the piece ends: at
-        a reset, or at the end of the run."""
-        ends = (piece.robot, piece.t1) in self.resets or abs(piece.t1 - self.makespan) < NEAR
-        return ends and piece.robot in self.driven
 
     @cached_method
     def flown(self, piece: file.Flight) -> list[tuple[Array, Array]]:
@@ -170,16 +156,9 @@ class Examination:
 
     @cached_method
     def discs(self, piece: file.Moving) -> list[Disc]:
-        """Return the discs that a piece moves until it ends or is left: the body, and of a walker
-        its feet, on the ground and in the air."""
-        if not self.is_cut(piece):
-            return [*self._made(piece)]
-        found = ((disc, disc.times <= piece.t1 + NEAR) for disc in self._made(piece))
-        return [
-            replace(disc, times=disc.times[kept], centres=disc.centres[kept])
-            for disc, kept in found
-            if kept.any()
-        ]
+        """Return the discs that a piece moves: the body, and of a walker its feet, on the ground
+        and in the air."""
+        return [*self._made(piece)]
 
     def _made(self, piece: file.Moving) -> Iterator[Disc]:
         radius, own = self.radius(piece.robot), self.numbers[piece.robot]
@@ -224,8 +203,6 @@ class Examination:
 FOREVER = float("inf")
 TOUCH = 1e-6
 """Tolerance for rounding at the border of a body's room, in metres."""
-MEASURED_TOUCH = 0.01
-"""The same for positions by odometry."""
 INSTANT = 0.05
 """Seconds between the instants at which distances are measured."""
 
@@ -244,11 +221,9 @@ def holdings(case: Examination) -> list[Holding]:
     return sorted(found, key=lambda held: (held.begin, held.robot))
 
 
-def outside(
-    case: Examination, disc: Disc, spans: Sequence[Holding], touch: float
-) -> tuple[float, str] | None:
-    """Return the time and the place in words at which a disc is more than ``touch`` metres inside a
-    region that its robot has not reserved then by ``spans``."""
+def outside(case: Examination, disc: Disc, spans: Sequence[Holding]) -> tuple[float, str] | None:
+    """Return the time and the place in words at which a disc is inside a region that its robot does
+    not have then by ``spans``."""
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)
@@ -261,7 +236,7 @@ def outside(
         for span in mine:
             into[(disc.times >= span.begin - NEAR) & (disc.times <= span.end + NEAR)] = -1.0
         worst = int(into.argmax())
-        if into[worst] > touch:
+        if into[worst] > TOUCH:
             (x, y), region = disc.centres[worst], case.grid.region(cell)
             what = f"its {disc.what} at ({x:.3f}, {y:.3f}) m reaches {into[worst]:.3f} m into "
             return float(disc.times[worst]), f"{what}region {region}, which it does not have"
@@ -269,37 +244,28 @@ def outside(
 
 
 def check_room(case: Examination) -> None:
-    """Check that bodies and feet stay inside the regions of their step. The plan of a driven robot
-    leaves its step when that fails, but not the regions that the robot occupies."""
+    """Check that bodies and feet stay inside the regions of their step."""
     for name, pieces in case.pieces.items():
-        held = [h for h in case.held if h.robot == name] if name in case.driven else []
         for piece in pieces:
             ends = {piece.origin, piece.to}
             spans = [Holding(name, region, piece.t0, piece.t1) for region in ends]
-            if name in case.driven:
-                spans = [h for h in held if h.begin < piece.t1 + NEAR and piece.t0 < h.end + NEAR]
             for disc in case.discs(piece):
-                if (found := outside(case, disc, spans, TOUCH)) is not None:
+                if (found := outside(case, disc, spans)) is not None:
                     case.wrong(found[0], name, "room", found[1])
 
 
-def check_distances(
-    case: Examination, at: Mapping[str, Callable[[Array], Array]], *, measured: bool = False
-) -> None:
-    """Check that bodies of robots in conflict never touch. ``at``: returns the positions of a robot
-    at some times; ``measured``: they are by odometry."""
+def check_distances(case: Examination) -> None:
+    """Check that bodies of robots in conflict never touch."""
     times: Array = np.arange(0.0, case.makespan, INSTANT)
-    where = {name: places(times) for name, places in at.items()} if len(times) else {}
+    moved = [name for name, pieces in case.pieces.items() if pieces]
+    where = {name: case.places(name, times) for name in moved} if len(times) else {}
     for one, other in combinations(where, 2):
         apart = np.hypot(*(where[one] - where[other]).T)
         nearest, least = int(apart.argmin()), case.radius(one) + case.radius(other)
-        touch = MEASURED_TOUCH if measured else TOUCH
-        if apart[nearest] < least - touch and case.in_conflict(one, other):
-            near = f"{apart[nearest]:.3f} m from"
-            what = f"measured {near} {one}" if measured else f"its body is {near} that of {one}"
-            rule = "measured distance" if measured else "distance"
+        if apart[nearest] < least - TOUCH and case.in_conflict(one, other):
+            what = f"its body is {apart[nearest]:.3f} m from that of {one}"
             what += f", and must be at least {least:.3f} m"
-            case.wrong(float(times[nearest]), other, rule, what)
+            case.wrong(float(times[nearest]), other, "distance", what)
 
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
@@ -353,7 +319,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
         for region in {flight.origin, flight.to}
     ]
     body = Disc("body", case.radius(track.robot), times, rows[:, :2])
-    if (found := outside(case, body, spans, TOUCH)) is not None:
+    if (found := outside(case, body, spans)) is not None:
         case.wrong(found[0], track.robot, "room", f"in its simulated flight, {found[1]}")
 
 

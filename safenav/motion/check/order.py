@@ -15,7 +15,7 @@ from safenav.judge.rules import RULES
 from safenav.motion import timing
 from safenav.motion.check.examination import STILL, Examination, Finding
 from safenav.motion.check.walk import NEAR, Array
-from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
+from safenav.motion.file import Action, Moving, Release, Reserve
 from safenav.trace import records
 from safenav.trace.file import Trace, as_data
 from safenav.trace.vocabulary import ChangeCause, MoveEnd
@@ -74,15 +74,14 @@ def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding
 
 def _steps(case: Examination, trace: Trace) -> None:
     """Check that the pieces of each robot that cross a border are its steps, one by one and at
-    their times; a driven robot arrives after the end of its reference or goal, wherever that is."""
+    their times."""
     steps: dict[str, list[Step]] = {name: [] for name in case.trace.robots}
     for depart, arrive in trace.steps:
         if arrive is None or arrive.at != depart.from_:
-            to = depart.to if case.driven or arrive is None else arrive.at
+            to = depart.to if arrive is None else arrive.at
             steps[depart.robot].append((depart, arrive, to))
     for name, wanted in steps.items():
-        pieces: Sequence[Piece] = case.pieces[name] or case.motion.of(GoalLine, name)
-        mine = [piece for piece in pieces if piece.origin != piece.to]
+        mine = [piece for piece in case.pieces[name] if piece.origin != piece.to]
         for (depart, arrive, to), piece in zip(wanted, mine, strict=False):
             if (piece.tick, piece.origin, piece.to) != (depart.tick, depart.from_, to):
                 what = f"moves {piece.origin} -> {piece.to} in tick {piece.tick}; the trace moves "
@@ -90,13 +89,10 @@ def _steps(case: Examination, trace: Trace) -> None:
                 case.wrong(piece.t0, name, "order", what)
                 break
             t = piece.t1 if arrive is None else arrive.t or 0.0
-            late = float("inf") if case.driven else NEAR
-            if not (piece.t0 > (depart.t or 0.0) - NEAR and t - late < piece.t1 < t + NEAR):
+            if piece.t0 < (depart.t or 0.0) - NEAR or abs(piece.t1 - t) > NEAR:
                 what = f"moves to {to} until {piece.t1:.3f} s; in the trace until {t:.3f} s"
                 case.wrong(piece.t0, name, "clock", what)
-        under_way = [depart for depart, arrive, _ in wanted if arrive is None and case.driven]
-        least = len(wanted) - len(under_way)
-        if not least <= len(mine) <= len(wanted):
+        if len(mine) != len(wanted):
             t = mine[-1].t1 if mine else 0.0
             what = f"has {len(mine)} moves; the trace has {len(wanted)}"
             case.wrong(t, name, "order", what)
@@ -184,7 +180,7 @@ def _performed(case: Examination, action: Action, at: int | None) -> None:
         wrong(f"acts on {action.obstacle} in region {action.region}, not {region}")
     path = case.body(action.robot, action.t0, action.t1)
     if len(path) == 0:
-        return  # the rule of continuity reports it, unless it finds its own way
+        return  # the rule of continuity reports it
     if (moved := _moved(path)) > STILL:
         wrong(f"moves by {moved:.3f} m while it acts on {action.obstacle}")
     if at is not None:

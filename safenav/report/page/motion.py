@@ -57,7 +57,7 @@ def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
     described = motion.header.robots[robot]
     times = times_of(motion, RATE)
     columns = columns_at(motion, robot, times)
-    found = _shown(columns)
+    found = {name: columns[of] for name, of in _SHOWN.items() if of in columns}
     if described["kind"] == "flyer":
         found |= _attitude(columns)
     return {
@@ -66,32 +66,7 @@ def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
         "samples": len(times),
         **_packed(found),
         "feet": [list(foot) for foot in _feet(motion, robot)],
-        **_ghost(motion, robot, times),
     }
-
-
-def _shown(columns: Mapping[str, Array]) -> dict[str, Array]:
-    return {name: columns[of] for name, of in _SHOWN.items() if of in columns}
-
-
-def _ghost(motion: records.Motion, robot: str, times: Array) -> dict[str, Any]:
-    """Return the planned columns of a robot with measured ones: its present or last goal if it has
-    goals, else its reference."""
-    if not motion.of(records.Measured, robot):
-        return {}
-    goals = motion.of(records.GoalLine, robot)
-    columns = columns_at(motion, robot, times, planned=not goals)
-    found = {name: column.copy() for name, column in _shown(columns).items()}
-    if goals:
-        for goal in goals:
-            since = times >= goal.t0
-            found["x"][since], found["y"][since] = goal.x, goal.y
-            if goal.yaw is not None:
-                found["yaw"][since] = goal.yaw
-        first = times < goals[0].t0
-        for name in ("x", "y", "yaw"):
-            found[name][first] = found[name][0]
-    return {"ghost": _packed(found)}
 
 
 def _packed(found: Mapping[str, Array]) -> dict[str, Any]:

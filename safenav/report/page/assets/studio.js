@@ -1,4 +1,4 @@
-/* sources a3b8587384aedd9312cd580df8e1552eb1d05126003d19b9a966d5e9ef94f7df */
+/* sources 4d3c11f90939dcb7e9ed9b22051ddb9a260b3bdc2aae85ec9164e443970dc23c */
 /* Contains @codemirror/view:
 MIT License
 

@@ -16,8 +16,6 @@ export interface Track {
   columns: string[];
   /** The columns: of each the first value, then the differences; JSON, deflated, base64. */
   data: string;
-  /** The plan of a robot whose motion was measured. */
-  ghost?: { columns: string[]; data: string };
   /** Planned footholds: x, y, yaw (thousandths), and when the foot lands (ms). */
   feet: [x: number, y: number, yaw: number, down: number][];
 }
@@ -37,7 +35,6 @@ export type Sample = Record<string, number>;
 export interface Sampled {
   track: Track;
   columns: Map<string, Float32Array>;
-  ghost: Map<string, Float32Array> | null;
 }
 
 const THOUSANDTHS = 1000;
@@ -48,7 +45,6 @@ export async function decoded(motion: Motion): Promise<Sampled[]> {
     motion.tracks.map(async (track) => ({
       track,
       columns: await columnsOf(motion.samples, track.columns, track.data),
-      ghost: track.ghost ? await columnsOf(motion.samples, track.ghost.columns, track.ghost.data) : null,
     })),
   );
 }

@@ -3,7 +3,7 @@
  * regions, names, obstacles and targets. The scene is the eye of its page.
  */
 
-import { BoxGeometry, BufferGeometry, Color, DirectionalLight, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Scene, SRGBColorSpace, Texture, Vector3, WebGLRenderer } from "three";
+import { BoxGeometry, BufferGeometry, Color, DirectionalLight, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Scene, SRGBColorSpace, Texture, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { CSS2DObject, CSS2DRenderer } from "three/examples/jsm/renderers/CSS2DRenderer.js";
 import { CELL, type Eye } from "../map/camera";
@@ -22,7 +22,6 @@ const WALL = 0.18;
 /** Directions of the camera from above, and at 50 degrees from the horizon. */
 const TOP = new Vector3(0, -0.001, 1);
 const SLANTED = new Vector3(0, -0.643, 0.766);
-const FADED = 0.3;
 /** The rate at which the camera turns to the action, per second. */
 const STORY_PACE = 0.9;
 /** Seconds by which the camera turns to an event before it happens. */
@@ -49,18 +48,6 @@ function placesOf(run: Run, side: number, robots: Sampled[]): Point[] {
     return [[west, south], [east, north]];
   });
   return [...moved, ...run.obstacles.map(({ region }) => centreOf(run, side, region))];
-}
-
-/** Makes a body a ghost. */
-function fade(group: Group): void {
-  group.traverse((found) => {
-    if (!(found instanceof Mesh)) return;
-    const material = (found.material as Material).clone();
-    material.transparent = true;
-    material.depthWrite = false;
-    material.opacity *= FADED;
-    found.material = material;
-  });
 }
 
 /** A vertical line down from the origin. */
@@ -110,8 +97,6 @@ export class RunScene implements Eye {
   private readonly obstacles: Obstacles;
   private readonly trails: Trails;
   private readonly bodies: Body[];
-  /** Translucent bodies at the planned positions of measured robots. */
-  private readonly ghosts: (Body | null)[];
   private readonly signs: Signs[];
   /** A line of length 1 below each flyer, to the floor. */
   private readonly stems: (Line | null)[];
@@ -146,16 +131,8 @@ export class RunScene implements Eye {
     this.floor = new Mesh(new PlaneGeometry(run.cols * side, run.rows * side), new MeshBasicMaterial());
     this.floor.position.set((run.cols * side) / 2, (run.rows * side) / 2, 0);
     this.trails = new Trails(motion, robots, run.robots.map((robot) => robot.look.colour));
-    const made = ({ track }: Sampled, i: number): Body => bodyOf(track.kind, track.size, run.robots[i]!);
-    this.bodies = robots.map(made);
+    this.bodies = robots.map(({ track }, i) => bodyOf(track.kind, track.size, run.robots[i]!));
     this.obstacles = new Obstacles(run, motion, robots, this.bodies);
-    this.ghosts = robots.map((robot, i) => {
-      if (robot.ghost === null) return null;
-      const body = made(robot, i);
-      fade(body.group);
-      this.scene.add(body.group);
-      return body;
-    });
     this.signs = run.robots.map(({ name, look }, i) => new Signs(name, this.bodies[i]!.top, look));
     this.stems = robots.map(({ track }, i) => (track.kind === "flyer" ? stem(run.robots[i]!.look.colour) : null));
     this.stems.forEach((line, i) => line && this.signs[i]!.anchor.add(line));
@@ -350,10 +327,9 @@ export class RunScene implements Eye {
     const passed = Math.abs(seconds - this.moment);
     this.moment = seconds;
     if (this.view === "story") this.frame(this.subject(), SLANTED, passed > 3 ? 1 : 1 - Math.exp(-STORY_PACE * passed));
-    this.robots.forEach(({ ghost, track }, i) => {
+    this.robots.forEach(({ track }, i) => {
       const sample = this.sample(i, seconds);
       this.bodies[i]!.pose(sample, seconds);
-      if (ghost !== null) this.ghosts[i]!.pose(sampleAt(this.motion, { columns: ghost }, seconds), seconds);
       const base = track.kind === "flyer" ? sample.z! : 0;
       this.signs[i]!.anchor.position.set(sample.x!, sample.y!, base);
       this.stems[i]?.scale.setZ(Math.max(1e-3, base));

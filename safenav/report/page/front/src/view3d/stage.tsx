@@ -30,9 +30,6 @@ export async function stage3d(run: Run, motion: Motion): Promise<Stage> {
         <Row words="footprints" shown={robots.some(({ track }) => track.feet.length > 0)} width={30}>
           <path fill={colour} opacity="0.5" d="M1 3h8v4h-8zM11 11h8v4h-8zM21 3h8v4h-8z" />
         </Row>
-        <Row words="translucent: planned position of a measured robot" shown={robots.some(({ ghost }) => ghost !== null)}>
-          <circle cx="9" cy="9" r="7" fill={colour} opacity="0.3" />
-        </Row>
       </>
     ),
   };
