@@ -9,7 +9,7 @@ from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_out, write_whole
 from safenav.motion.file import Motion
-from safenav.motion.waypoints import as_csv, as_json, frame_of, timed_waypoints, waypoints
+from safenav.motion.waypoints import as_csv, frame_of, timed_waypoints, waypoints
 from safenav.report.bag import Poses, messages
 from safenav.run.reading import run_of
 from safenav.trace.file import Trace, read_trace
@@ -18,19 +18,18 @@ from safenav.world.map import Frame
 BAG_RATE = 20.0
 """Positions of each robot per second in a bag with a motion."""
 
-FILE = options.Output(".csv", ".json", ".mcap", ".npz", exact=True)
-PLACE = options.FiniteRange("m", -1e9, 1e9)
+FILE = options.Output(".csv", ".mcap", ".npz", exact=True)
 
 EPILOG = """\b
-FILE by its ending: .csv or .json (waypoints), .npz (samples of the motion, with numpy.load),
-.mcap (a ROS 2 bag, for Foxglove). -o may be given several times.
+FILE by its ending: .csv (waypoints), .npz (samples of the motion, with numpy.load), .mcap (a ROS 2
+bag, for Foxglove). -o may be given several times.
 \b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   safenav export lab.jsonl -o lab.csv --side 0.5
 With the extras 'motion' and 'mcap':
-  safenav export lab.jsonl --motion lab.motion.jsonl --report
-  safenav export lab.jsonl --motion flown.jsonl --track --report
+  safenav export lab.jsonl --motion lab.motion.jsonl
+  safenav export lab.jsonl --motion flown.jsonl --track -o flown.npz
   safenav export lab.jsonl lab.motion.jsonl -o lab.npz --rate 100
   safenav export lab.jsonl -o lab.mcap --side 0.5
 \b
@@ -48,17 +47,9 @@ def export(
         tuple[Path, ...], FILE, "-o --output FILE", "Write it in the format of its ending."
     ],
     written: Annotated[options.Lines, "--motion", "Compute and write the motion."],
-    report: Annotated[bool, "Print times, distances, errors, margins."],
     track: Annotated[bool, "Simulate flyers that track their references."],
     rate: Annotated[float, options.HERTZ, "Samples per second."] = 100.0,
     side: options.Side,
-    origin: Annotated[
-        tuple[float, float] | None,
-        PLACE,
-        "--origin X Y",
-        "South-western corner in metres.",
-        {"nargs": 2},
-    ],
 ) -> int:
     """Write TRACE for other programs: waypoints, a ROS 2 bag, or a motion. Waypoints are positions
     at the end of each tick, in metres as in ROS. A motion, in metres and seconds, keeps every
@@ -67,15 +58,14 @@ def export(
     files = {".csv" if str(p) == "-" else p.suffix.lower(): p for p in outputs}
     if len(files) < len(outputs):
         raise UsageError("two outputs are of the same kind; give one of them")
-    if not report and written is None and not files:
-        raise UsageError("no output: give -o FILE, --motion FILE or --report")
-    computed = motion is None and (report or written is not None)
-    unread = {} if computed else {"track": "--motion"}
+    if written is None and not files:
+        raise UsageError("no output: give -o FILE or --motion FILE")
+    unread = {"track": "--motion"} if written is None else {}
     options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
     if motion is not None and written is not None:
         raise UsageError(f"--motion computes a motion, but {motion} is already one; leave one out")
     run = read_trace(trace)
-    moved = _computed(run, side, track=track) if computed else None
+    moved = None
     if motion is not None:
         from safenav.motion.check.verdict import read_motion_of
 
@@ -83,26 +73,24 @@ def export(
         if side is not None and abs(moved.header.side - side) > 1e-6 * side:
             own = f"the regions of the motion measure {moved.header.side:g} m, not {side:g} m"
             raise UsageError(f"{own}\n    leave out --side, or compute another motion with it")
-    if written is not None and moved is not None:
-        from safenav.motion.file import parsed, text_of
+    if written is not None:
+        from safenav.motion.file import text_of
 
-        write_out(written, text := text_of(moved))
-        moved = parsed(text.encode(), str(written))  # as every reader of the file sees it
-    if report and moved is not None:
-        from safenav.motion.columns import report_of
-
-        click.echo(report_of(moved), err=Path("-") in (written, *files.values()))
+        moved = _computed(run, side, track=track)
+        write_out(written, text_of(moved))
     if (path := files.get(".mcap")) is not None:
-        _bag(run, frame_of(run, moved.header.side if moved else side, origin), path, moved)
+        _bag(run, frame_of(run, moved.header.side if moved else side), path, moved)
     if (path := files.get(".npz")) is not None:
         if moved is None:
             raise UsageError("samples (.npz) require a motion: add MOTION, or --motion FILE")
         from safenav.motion.columns import npz_bytes
 
         write_out(path, npz_bytes(moved, rate))
-    for ending in (".csv", ".json"):
-        if (path := files.get(ending)) is not None:
-            write_out(path, _waypoints(run, moved, side, origin, ending))
+    if (path := files.get(".csv")) is not None:
+        found = (
+            waypoints(run_of(run), frame_of(run, side)) if moved is None else timed_waypoints(moved)
+        )
+        write_out(path, as_csv(found))
     return ExitCode.OK
 
 
@@ -115,20 +103,6 @@ def _computed(run: Trace, side: float | None, *, track: bool) -> Motion:
         click.echo(f"{run.source}: {note}", err=True)
     refuse_broken(run)
     return motion_of(run, side, track=track)
-
-
-def _waypoints(
-    run: Trace,
-    moved: Motion | None,
-    side: float | None,
-    origin: tuple[float, float] | None,
-    ending: str,
-) -> str:
-    if moved is None:
-        found = waypoints(run_of(run), frame := frame_of(run, side, origin))
-    else:
-        found, frame = timed_waypoints(moved), frame_of(run, moved.header.side, origin)
-    return as_json(found, frame) if ending == ".json" else as_csv(found)
 
 
 def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:

@@ -1,4 +1,4 @@
-"""A robot's motion as columns of numbers at a chosen rate, and in words. Columns are in the frame
+"""A robot's motion as columns of numbers at a chosen rate. Columns are in the frame
 of the world (the map's origin and yaw applied, as in ROS) or of the map. All robots have ``t, x, y,
 z, vel_{x,y,z}, acc_{x,y,z}, yaw`` of the middle of the body (of a walker: its centre of mass). A
 walker also has ``cop_{x,y}`` and for each foot ``left_{x,y,z,yaw}``; a flyer in simulated flight
@@ -9,13 +9,13 @@ stays in the frame of the map.
 import io
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from math import cos, inf, sin
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
 from safenav.motion import file
-from safenav.motion.geometry import MetricFloor, between, mass, path, values
+from safenav.motion.geometry import between, mass, path, values
 
 Array = NDArray[np.float64]
 
@@ -163,38 +163,3 @@ def npz_bytes(motion: file.Motion, rate: float) -> bytes:
     content = io.BytesIO()
     np.savez_compressed(content, allow_pickle=False, **arrays)
     return content.getvalue()
-
-
-RATE = 50.0
-"""Samples per second for distances, speeds and margins."""
-
-
-def report_of(motion: file.Motion) -> str:
-    """Return the motion in words: of each robot its seconds, metres and highest speed, the least
-    distance of its middle to the border of the regions of its steps, and how near its simulated
-    flight is to its reference."""
-    floor = MetricFloor(motion.header.rows, motion.header.cols, motion.header.side)
-    lines = [f"makespan {motion.outcome.makespan:.1f} s, regions of {floor.side:g} m"]
-    lines += ["", "robot           steps s  actions s  path m   max m/s  room m"]
-    flights: list[str] = []
-    times = times_of(motion, RATE)
-    for name in motion.header.robots:
-        found, pieces = columns_at(motion, name, times), motion.of(file.Moving, name)
-        x, y = found["x"], found["y"]
-        room = inf
-        for piece in pieces:
-            inside = (times >= piece.t0) & (times <= piece.t1)
-            west, south, east, north = floor.corridor(piece.origin, piece.to)
-            rims = (x - west, east - x, y - south, north - y)
-            room = min(room, *(float(rim[inside].min(initial=inf)) for rim in rims))
-        crossing = [piece for piece in pieces if piece.origin != piece.to]
-        lines.append(
-            f"{name:15s} {sum(piece.t1 - piece.t0 for piece in crossing):7.1f}  "
-            f"{sum(action.t1 - action.t0 for action in motion.of(file.Action, name)):9.1f}  "
-            f"{np.hypot(np.diff(x), np.diff(y)).sum():6.1f}  "
-            f"{np.hypot(found['vel_x'], found['vel_y']).max():8.2f}  {room:6.2f}"
-        )
-        if "ref_x" in found:
-            off = np.hypot(x - found["ref_x"], y - found["ref_y"])
-            flights.append(f"simulated flight of {name}: at most {off.max():.3f} m off")
-    return "\n".join([*lines, *[""] * bool(flights), *flights])

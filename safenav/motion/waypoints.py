@@ -6,7 +6,6 @@ frame of ROS map_server: x grows east, y grows north, the origin is the south-we
 (docs/maps.md); metres, seconds since the start, radians.
 """
 
-import json
 from collections.abc import Iterator, Sequence
 from math import hypot, remainder, tau
 
@@ -45,10 +44,8 @@ CLOCKED = ("robot", "t", "x", "y", "yaw", "region")
 """The columns of waypoints without a motion."""
 
 
-def frame_of(
-    trace: Trace, resolution: float | None = None, origin: tuple[float, float] | None = None
-) -> Frame:
-    """Return the frame of the trace's map; ``resolution`` and ``origin`` (metres) replace its own.
+def frame_of(trace: Trace, resolution: float | None = None) -> Frame:
+    """Return the frame of the trace's map; ``resolution`` (metres) replaces its own.
 
     Raises UsageError if the size of a region is missing.
     """
@@ -59,8 +56,6 @@ def frame_of(
             f"{trace.source}: the size of a region in metres is missing\n"
             "    add --side 0.5, or 'resolution' to the map of the scenario"
         )
-    if origin is not None:
-        return Frame(side, origin)
     return Frame(side) if own is None else replace(own, resolution=side)
 
 
@@ -131,15 +126,3 @@ def as_csv(found: Sequence[Waypoint]) -> str:
     """Return a line for each waypoint, below a line of headings; no yaw is an empty field."""
     columns = _columns(found)
     return csv_text(columns, ([getattr(one, column) for column in columns] for one in found))
-
-
-def as_json(found: Sequence[Waypoint], frame: Frame) -> str:
-    """Return the frame, and the waypoints of each robot, one on a line."""
-    robots: dict[str, list[str]] = {}
-    for waypoint in found:
-        entry = {column: getattr(waypoint, column) for column in _columns(found)[1:]}
-        robots.setdefault(waypoint.robot, []).append(json.dumps(entry))
-    joint = ",\n"
-    lists = joint.join(f"{json.dumps(n)}: [\n{joint.join(lines)}\n]" for n, lines in robots.items())
-    side, origin = json.dumps(frame.resolution), json.dumps([*frame.origin, frame.yaw])
-    return f'{{"resolution": {side}, "origin": {origin}, "robots": {{\n{lists}\n}}}}\n'

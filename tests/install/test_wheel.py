@@ -128,7 +128,11 @@ def test_the_wheel_runs_a_scenario_in_a_new_environment_without_compiler(
     image = "safenav: 1\nmap: {image: floor.png, rows: 2, cols: 2}\nrobots: {}\n"
     (elsewhere / "s.yaml").write_text(image)
     for words, needs, install in (
-        (("export", "x.jsonl", "--report"), "safenav export", "'numpy>=1.26' 'daqp>=0.7,<1'"),
+        (
+            ("export", "x.jsonl", "--motion", "m.jsonl"),
+            "safenav export",
+            "'numpy>=1.26' 'daqp>=0.7,<1'",
+        ),
         (("check", "s.yaml"), "a map file", "'numpy>=1.26' 'pillow>=10'"),
     ):
         said = say(program, *words, code=2)

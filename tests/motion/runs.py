@@ -35,11 +35,10 @@ def live_trace(name: str, delayed: float = 0.0) -> Path:
 
 
 def moved(trace: Path, folder: Path, *more: str) -> Path:
-    """The motion of a trace, as a file in a folder, and ``told.txt``, which the command printed."""
+    """The motion of a trace, as a file in a folder."""
     motion = folder / f"{trace.stem}.motion.jsonl"
     done = safenav("export", trace, "--motion", motion, *more)
     assert done.returncode == 0, done.stderr
-    (folder / "told.txt").write_text(done.stdout)
     return motion
 
 

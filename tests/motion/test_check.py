@@ -103,7 +103,7 @@ def good(name: str) -> tuple[Path, Path]:
     if name in SHIPPED:
         return trace_of_shipped(name), motion(name)
     trace = trace_of("case_study_1" if name == "tracked" else name)
-    more = ["--track", "--report"] if name == "tracked" else []
+    more = ["--track"] if name == "tracked" else []
     folder = made_once(f"motion of {name}", lambda at: moved(trace, at, *more))
     return trace, folder / f"{trace.stem}.motion.jsonl"
 
@@ -312,8 +312,3 @@ def test_feet_that_point_apart_are_refused(tmp_path: Path) -> None:
             start[2], goal[2] = (state[2] + side * np.pi / 2 for state in (start, goal))
     (said,) = findings(trace, written(lines, tmp_path / "m.jsonl"))
     assert {finding["rule"] for finding in said["findings"]} == {"feet"}
-
-
-def test_the_deviation_of_a_simulated_flight_is_reported() -> None:
-    told = (good("tracked")[1].parent / "told.txt").read_text()
-    assert "simulated flight of quad: at most 0.00" in told

@@ -19,7 +19,7 @@ def _page(name: str) -> Iterator[str]:
     """Yield the data that pages have of each thing, one on a line."""
     data = data_of(page_of(name))
     quiet = {"robots", "obstacles", "events", "marks", "nose", "charger", "version", "grid", "name"}
-    for key in sorted(data.keys() - quiet - {"ending", "curves"}):
+    for key in sorted(data.keys() - quiet - {"ending"}):
         yield f"{key}: {json.dumps(data[key])}"
     for robot in data["robots"]:
         told = {k: v for k, v in robot.items() if k not in ("look", "shape", "can", "name")}

@@ -14,7 +14,7 @@ from safenav.motion.file import Motion
 from safenav.motion.timing import dated, paces_of
 from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.robustness import robustness
-from safenav.stl.syntax import Compound, Happens, Requirement, RobotSignal, nodes, parse_requirement
+from safenav.stl.syntax import Happens, Requirement, RobotSignal, nodes, parse_requirement
 from safenav.trace.file import Trace
 from safenav.trace.records import Request, Resolved
 
@@ -185,28 +185,3 @@ def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
         advice = "raise the sampling rate"
         advice += f": --rate {wanted}" if wanted <= MOST_RATE else ", or change its bound a little"
     return Judgement(name, text, verdict, low, high, error, advice)
-
-
-MOST_POINTS = 400
-
-
-def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
-    """Return the robustness of each requirement over time, for a page: at most MOST_POINTS points
-    [seconds, value], each the least of those around it, and the verdict. An outer ``always`` is
-    shown by its operand: its own value is the least one from the start."""
-    data: list[dict[str, object]] = []
-    recording = MotionRecording(motion, trace)
-    for one in judged(motion, trace):
-        formula = readable(recording, one.formula)
-        while isinstance(formula, Compound) and formula.operator == "always":
-            (formula,) = formula.operands
-        found = robustness(formula, recording)
-        finite = found.low[np.isfinite(found.low)]
-        edge = float(np.max(np.abs(finite), initial=1.0))
-        low = np.clip(found.low, -edge, edge)
-        parts = np.array_split(np.arange(len(low)), min(MOST_POINTS, len(low)))
-        least = [part[int(np.argmin(low[part]))] for part in parts]
-        times = np.round(found.times[least], 3)
-        points = np.stack([times, np.round(low[least], 4)], axis=1).tolist()
-        data.append({"name": one.name, "told": str(one), "verdict": one.verdict, "points": points})
-    return data

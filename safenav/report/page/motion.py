@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from safenav.motion import file as records
-from safenav.motion.check.requirements import curves
 from safenav.motion.columns import columns_at, times_of
 from safenav.motion.timing import in_time
 from safenav.report.page.html import asset, data_element, document, encoded
@@ -119,12 +118,11 @@ def deflated(data: bytes) -> str:
 def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     """Return the run of a trace in 3D as an HTML document, on the clock of its motion. ``source``:
     the name of the trace."""
-    timed = in_time(trace, motion)
-    run = run_of(timed)
+    run = run_of(in_time(trace, motion))
     scene = deflated(asset("scene.js").encode())
     return document(
         f"{run.name}: replay in 3D",
-        data_element("run", encoded(run, source) | {"curves": curves(motion, timed)}),
+        data_element("run", encoded(run, source)),
         data_element("motion", encoded_motion(motion)),
         f'<script type="text/plain" id="scene">{scene}</script>',
     )

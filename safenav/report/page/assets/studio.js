@@ -1,4 +1,4 @@
-/* sources 4d3c11f90939dcb7e9ed9b22051ddb9a260b3bdc2aae85ec9164e443970dc23c */
+/* sources 7822027da6a4e1643d9ded227de86bd69dbfb2882cf3604d2e0eda5c6729b72d */
 /* Contains @codemirror/view:
 MIT License
 

@@ -109,8 +109,6 @@ export const INK = {
   waiting: { fill: "var(--requested)" },
   helping: { fill: "var(--resolved)" },
   synthesis: { ...LINE, stroke: "var(--synthesis)", "stroke-width": 2 },
-  curve: { ...LINE, stroke: "currentColor", "stroke-width": 1.5 },
-  zero: { ...LINE, stroke: "var(--line)" },
   // targets
   aim: { ...LINE, stroke: OWN, "stroke-linejoin": "round", "stroke-width": 2.4 },
   current: { fill: "color-mix(in oklab, var(--colour) 32%, transparent)" },

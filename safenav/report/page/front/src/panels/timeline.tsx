@@ -8,7 +8,7 @@ import { Row } from "./legend";
 import { Button, EventSign, resized } from "./shell";
 import type { Eye } from "../map/camera";
 import { type Player, SPEEDS } from "../run/player";
-import { at, type Curve, EVENTS, moment, type Robot, roleOf, type Run, type RunEvent, tickAt, transitAt, when } from "../run/run";
+import { at, EVENTS, moment, type Robot, roleOf, type Run, type RunEvent, tickAt, transitAt, when } from "../run/run";
 
 interface TimelineProps {
   run: Run;
@@ -155,7 +155,6 @@ function Timeline({ run, player, tick, eye }: TimelineProps) {
         onInput={(event) => player.seekTime(Number(event.currentTarget.value))}
       />
       <Lanes run={run} player={player} selected={eye.followed} select={select} />
-      <Curves run={run} end={player.end} />
       <Axis last={player.end} width={width} />
     </div>
   );
@@ -298,40 +297,5 @@ export function Axis({ last, width }: { last: number; width: number }) {
         </span>
       ))}
     </div>
-  );
-}
-
-const HEIGHT = 22;
-/** Colours of curves. */
-const VERDICTS = { satisfied: "resolved", violated: "found", undecided: "quiet" };
-
-/** The robustness of each requirement over time; below its line it is violated. */
-export function Curves({ run, end }: { run: Run; end: number }) {
-  if (!run.curves?.length) return null;
-  return (
-    <ol class="curves">
-      {run.curves.map((curve) => (
-        <li key={curve.name} style={{ color: `var(--${VERDICTS[curve.verdict]})` }} title={curve.told} data-requirement={curve.name}>
-          <Plot curve={curve} end={end} />
-          <span>
-            {curve.name}: {curve.verdict}
-          </span>
-        </li>
-      ))}
-    </ol>
-  );
-}
-
-function Plot({ curve, end }: { curve: Curve; end: number }) {
-  const values = curve.points.map(([, value]) => value);
-  const [top, bottom] = [Math.max(0, ...values), Math.min(0, ...values)];
-  const y = (value: number): string => ((HEIGHT * (top - value)) / (top - bottom || 1)).toFixed(2);
-  const line = curve.points.map(([seconds, value]) => `${seconds} ${y(value)}`).join("L");
-  return (
-    <svg viewBox={`0 -1 ${end || 1} ${HEIGHT + 2}`} preserveAspectRatio="none" role="img">
-      <title>{curve.told}</title>
-      <path {...INK.zero} d={`M0 ${y(0)}H${end}`} />
-      <path class="curve" {...INK.curve} d={`M${line}`} />
-    </svg>
   );
 }

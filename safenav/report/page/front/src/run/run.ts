@@ -96,14 +96,6 @@ export interface Robot {
 /** [from tick, 1 if it sees the other, the place in `Run.sets` of the regions where the other may be, -1 for unknown] */
 export type BeliefChange = [tick: number, seen: number, set: number];
 
-export interface Curve {
-  name: string;
-  /** Formula, verdict and robustness in words. */
-  told: string;
-  verdict: "satisfied" | "violated" | "undecided";
-  points: [seconds: number, robustness: number][];
-}
-
 export interface Obstacle {
   name: string;
   /** With the name of its region, if that has one. */
@@ -155,8 +147,6 @@ export interface Run {
   last: number;
   /** Seconds of each tick if the run has a clock: its ticks are the instants of its events. */
   times: number[] | null;
-  /** The robustness of the scenario's requirements over the seconds of the motion. */
-  curves?: Curve[];
   /** The run ended within its last tick: not every robot took its turn. */
   within: boolean;
   robots: Robot[];
