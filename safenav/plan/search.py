@@ -330,6 +330,9 @@ class Proposals:
         self._floor, self._random, self._size = floor, random, floor.team.size
         self._members = floor.team.members
         self._rivals = [member.rivals for member in self._members]
+        self._zoned = [bool(member.zones) for member in self._members]
+        self._joint: Joint | None = None
+        self._order: Sequence[int] = ()
 
     def propose(
         self,
@@ -340,18 +343,24 @@ class Proposals:
     ) -> tuple[int, ...] | None:
         """Return the next poses; None if a robot can neither move nor stay. ``order``: the robots
         in the order of their choices; ``forced``: a robot that must take a pose."""
-        self._joint, self._fields = joint, fields
+        if joint is not self._joint or order is not self._order:  # else another forced pose
+            self._joint, self._order, self._poses = joint, order, joint.poses
+            self._now: dict[int, list[int]] = {}
+            for i in order:
+                self._now.setdefault(joint.poses[i] % self._size, []).append(i)
+            self._steps = [self._floor.steps(i, joint.stages) for i in range(len(joint.poses))]
+        self._fields = fields
         self._next: dict[int, int] = {}
         self._entered: dict[int, list[int]] = {}
-        self._now: dict[int, list[int]] = {}
-        for i in order:
-            self._now.setdefault(joint.poses[i] % self._size, []).append(i)
         if forced is not None and not self._place(forced[0], frozenset(), (forced[1],)):
             return None
         for i in order:
             if i not in self._next and not self._place(i, frozenset(), None):
                 return None
-        return tuple(self._next.get(i, pose) for i, pose in enumerate(joint.poses))
+        found = [*joint.poses]
+        for i, pose in self._next.items():
+            found[i] = pose
+        return tuple(found)
 
     def _place(self, i: int, pushing: frozenset[int], only: tuple[int, ...] | None) -> bool:
         """Give a robot a pose, and others that are in its way. ``pushing``: the robots that push
@@ -369,10 +378,10 @@ class Proposals:
         region, rivals, after = pose % self._size, self._rivals[i], self._next
         if (entered := self._entered.get(region)) and not rivals.isdisjoint(entered):
             return False
-        if self._members[i].zones and self._members[i].shut(self._occupied()) >> region & 1:
+        if self._zoned[i] and self._members[i].shut(self._occupied()) >> region & 1:
             return False
         pushed = []
-        if region != self._joint.poses[i] % self._size:
+        if region != self._poses[i] % self._size:
             for j in self._now.get(region, ()):
                 if j in rivals:
                     if j in pushing or (j in after and after[j] % self._size == region):
@@ -381,20 +390,20 @@ class Proposals:
                         pushed.append(j)
         self._entered.setdefault(region, []).append(i)
         after[i] = pose
-        return all(j in after or self._place(j, pushing | {i}, None) for j in pushed)
+        return not pushed or all(j in after or self._place(j, pushing | {i}, None) for j in pushed)
 
     def _occupied(self) -> list[Mask]:
         """Return the regions of each robot, before and after this step."""
-        size, after, poses = self._size, self._next, enumerate(self._joint.poses)
+        size, after, poses = self._size, self._next, enumerate(self._poses)
         return [1 << pose % size | 1 << after.get(j, pose) % size for j, pose in poses]
 
     def _ranked(self, i: int) -> list[int]:
         """Return a robot's possible next poses, the nearest to its goals first; free ones before
         taken ones."""
-        here, field, rivals = self._joint.poses[i], self._fields[i], self._rivals[i]
+        here, field, rivals = self._poses[i], self._fields[i], self._rivals[i]
         now, size, draw = self._now, self._size, self._random.random
         ranks = [(0 if field is None else field[here], False, draw(), here)]
-        for pose in self._floor.steps(i, self._joint.stages)[here]:
+        for pose in self._steps[i][here]:
             if self._alive is not None and not self._alive[i] >> pose & 1:
                 continue
             there = now.get(pose % size)
