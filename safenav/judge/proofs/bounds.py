@@ -11,6 +11,7 @@ from math import ceil
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
+from safenav.judge.proofs.closures import Case
 from safenav.judge.state import Need, Rest, Robot, State
 
 NEVER = 1 << 40
@@ -298,12 +299,8 @@ def charge_needed(robot: Robot, s: State) -> int:
     """Return the least charge with which a robot can meet its targets in turn forever, computed as
     a fixpoint of growing numbers on poses."""
     battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers
-    shut = own.avoid | {one.region for one in s.obstacles.values() if one.there and one.shut}
-    graph = s.world.graph(robot.faces)
-    if own.formulas is not None:
-        graph = {a: tuple(b for b in to if own.formulas.allows(a, b)) for a, to in graph.items()}
-    poses = s.world.reach(graph, [robot.pose], shut)
-    after = {pose: [q for q in graph.get(pose, ()) if q[0] not in shut] for pose in poses}
+    steps = Case(s).steps[robot.name]
+    after = {pose: steps[pose] for pose in s.world.reach(steps, [robot.pose], ())}
 
     def leg(target: frozenset[int], then: Charges) -> Charges:
         """Return the least charge of each pose with which it meets a target with a charge ``then``,
