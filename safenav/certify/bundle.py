@@ -2,9 +2,7 @@
 
 import hashlib
 import json
-import platform
 import shutil
-import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -162,11 +160,6 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
     manifest = {
         "format": "safenav-bundle",
         "version": VERSION,
-        "made_by": {
-            "safenav": safenav.__version__,
-            "python": platform.python_version(),
-            "platform": sys.platform,
-        },
         "files": {
             name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
             for name, data in sorted(files.items())
