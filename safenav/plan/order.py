@@ -278,30 +278,6 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     return True
 
 
-def surely(team: Team, state: State) -> list[int]:
-    """Return for each robot the last place of its path that it surely reaches without a further
-    resolution."""
-    plan = state.plan
-    assert plan is not None
-    most = [len(way) - 1 for way in plan.ways]
-    shut = [closed(team, state, i) for i in range(len(plan.ways))]
-    before = None
-    while before != most:
-        before = list(most)
-        for i, way in enumerate(plan.ways):
-            first = state.robots[i].at + 1
-            for place in range(first, most[i] + 1):
-                waypoint = way[place]
-                waits = not _are_met(state, waypoint.needs) or any(
-                    most[j] < at for j, at in waypoint.after
-                )
-                waits = waits and (place > first or state.robots[i].to is None)
-                if waits or waypoint.pose % team.size in shut[i]:
-                    most[i] = place - 1
-                    break
-    return most
-
-
 def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
     """Return the joint state after each tick of a run of the plan without surprises, in which
     robots move in turn, each as soon as it may; None if it does not reach its end."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection
 
 from safenav.data import Place
-from safenav.plan.order import surely
+from safenav.plan.order import at_end
 from safenav.runtime.control.strategies import Controller
 from safenav.spec.assignable import assignable_regions
 from safenav.spec.belief import models
@@ -11,7 +11,7 @@ from safenav.spec.compile import assumption_names
 from safenav.spec.task import Task
 from safenav.team import state as now
 from safenav.team.floor import driven
-from safenav.team.state import State
+from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import MovedBy, MoveEnd, PlanEndReason, Reason
@@ -74,45 +74,39 @@ def command_line(
 
 
 class PlanLines:
-    """The joint plan as far as it needs no further resolution. ``said``: the last place of each
-    robot in the recorded part (None: no plan is in force); ``basis``: its plan and obstacles."""
+    """``plan``: the joint plan that was recorded last; None: none is in force."""
 
     def __init__(self, emit: Emit) -> None:
         self._emit = emit
-        self.said: list[int] | None = None
-        self.basis: object = None
+        self.plan: Plan | None = None
 
-    def tell(self, tick: int, team: Team, before: State, after: State) -> None:
-        """Record the plan when it is new, or more of it is possible."""
-        if after.plan is None or self.basis == (after.plan, after.obstacles):
+    def tell(self, tick: int, team: Team, state: State) -> None:
+        """Record a new plan."""
+        plan = state.plan
+        if plan is None or plan is self.plan:
             return
-        self.basis, most = (after.plan, after.obstacles), surely(team, after)
-        if self.said is not None and (before.plan is not after.plan or most != self.said):
-            self.ends(tick, PlanEndReason.CHANGED)
-        if self.said is None and any(most[i] > after.robots[i].at for i in team.sharing):
-            self._emit(_plan_line(tick, team, after, most))
-            self.said = most
+        self.ends(tick, PlanEndReason.CHANGED)
+        if not at_end(state, team.sharing):
+            self._emit(_plan_line(tick, team, state, plan))
+            self.plan = plan
 
     def reached(self, tick: int, team: Team, state: State) -> None:
         """End the plan that was recorded if every robot has completed its path in it."""
-        said = self.said
-        if said is not None and all(state.robots[i].at >= said[i] for i in team.sharing):
+        if at_end(state, team.sharing):
             self.ends(tick, PlanEndReason.REACHED)
 
     def ends(self, tick: int, reason: PlanEndReason) -> None:
-        if self.said is not None:
+        if self.plan is not None:
             self._emit(records.PlanEnd(tick, reason))
-            self.said = self.basis = None
+            self.plan = None
 
 
-def _plan_line(tick: int, team: Team, state: State, most: list[int]) -> records.Plan:
-    assert state.plan is not None
+def _plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
     ways, orders = {}, []
     for i in driven(team, state):
-        at, member, way = state.robots[i].at, team.members[i], state.plan.ways[i]
-        there = (member.graph.pose(visit.pose).place for visit in way[at : most[i] + 1])
-        ways[member.name] = tuple(there)
-        for place in range(at + 1, most[i] + 1):
+        at, member, way = state.robots[i].at, team.members[i], plan.ways[i]
+        ways[member.name] = tuple(member.graph.pose(visit.pose).place for visit in way[at:])
+        for place in range(at + 1, len(way)):
             for j, left in way[place].after:
                 if (since := left - state.robots[j].at) > 0:
                     orders.append((team.members[j].name, since, member.name, place - at))

@@ -300,7 +300,7 @@ class Run:
         if self.control.new or self.control.question != intended.question:
             coming = self.world.coming(self) is not None
             self.recorder.settled(before, decided, self.state, self.control, coming=coming)
-        self.recorder.plan.tell(self.recorder.tick, self.team, before, self.state)
+        self.recorder.plan.tell(self.recorder.tick, self.team, self.state)
         if self.control.end is not None and self.waits():
             self.recorder.waiting(self.control.end, self.until())
         thinks = self.control.thinks or self.control.pending or self.control.question is None

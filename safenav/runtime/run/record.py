@@ -78,7 +78,7 @@ class Recorder:
     def kept(self) -> Memory:
         """Return the recorder's memory, for a checkpoint."""
         memory = Memory(self.tick, self.moved, tuple(self.stack), tuple(self.helpers.items()))
-        return replace(memory, planned=self.plan.said is not None, ledger=self.ledger.kept())
+        return replace(memory, planned=self.plan.plan is not None, ledger=self.ledger.kept())
 
     def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> None:
         """Continue after these lines."""
