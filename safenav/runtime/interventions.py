@@ -26,9 +26,9 @@ from safenav.world.poses import Pose
 
 class Intervention(Struct, frozen=True):
     """A change by a user. ``kind``: see ``LINES``; in a simulated world also ``close``: the
-    ``obstacle`` appears as soon as no robot is there, ``open``: one disappears, ``truth``:
-    resolving one reveals another. ``name``: that of the robot, the obstacle or the input; ``on``:
-    whether the robot is in service, the obstacle traversable, or the input on from now on."""
+    ``obstacle`` appears as soon as no robot is there, ``open``: one disappears. ``name``: that of
+    the robot, the obstacle or the input; ``on``: whether the robot is in service, or the input on
+    from now on."""
 
     kind: str
     name: str = ""
@@ -58,7 +58,7 @@ def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> In
     found = _read(data, scenario, reading)
     reading.refuse_if_any()
     if found is None:
-        known = "close, open, order, truth, objective, service, input, resolved, permanent"
+        known = "close, open, order, objective, service, input, resolved, permanent"
         raise UsageError(f"unknown change; known: {known}, put_back, give_up")
     return found
 
@@ -134,8 +134,6 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
             return Intervention("put_back", str(data.get("robot")), pose=Pose.of(place, heading))
         case "give_up":
             return Intervention("give_up")
-        case "truth":
-            return Intervention("truth", str(data.get("obstacle")), _flag(data, "traversable"))
         case "objective" | "service" as kind:
             if kind == "objective":
                 value = data.get("objective")

@@ -339,13 +339,6 @@ class Late(Change, frozen=True):
     obstacle: str | None = None
 
 
-class Revealed(Change, frozen=True):
-    """Resolving an obstacle will reveal another truth."""
-
-    obstacle: int
-    truth: bool
-
-
 class Seen(Change, frozen=True):
     """A sensor shows an obstacle that no robot has requested to be resolved yet."""
 

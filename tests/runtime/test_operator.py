@@ -81,7 +81,6 @@ def whatever(mission: Mission, world: SimulatedWorld, chance: Random) -> str | d
     return chance.choice(
         [
             {"kind": "open", "obstacle": obstacle},
-            {"kind": "truth", "obstacle": obstacle, "traversable": truth},
             *(new, new),
             f"objective {robot} {{{objective}}}",
             f"service {robot} {'back' if chance.random() < 0.6 else 'out'}",

@@ -451,7 +451,6 @@ def request(drawing: dict[str, Any], chance: random.Random) -> dict[str, Any]:
         {"kind": "close", "type": "door", "region": region},
         {"kind": "close", "type": "uncertainty", "region": other, "truth": chance.random() < 0.5},
         {"kind": "open", "obstacle": obstacle},
-        {"kind": "truth", "obstacle": obstacle, "traversable": chance.random() < 0.5},
         {"kind": "objective", "robot": robot, "objective": {"visit": [region, other]}},
         {"kind": "objective", "robot": robot, "objective": chance.choice(({}, [], {"hold": 17}))},
         {"kind": "service", "robot": robot, "active": chance.random() < 0.5},

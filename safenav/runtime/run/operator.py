@@ -126,10 +126,7 @@ class Operator:
         told, name, team = OperatorIntervention, wanted.name, run.team
         match wanted:
             case Intervention("close", obstacle=Obstacle() as closed):
-                new = replace(closed, appears=int(run.state.time))
-                self._simulation().bring(new)
-                if new.traversable is not None and name in team.numbers:  # it reappears, changed
-                    yield now.Revealed(number(team, run.state, new), new.traversable)
+                self._simulation().bring(replace(closed, appears=int(run.state.time)))
             case Intervention("order", obstacle=Obstacle() as ordered):
                 new = replace(ordered, appears=int(run.state.time))
                 while new.name in team.numbers or new.name in self._ordered:
@@ -145,10 +142,6 @@ class Operator:
                 yield now.Intervened(told.RESOLVED, obstacle=team.numbers[name][-1])
                 self._simulation().remove(name)
                 yield now.Gone(number(team, run.state, source), USER)
-            case Intervention("truth"):
-                source = self._there(name)
-                self._simulation().set_truth(name, wanted.on)
-                yield now.Revealed(number(team, run.state, source), wanted.on)
             case Intervention("objective", objective=objective) if objective is not None:
                 i = self._robot(name)
                 yield now.Intervened(told.OBJECTIVE, i, objective=objective)
@@ -199,9 +192,6 @@ class Operator:
                     raise UsageError(f"a {kind.name} stops robots: an order needs 'blocks: []'")
             case Intervention("open"):
                 self._there(name)
-            case Intervention("truth"):
-                if not self._there(name).type.has_truth:
-                    raise UsageError(f"{name} has no truth to reveal")
             case Intervention("objective", objective=objective) if objective is not None:
                 self._may_pursue(run, name, objective)
             case Intervention("service"):

@@ -203,8 +203,6 @@ class Recorder:
             case now.Late(kind, why, i, name):
                 robot = None if i is None else self._robot(i)
                 self.emit(records.Late(self.tick, kind, why, robot, name))
-            case now.Revealed(k, truth):
-                self.emit(records.Truth(self.tick, self._name(k), truth, ChangeCause.USER))
             case now.Inputs(on, by_user):
                 self.waited = None
                 values = {each.name: each.name in on for each in self.team.scenario.inputs}

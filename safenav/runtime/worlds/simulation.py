@@ -185,7 +185,7 @@ class SimulatedWorld:
         self._team = introduced(self._team, obstacle)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
         self._truths.append(obstacle.traversable)
-        self.truths[obstacle.name] = obstacle.traversable
+        self.truths.setdefault(obstacle.name, obstacle.traversable)
 
     def follow(self, team: Team) -> None:
         """Let robots take the loads that they can deliver under their current rules."""
@@ -204,14 +204,6 @@ class SimulatedWorld:
                 found = True
                 self._put(k, Is.OVER)
         return found
-
-    def set_truth(self, name: str, truth: bool) -> None:
-        """Let resolving an obstacle reveal another truth."""
-        self.truths[name] = truth
-        self._truths = [
-            truth if each.name == name else old
-            for each, old in zip(self._team.obstacles, self._truths, strict=True)
-        ]
 
     def _changes(self, i: int) -> tuple[tuple[int, Stage], ...]:
         pairs = enumerate(zip(self._team.obstacles, self._state.obstacles, strict=True))

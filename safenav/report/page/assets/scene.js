@@ -1,4 +1,4 @@
-/* sources 7822027da6a4e1643d9ded227de86bd69dbfb2882cf3604d2e0eda5c6729b72d */
+/* sources a8d0e8eb5993c907a9bc9999a8826ec602d8246a08655aa8bbe154dadf92b6a8 */
 /* Contains three:
 The MIT License
 

@@ -44,7 +44,6 @@ export function standing(run: Run, tick: number): Obstacle[] {
 export function World({ run, tick, palette, out, inputs, tool, choose, say, over }: WorldProps) {
   const there = standing(run, tick);
   const types = palette.obstacles;
-  const truths = there.filter((o) => types.find((type) => type.name === o.type)?.truth);
   const off = over && OVER;
   const change = (kind: string, data: object) => () => say("change", { kind, ...data });
   const waits = waitsFor(run);
@@ -95,13 +94,6 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
         </select>
         {choice("Remove", { does: "open" })}
       </div>
-      {truths.map((o) => (
-        <p class="truth row wrap" key={o.name}>
-          <b>{o.label}</b> turns out{" "}
-          <Press off={off} act={change("truth", { obstacle: o.name, traversable: true })}>passable</Press>
-          <Press off={off} act={change("truth", { obstacle: o.name, traversable: false })}>impassable</Press>
-        </p>
-      ))}
       {Object.entries(inputs).map(([input, on]) => (
         <p class="truth row wrap" key={input}>
           <b>{input}</b>{" "}
