@@ -3,7 +3,6 @@ before the start, deadlines that cannot be met and charges that do not suffice. 
 of an event, or of a turn with new requests or bounds.
 """
 
-from bisect import bisect_left
 from collections.abc import Callable, Iterable
 from math import ceil
 
@@ -279,30 +278,13 @@ def refusal_of(team: Team, state: State) -> End | None:
 
 
 def _charge_words(team: Team, member: Member, energy: Energy, pose: int, need: float) -> str:
-    battery, word = energy.battery, team.world.word
-    here, name = word(pose % team.size), member.name
+    battery, here, name = energy.battery, team.world.word(pose % team.size), member.name
     if need <= battery.capacity:
         return f"{name} needs a charge of {ceil(need)} at {here}, and has {battery.start}"
+    text = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
     if energy.charging(pose):
         text = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
-    else:
-        text = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
-    text += " from which it can continue"
-    enough = _least_capacity(member, energy, pose)
-    return text if enough is None else f"{text}; a capacity of {enough} suffices"
-
-
-def _least_capacity(member: Member, energy: Energy, pose: int) -> int | None:
-    """Return the least capacity with which a robot could continue forever; None if there is
-    none."""
-    low, high = energy.battery.capacity, 4 * member.graph.size * (energy.battery.move + 1)
-
-    def enough(capacity: int) -> bool:
-        larger = replace(energy, battery=replace(energy.battery, capacity=capacity))
-        return larger.need(member.floor, pose, 0) <= capacity
-
-    capacities = range(low + 1, high + 1)
-    return capacities[bisect_left(capacities, True, key=enough)] if enough(high) else None
+    return f"{text} from which it can continue"
 
 
 def _orders(team: Team, member: Member, pose: int) -> Orders:
