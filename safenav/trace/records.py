@@ -299,8 +299,7 @@ class Request(Record, frozen=True, tag="request"):
     """A request for help. ``bids``: robots with the action -> ticks until they can be there (null:
     they cannot get there); ``helpers``: they may include the requester; ``need``: its number, from
     0, if the obstacle has several; ``because``: the reason, in words, why no robot helps, or not
-    the nearest one. An order has no ``requester``. ``aside``: no joint state serves it; its
-    obstacle is a wall until something changes."""
+    the nearest one. An order has no ``requester``."""
 
     obstacle: str
     requester: str | None
@@ -308,7 +307,6 @@ class Request(Record, frozen=True, tag="request"):
     helpers: tuple[str, ...]
     need: Count | None = None
     because: str | None = None
-    aside: bool | None = None
 
 
 class StackEntry(Record, frozen=True):

@@ -395,11 +395,10 @@ class Recorder:
             )
             bids[self._robot(i)] = None if steps is None else steps * self.team.members[i].ticks
         asked = state.obstacles[k].asked
-        aside = state.obstacles[k].aside and k not in control.vain
         if because is None:
             request = Request(self.team, state, control.found, k)
             helping = [i for i, role in enumerate(control.roles) if role.helps == k]
-            if aside:
+            if state.obstacles[k].aside and k not in control.vain:
                 because = ASIDE
             elif helping:
                 because = request.why_others(helping, bids)
@@ -413,7 +412,6 @@ class Recorder:
             helpers,
             need=number if len(self.team.obstacles[k].needs) > 1 else None,
             because=because,
-            aside=True if aside else None,
         )
 
     def _pops(self, state: State, *, ended: bool = False) -> None:
