@@ -3,13 +3,10 @@
 A layer between the fleet's world and a transport, for robots whose station has ``follow``; goals of
 other robots pass through. A goal succeeds when its reference has ended and the robot is there; it
 is aborted as soon as odometry deviates from the reference by more than the tolerance. The plan then
-continues from the measured position, at rest. A walker has footsteps only between the poses of
-regions, so a walker that has lost its reference gets no goal. A cancelled robot completes its step
-first.
+continues from the measured position, at rest. A cancelled robot completes its step first.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from copy import copy
 from math import hypot
 from threading import RLock
 
@@ -18,12 +15,11 @@ from msgspec import Struct
 from safenav.errors import UsageError
 from safenav.fleet import transport
 from safenav.fleet.file import Station
-from safenav.fleet.setpoints import YAW, Setpoints, reference_of
+from safenav.fleet.setpoints import Setpoints, reference_of
 from safenav.motion.file import Moving
-from safenav.motion.geometry import MetricFloor, turn
+from safenav.motion.geometry import MetricFloor
 from safenav.motion.making import mover
-from safenav.motion.mover import Glider, Mover
-from safenav.motion.walker import WalkerMover
+from safenav.motion.mover import Glider
 from safenav.scenario.model import Robot
 from safenav.world.map import Region
 
@@ -34,16 +30,14 @@ advance."""
 
 class Follower(Struct):
     """A robot that follows references. ``mover``: its plan, on the clock of the world and in the
-    frame of the map; ``gone``: it has left its plan, and none leads on from where it is; ``goal``
-    and ``action``: the numbers of its goal and its action, if any."""
+    frame of the map; ``goal`` and ``action``: the numbers of its goal and its action, if any."""
 
     name: str
-    mover: Mover
+    mover: Glider
     tolerance: float
     reference: Setpoints | None = None
     goal: int | None = None
     action: int | None = None
-    gone: bool = False
     place: transport.Located | None = None
 
 
@@ -104,19 +98,15 @@ class Following:
 
     # References
 
-    def begins(self, robot: str) -> tuple[float, float, float]:
-        """Return x, y and yaw at which a follower rests until its first step."""
-        return resting_place(self.followers[robot].mover, self._places)
-
     def start_error(self, robot: str) -> str | None:
         """Return an error message if a follower is not where its references begin."""
         follower = self.followers.get(robot)
         if follower is None or follower.place is None:
             return None
-        x, y, _ = there = self.begins(robot)
-        off = _off(there, follower.place)
+        off = self._off_rest(follower, follower.place)
         if off <= follower.tolerance:
             return None
+        x, y = self._places.centre(follower.mover.region)
         return f"{robot} is {off:.2f} m from ({x:.2f}, {y:.2f}) m, where its references begin"
 
     def left(self, robot: str) -> float:
@@ -146,54 +136,39 @@ class Following:
         body.time = max(body.time, self.now() + LEAD)
         if to == body.region:
             return body.resume(0) or body.rest(0, body.time + LEAD)
-        floor = body.floor
-        try:
-            heading = floor.heading(body.region, to)
-        except StopIteration:
+        if to not in self._places.world.neighbours(body.region):
             return []
-        if isinstance(body, WalkerMover) and turn(body.heading or heading, heading) == 2:
-            return []  # it turns by walking
-        rover = isinstance(body, Glider) and body.kind == "rover"
-        first = body.resume(0) if rover else []  # it drives straight on
-        return [*first, *body.move(0, to, short=short), *body.halt(0)]
+        first = body.resume(0) if body.kind == "rover" else []  # it drives straight on
+        return [*first, *body.move(0, to, short=short)]
 
     def _send(self, follower: Follower, pieces: list[Moving]) -> None:
         frame = self._places.frame
         follower.reference = reference_of(pieces, follower.mover.values, frame)
         self._inner.follow(follower.name, follower.reference)
 
+    def _off_rest(self, follower: Follower, at: transport.Located) -> float:
+        """Return the distance in metres of a robot from where its plan lets it rest."""
+        return _off(self._places.frame.in_world(*follower.mover.place), at)
+
     def _resynchronized(self, follower: Follower) -> str:
         """Continue the plan from the robot's position, if it deviates. Return the reason if that is
         impossible, else an empty text."""
         at = follower.place
         assert at is not None
-        off = _off(resting_place(follower.mover, self._places), at)
-        if off <= follower.tolerance and not follower.gone:
+        off = self._off_rest(follower, at)
+        if off <= follower.tolerance:
             return ""
         return self._reset(follower, at, f"{off:.2f} m away from its position at rest")
 
     def _reset(self, follower: Follower, at: transport.Located, reason: str) -> str:
         """Restart the plan at the measured position, at rest; return why that is impossible."""
-        body = follower.mover
+        body, frame = follower.mover, self._places.frame
         region = self._places.region(at.x, at.y)
-        east, north = self._places.frame.on_map(at.x, at.y)
-        facing = at.yaw - self._places.frame.yaw
-        refused = ""
         if region is None or not self._places.world.is_free(region):
-            refused = f"{reason}, outside every free region"
-        elif isinstance(body, Glider):
-            body.place, body.facing, body.region = (east, north), facing, region
-        else:
-            before = body.region, body.heading
-            body.region, body.heading = region, self._places.heading(at.yaw).label
-            off = _off(resting_place(body, self._places), at)
-            if off > follower.tolerance:
-                body.region, body.heading = before
-                refused = f"{reason}, {off:.2f} m from where its footsteps begin"
-        follower.gone = bool(refused)
-        if not refused:
-            body.time = self.now()
-        return refused
+            return f"{reason}, outside every free region"
+        body.place, body.facing = frame.on_map(at.x, at.y), at.yaw - frame.yaw
+        body.region, body.time = region, self.now()
+        return ""
 
     # Messages
 
@@ -217,7 +192,7 @@ class Following:
             return  # while it acts, its own controller moves it
         if follower.goal is None:  # rest would pull it back through regions that others may enter
             out = self._places.outside(follower.mover.region, at.x, at.y)
-            if not follower.gone and out > follower.tolerance:
+            if out > follower.tolerance:
                 self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")
             return
         off = _off(reference.at(now).tolist(), at)
@@ -244,25 +219,21 @@ class Following:
         self._post(transport.GoalEnded(follower.name, number, end, reason))
 
 
-def mover_of(robot: Robot, places: transport.Places) -> Mover:
+def mover_of(robot: Robot, places: transport.Places) -> Glider:
     """Return the mover of a robot, at rest at its start. Raises UsageError if its model has no
-    motion."""
+    curves."""
     model, start = robot.model, robot.start
     motion = model.figures
-    if motion is None:
+    if motion is None or motion["kind"] == "walker":
+        why = "has no motion" if motion is None else "walks"
         raise UsageError(
-            f"{robot.name} cannot follow references: the model '{model.name}' has no "
-            "motion\n    add 'motion' or 'speed' to it, or leave out 'follow'"
+            f"{robot.name} cannot follow references: the model '{model.name}' {why}\n"
+            "    only a flyer, a rover or a disc can; leave out its 'follow'"
         )
     floor = MetricFloor(places.world.rows, places.world.cols, places.frame.resolution)
-    return mover(robot.name, floor, *start.place, motion)
-
-
-def resting_place(body: Mover, places: transport.Places) -> tuple[float, float, float]:
-    """Return the resting pose of an idle robot: x, y and yaw in the world's frame."""
-    probe = copy(body)
-    row = reference_of(probe.rest(0, probe.time + 1.0), probe.values, places.frame).at(probe.time)
-    return float(row[0]), float(row[1]), float(row[YAW])
+    found = mover(robot.name, floor, *start.place, motion)
+    assert isinstance(found, Glider)
+    return found
 
 
 def _off(there: Sequence[float], at: transport.Located) -> float:

@@ -11,11 +11,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from safenav.motion.columns import BODY, placed, sampled
-from safenav.motion.file import Foothold, Moving, Segment
+from safenav.motion.file import Moving
 from safenav.motion.flyer import HORIZON, PERIOD
 from safenav.world.map import Frame
 
@@ -27,13 +26,11 @@ ACCELERATION, YAW = slice(6, 9), 9
 
 
 class Setpoints(Struct, frozen=True):
-    """Rows (n, 10) every ``step`` seconds from ``begin``, from rest to rest. ``feet``: a walker's
-    footholds in the order of landing, with ``down`` and ``up`` on the same clock."""
+    """Rows (n, 10) every ``step`` seconds from ``begin``, from rest to rest."""
 
     begin: float
     step: float
     rows: Array
-    feet: tuple[Foothold, ...] = ()
 
     @property
     def end(self) -> float:
@@ -51,7 +48,7 @@ class Setpoints(Struct, frozen=True):
         """Return the part of the stream that is sent at a time, which is the time of its first
         row."""
         rows = np.array([self.at(now + number * PERIOD) for number in range(HORIZON)])
-        return Setpoints(now, PERIOD, rows, tuple(foot for foot in self.feet if foot.up > now))
+        return Setpoints(now, PERIOD, rows)
 
 
 def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
@@ -61,14 +58,4 @@ def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: 
     columns = placed(sampled(pieces, times, limits), (*frame.origin, frame.yaw))
     columns["yaw"] = np.unwrap(columns["yaw"])
     rows = np.stack([columns[name] for name in BODY], axis=1)
-    feet = [
-        replace(foot, down=piece.t0 + foot.down, up=piece.t0 + foot.up)
-        for piece in pieces
-        if isinstance(piece, Segment)
-        for foot in piece.feet
-    ]
-    turned = (
-        replace(foot, x=x, y=y, yaw=foot.yaw + frame.yaw)
-        for foot, (x, y) in ((foot, frame.in_world(foot.x, foot.y)) for foot in feet)
-    )
-    return Setpoints(begin, TABLE, rows, tuple(sorted(turned, key=lambda foot: foot.down)))
+    return Setpoints(begin, TABLE, rows)

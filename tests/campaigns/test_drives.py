@@ -126,7 +126,7 @@ def fleet_of(random: Random, hidden: list[Data], scenario: Scenario) -> Data:
     side = scenario.map.frame.resolution if scenario.map.frame is not None else 1.0
     kinds = scenario.catalogue.obstacles
     solid = [one["type"] for one in hidden if not kinds[one["type"]].has_truth]
-    robots: Data = {}
+    robots, follow = dict[str, Data](), random.random() < 0.2
     for robot in scenario.robots:
         size = (robot.model.figures or {}).get("size", robot.model.size or 0.5)
         robots[robot.name] = {
@@ -134,13 +134,16 @@ def fleet_of(random: Random, hidden: list[Data], scenario: Scenario) -> Data:
             "speed": robot.model.speed or 0.5,
             "tolerance": round(min(0.3, max(0.06, (side - size) / 2)), 3),
             **({"scan": {"obstacle": solid[0]}} if solid else {}),
+            **(
+                {"follow": {}} if follow and (robot.model.figures or {})["kind"] != "walker" else {}
+            ),
         }
     defaults: Data = {"timeout": random.choice([3, 6]), "report": "obstacles"}
     return {
         "safenav-fleet": 1,
         "transport": "simulation",
         "simulation": {"pace": 1e9} | ({} if scenario.obstacles else {"obstacles": hidden}),
-        "defaults": defaults | ({"follow": {}} if random.random() < 0.2 else {}),
+        "defaults": defaults,
         "robots": robots,
     }
 

@@ -6,11 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from once import beside, from_yaml, made_once
+from once import from_yaml, made_once
 from warm import safenav
-
-HALL = beside(__file__, "scenarios/hall.yaml")
-FLEET = beside(__file__, "scenarios/hall.fleet.yaml")
 
 
 def lines_of(file: Path) -> list[dict[str, Any]]:
@@ -18,7 +15,7 @@ def lines_of(file: Path) -> list[dict[str, Any]]:
 
 
 @cache
-def driven(scenario: str = HALL, fleet: str = FLEET, goals: tuple[str, ...] = ()) -> Path:
+def driven(scenario: str, fleet: str, goals: tuple[str, ...] = ()) -> Path:
     """The trace of a drive. ``goals``: robots that get goals although the defaults follow."""
     data = from_yaml(fleet)
     if goals:

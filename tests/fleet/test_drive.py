@@ -53,7 +53,7 @@ class Lab:
         fleet, pace, domain = from_yaml(LAB), 50.0, 20 + os.getpid() % 200
         robots, defaults = fleet["robots"], fleet["defaults"]
         if faults is None:
-            fleet["transport"], pace, defaults["follow"] = "simulation", 1000.0, {}
+            fleet["transport"], pace, robots["quad"]["follow"] = "simulation", 1000.0, {}
         else:  # its robots are as many times faster
             fleet["network"], defaults["speed"] = {"domain": domain}, pace * defaults["speed"]
         fleet["simulation"] = {"pace": pace, "obstacles": self.hidden}
@@ -132,8 +132,8 @@ def in_labs(*cases: tuple[str, dict[str, str] | None]) -> pytest.MarkDecorator:
 @pytest.mark.slow
 @in_labs((SECOND, None), (THIRD, {"digit": "abort+late+lag", "quad": "doubled+lag+tf"}))
 def test_a_drive_completes_a_case_study_without_a_listed_obstacle(lab: Lab) -> None:
-    """In the simulation robots follow references. Goals that are aborted, replies that are late or
-    come twice do no harm."""
+    """In the simulation the flyer follows references. Goals that are aborted, replies that are late
+    or come twice do no harm."""
     lines = lab.driven()
     discovered = [line["obstacle"] for line in lines if line["type"] == "discovered"]
     found = {(one["type"]["name"], one["region"]) for one in discovered}

@@ -1,8 +1,7 @@
 """Robots that follow references: the references sent, and the end of their goals."""
 
-from math import hypot
 from typing import Any
-from unittest.mock import Mock, call
+from unittest.mock import Mock
 
 import pytest
 
@@ -14,19 +13,17 @@ from once import beside
 from safenav import ActResult, UsageError, load_scenario_text
 from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Follower, Following, mover_of
-from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, YAW, Setpoints
+from safenav.fleet.setpoints import HORIZON, PERIOD, YAW, Setpoints
 from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Located, Performed, Places
-from safenav.motion.check.walk import walked
-from safenav.motion.file import Segment
 
 TEXT = beside(__file__, "scenarios/four_robots.yaml")
-DIGIT, EAST, QUAD, SOUTH = 15, 16, 8, 15
-"""Regions: of digit, east of it; of quad, south of it."""
+SOUTH = 15
+"""The region south of quad."""
 
 
 class Hall:
     """Robots that are exactly where their references have them, plus ``off`` metres (x); time
-    passes when the test says so. ``told``: what the layer has said; spot gets goals."""
+    passes when the test says so. ``told``: what the layer has said; spot and digit get goals."""
 
     def __init__(self) -> None:
         self.time, self.inner = 100.0, Mock(step=None)
@@ -35,13 +32,14 @@ class Hall:
         self.off = {robot.name: 0.0 for robot in self.scenario.robots}
         self.places = Places(self.scenario.map, self.scenario.map.frame)  # type: ignore[arg-type]
         stations = {name: Station(f"/{name}", follow=FollowUse()) for name in self.off}
-        stations["spot"] = Station("/spot")
+        stations |= {name: Station(f"/{name}") for name in ("spot", "digit")}
         self.layer = Following(self.inner, self.scenario.robots, self.places, stations)
         self.told: list[Any] = []
         self.layer.open(self.told.append)
         self.post = self.inner.open.call_args.args[0]
-        for name in self.layer.followers:
-            self.post(Located(name, self.time, *self.layer.begins(name)))
+        for robot in self.scenario.robots:
+            x, y = self.places.centre(robot.start.region)
+            self.post(Located(robot.name, self.time, x, y, 0.0))
 
     def goes(self, robot: str, region: int, number: int = 1) -> None:
         self.layer.navigate(robot, GoalPoint(number, *self.places.centre(region), None))
@@ -70,28 +68,22 @@ def hall() -> Hall:
     return Hall()
 
 
-def test_the_stream_has_the_next_second_and_the_next_steps(hall: Hall) -> None:
-    """Of a walker: its mass obeys its pendulum between feet that are where the plan has them."""
-    hall.goes("digit", EAST)
-    reference, digit = hall.reference("digit"), mover_of(hall.scenario.robots[0], hall.places)
+def test_the_stream_has_the_next_second(hall: Hall) -> None:
+    hall.goes("quad", SOUTH)
+    reference = hall.reference("quad")
     for now in np.arange(reference.begin, reference.end, 0.5):
         part = reference.ahead(now)
         assert part.rows.shape == (HORIZON, 10) and part.begin == now and part.step == PERIOD
         assert np.allclose(part.rows[0], reference.at(now))
-        assert all(foot.up > now for foot in part.feet)
-        feet = [foot for foot in part.feet if foot.down <= now]
-        assert 1 <= len(feet) <= 2
-        pressure = part.rows[0][:2] - part.rows[0][ACCELERATION][:2] * 0.8 / 9.81
-        assert min(hypot(*(pressure - (f.x, f.y))) for f in feet) < 0.25
-        assert [foot.yaw for foot in feet] == pytest.approx([part.rows[0][YAW]] * len(feet))
     assert np.allclose(reference.at(reference.end + 1.0)[3:9], 0.0)
-    digit.time = reference.begin
-    for segment in [*digit.move(0, EAST), *digit.halt(0)]:
-        assert isinstance(segment, Segment)
-        path = walked(segment, digit.values).mass
-        for t, state in zip(path.times[::9], path.states[::9], strict=True):
-            row = reference.at(segment.t0 + t)
-            assert np.allclose(hall.places.frame.on_map(*row[:2]), state[:2], atol=1e-3)
+    x, y = hall.places.centre(SOUTH)
+    assert reference.at(reference.end)[:2] == pytest.approx((x, y))
+
+
+def test_a_step_of_two_regions_is_refused(hall: Hall) -> None:
+    hall.goes("quad", 10)
+    reason = "no motion leads from region 8 to 10"
+    assert hall.told[-1] == GoalEnded("quad", 1, GoalEnd.ABORTED, reason)
 
 
 @pytest.mark.parametrize(("robot", "to"), [("quad", SOUTH), ("jackal", 11)])
@@ -111,36 +103,29 @@ def test_a_robot_off_its_reference_is_held_and_can_return(hall: Hall, robot: str
 
 
 def test_a_step_begins_where_the_robot_rests(hall: Hall) -> None:
-    x, y, yaw = hall.layer.begins("quad")
-    hall.post(Located("quad", hall.time, x + 0.3, y, yaw))
+    x, y = hall.places.centre(8)
+    hall.post(Located("quad", hall.time, x + 0.3, y, 0.0))
     hall.goes("quad", SOUTH)
     assert hall.reference("quad").rows[0][0] == pytest.approx(x + 0.3)
 
 
-@pytest.mark.parametrize(
-    ("robot", "to", "held"), [("jackal", 11, True), ("quad", 9, True), ("digit", EAST, False)]
-)
+@pytest.mark.parametrize(("robot", "to"), [("jackal", 11), ("quad", 9)])
 def test_a_robot_that_rests_is_not_drawn_back_from_another_region(
-    hall: Hall, robot: str, to: int, held: bool
+    hall: Hall, robot: str, to: int
 ) -> None:
     """Its stream was to be where it had rested: a robot that a person had carried away came back by
-    itself. A walker, whose footsteps do not begin there, gets no stream."""
+    itself. One that is carried off the map gets no stream."""
     hall.goes(robot, to)
     hall.passes(robot, 15.0)
     assert hall.passes(robot, PERIOD, off=-3.0) == []
-    assert hall.inner.cancel.call_args_list == ([] if held else [call(robot)])
+    hall.inner.cancel.assert_not_called()
     (last,) = hall.told
     off = np.hypot(*(hall.reference(robot).at(hall.time + 1)[:2] - (last.x, last.y)))
-    assert off == pytest.approx(0.0 if held else 3.0)
-
-
-def test_a_walker_is_refused_a_reversal_and_a_step_of_two_regions(hall: Hall) -> None:
-    hall.goes("digit", EAST)
-    hall.passes("digit", 9.0)
-    for number, region in ((2, DIGIT), (3, 18)):
-        hall.goes("digit", region, number)
-        reason = f"no motion leads from region {EAST} to {region}"
-        assert hall.told[-1] == GoalEnded("digit", number, GoalEnd.ABORTED, reason)
+    assert off == pytest.approx(0.0)
+    hall.passes(robot, PERIOD, off=-30.0)
+    hall.inner.cancel.assert_called_once_with(robot)
+    hall.goes(robot, to, 2)
+    assert "outside every free region" in hall.told[-1].reason
 
 
 @pytest.mark.parametrize("obstacle", ["uncertainty@19", "parcel@19#2"])
@@ -189,15 +174,17 @@ def test_cancelled_robots_end_their_step_and_others_get_goals(hall: Hall) -> Non
     assert hall.passes("quad", 6.0) == [GoalEnded("quad", 2, GoalEnd.SUCCEEDED)]
 
 
-def test_a_robot_without_a_motion_is_refused(hall: Hall) -> None:
+def test_a_robot_without_curves_is_refused(hall: Hall) -> None:
     box = "catalogue: {robots: {box: {mobility: free, layer: ground, capabilities: []}}}\n"
     scenario = load_scenario_text(TEXT.replace("model: spot", "model: box") + box, "hall.yaml")
     with pytest.raises(UsageError, match="'box' has no motion"):
         mover_of(scenario.robots[3], hall.places)
+    with pytest.raises(UsageError, match="digit cannot follow references"):
+        mover_of(scenario.robots[0], hall.places)
 
 
 def test_a_robot_that_stands_where_no_reference_begins_is_named(hall: Hall) -> None:
-    x, y, yaw = hall.layer.begins("digit")
-    assert hall.layer.start_error("digit") is None
-    hall.post(Located("digit", hall.time, x + 0.4, y, yaw))
-    assert "digit is 0.40 m from" in (hall.layer.start_error("digit") or "")
+    x, y = hall.places.centre(8)
+    assert hall.layer.start_error("quad") is None
+    hall.post(Located("quad", hall.time, x + 0.4, y, 0.0))
+    assert "quad is 0.40 m from" in (hall.layer.start_error("quad") or "")

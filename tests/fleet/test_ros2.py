@@ -32,7 +32,6 @@ from fleet.ros2_peer import DEFINED, typestore
 from once import beside
 from safenav import ActResult, Clock, check_trace, load_scenario_text
 from safenav.fleet.file import FollowUse, Network, Station
-from safenav.fleet.following import mover_of, resting_place
 from safenav.fleet.ros2 import node
 from safenav.fleet.ros2 import transport as streams
 from safenav.fleet.ros2.interfaces import INTERFACES
@@ -48,7 +47,6 @@ from safenav.fleet.transport import (
     Scanned,
 )
 from safenav.fleet.world import FleetWorld
-from safenav.motion.file import Foothold
 
 
 def drawn(name: str, rng: random.Random) -> Any:
@@ -219,7 +217,7 @@ def test_a_range_outside_the_limits_of_a_lidar_has_its_meaning(told: float, metr
 def test_a_stream_is_the_reference_sample_by_sample() -> None:
     sent: list[Any] = []
     ros = streams.Ros2Transport(Network(), {}, {})
-    ros._references["digit", streams.BODY] = Message(write=sent.append)
+    ros._references["digit"] = Message(write=sent.append)
     ros._send("digit", Setpoints(4.0, PERIOD, numpy.arange(30, dtype=float).reshape(3, 10)))
     points = sent[0].points
     assert [p.time_from_start.nanosec / 1e9 for p in points] == [0.0, PERIOD, 2 * PERIOD]
@@ -227,21 +225,6 @@ def test_a_stream_is_the_reference_sample_by_sample() -> None:
     assert [place.translation.x, place.translation.y, place.translation.z] == [10.0, 11.0, 12.0]
     assert (place.rotation.z, place.rotation.w) == streams.facing(19.0)
     assert [rates[0].linear.x for rates in (point.velocities, point.accelerations)] == [13.0, 16.0]
-
-
-def test_steps_describe_both_feet_from_each_landing_on() -> None:
-    feet = (
-        Foothold(1.0, 0.2, 0.1, 1, 8.0, 10.4),
-        Foothold(1.0, -0.2, 0.1, -1, 9.0, 11.0),
-        Foothold(1.6, 0.2, 0.2, 1, 10.9, 12.0),
-        Foothold(2.0, -0.2, 0.3, -1, 11.5, 13.0),
-    )
-    found = streams.steps_of(Setpoints(10.0, PERIOD, numpy.zeros((1, 10)), feet))
-    assert [round(after, 6) for after, _ in found] == [0.0, 0.9, 1.5]
-    left, right = (1.0, 0.2, 0.0, 0.1), (1.0, -0.2, 0.0, 0.1)
-    assert found[0][1] == (left, right)
-    assert found[1][1] == ((1.6, 0.2, 0.0, 0.2), right)
-    assert found[2][1] == ((1.6, 0.2, 0.0, 0.2), (2.0, -0.2, 0.0, 0.3))
 
 
 class Ideal(streams.Ros2Transport):
@@ -253,7 +236,6 @@ class Ideal(streams.Ros2Transport):
         super().__init__(network, stations, {})
         self.time, self.places, self.changed = 0.0, places, Condition()
         self.located, self.streamed = (dict.fromkeys(places, -1.0) for _ in range(2))
-        self.feet: list[Any] = []
 
     def now(self) -> float:
         return self.time
@@ -267,8 +249,6 @@ class Ideal(streams.Ros2Transport):
         for name in self.places:
             take = partial(self.follow_to, name)
             self._node.listen(f"rt/{name}/reference", node.TRAJECTORY, take, node.RELIABLE)
-        take = self.feet.append
-        self._node.listen("rt/digit/reference_steps", node.TRAJECTORY, take, node.RELIABLE)
         self.odometry = {
             name: self._node.writer(f"rt/{name}/odom", "nav_msgs/Odometry", node.RELIABLE)
             for name in self.places
@@ -308,21 +288,20 @@ class Ideal(streams.Ros2Transport):
 def test_robots_follow_their_streams_until_these_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A walker and a flyer, one step each; a robot that has arrived still gets its stream."""
+    """A rover and a flyer, one step each; a robot that has arrived still gets its stream."""
     text = beside(__file__, "scenarios/streamed.yaml")
     plan = replace(load_scenario_text(text, "yard.yaml"), clock=Clock.LIVE)
-    stations = {name: Station(f"/{name}", follow=FollowUse()) for name in ("quad", "digit")}
+    stations = {name: Station(f"/{name}", follow=FollowUse()) for name in ("quad", "cart")}
     places = Places(plan.map, plan.map.frame)
-    rests = {r.name: resting_place(mover_of(r, places), places) for r in plan.robots}
+    rests = {r.name: (*places.centre(r.start.region), 0.0) for r in plan.robots}
     robots = Ideal(Network(domain=20 + os.getpid() % 200), stations, rests)
     monkeypatch.setattr(streams, "time", Message(monotonic=robots.now, time=robots.now))
     monkeypatch.setattr(streams, "PERIOD", 0.002)  # it looks at the clock so often
     lines, _ = drive_in(FleetWorld(plan, stations, robots), plan, tmp_path / "trace.jsonl")
     assert json.loads(lines[-1])["outcome"] == "completed" and check_trace(lines).findings == ()
-    regions = [places.region(*robots.places[name][:2]) for name in ("quad", "digit")]
+    regions = [places.region(*robots.places[name][:2]) for name in ("quad", "cart")]
     assert regions == [8, 14]
     assert min(robots.streamed.values()) > robots.time - 2 * PERIOD
-    assert {*robots.feet[0].joint_names} == {"left_foot", "right_foot"}
     assert robots._node is None  # closed: no stream any longer
 
 

@@ -8,9 +8,8 @@ battery, has no body; neither has an uncertain region, which is noticed from adj
 Metres, radians, seconds of simulated time.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from math import copysign, cos, hypot, inf, pi, sin, sqrt, tau
-from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -124,15 +123,10 @@ class SimulatedBody(Struct):
 
 
 class Physics:
-    """A world in MuJoCo. ``begin``: x, y and yaw of robots that do not start in the centre of their
-    region."""
+    """A world in MuJoCo; robots start in the centre of their region."""
 
     def __init__(
-        self,
-        places: Places,
-        robots: Sequence[Robot],
-        obstacles: Iterable[Obstacle],
-        begin: Mapping[str, tuple[float, float, float]] = MappingProxyType({}),
+        self, places: Places, robots: Sequence[Robot], obstacles: Iterable[Obstacle]
     ) -> None:
         self._places, self._robots = places, robots
         known = [LabObstacle(one, f"{one.name}~{number}") for number, one in enumerate(obstacles)]
@@ -144,8 +138,9 @@ class Physics:
         self._force = self._data.qfrc_applied
         self._bodies: dict[str, SimulatedBody] = {}
         for robot, kind in zip(robots, kinds, strict=True):
-            middle = (*places.centre(robot.start.region), places.yaw(robot.start) or 0.0)
-            self._bodies[robot.name] = self._placed(kind, begin.get(robot.name, middle))
+            yaw = places.yaw(robot.start)
+            at = (*places.centre(robot.start.region), places.frame.yaw if yaw is None else yaw)
+            self._bodies[robot.name] = self._placed(kind, at)
         self._listed = frozenset(one.obstacle.name for one in known)
         self._later = [one for one in known if one.obstacle.appears is not None]
         self.standing = {o.obstacle.name: o for o in known if o.obstacle.appears is None}

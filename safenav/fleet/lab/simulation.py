@@ -27,7 +27,6 @@ class SimulationTransport:
         self, scenario: Scenario, stations: Mapping[str, Station], use: SimulationUse
     ) -> None:
         try:
-            from safenav.fleet.following import mover_of, resting_place
             from safenav.fleet.lab.physics import Physics
         except ImportError as error:
             raise missing_package("transport simulation", "mujoco", "simulation") from error
@@ -36,12 +35,7 @@ class SimulationTransport:
         true: Sequence[Obstacle] = scenario.obstacles
         if use.obstacles is not None:
             true = [*use.hidden, *(each for each in true if each.ordered)]
-        begin = {
-            robot.name: resting_place(mover_of(robot, places), places)
-            for robot in scenario.robots
-            if stations[robot.name].follow is not None
-        }
-        self.physics = Physics(places, scenario.robots, true, begin)
+        self.physics = Physics(places, scenario.robots, true)
         self.navigate, self.follow = self.physics.navigate, self.physics.follow
         self.cancel = self.physics.cancel
         self._stations, self._types = stations, scenario.catalogue.obstacles

@@ -44,13 +44,8 @@ PERIOD = 0.05
 
 FRAME = "map"
 """The frame of goals and setpoints."""
-Joints = tuple[str, ...]
-BODY, FEET = ("mass",), ("left_foot", "right_foot")
-"""The joints of trajectories: the middle of a body or a walker's centre of mass; its feet."""
-TOPICS: Mapping[Joints, str] = {BODY: "", FEET: "_steps"}
-"""Suffixes of their topics, appended to the topic of the reference."""
-Pose = tuple[float, float, float, float]
-"""x, y, z, yaw."""
+JOINT = "mass"
+"""The joint of trajectories: the middle of a body."""
 
 
 class Streams:
@@ -91,20 +86,6 @@ class Streams:
             for robot, reference in now:
                 self._send(robot, reference.ahead(time.monotonic()))
             due = max(due + PERIOD, time.monotonic())
-
-
-def steps_of(part: Setpoints) -> list[tuple[float, tuple[Pose, Pose]]]:
-    """Return the next footsteps of a walker: seconds from now, and the poses of both feet after
-    each landing, beginning with the present ones. A foot in the air counts where it last stood."""
-    standing: dict[int, Pose] = {}
-    found: list[tuple[float, tuple[Pose, Pose]]] = []
-    for foot in part.feet:
-        standing[foot.side] = (foot.x, foot.y, 0.0, foot.yaw)
-        if len(standing) == 2:
-            after = max(0.0, foot.down - part.begin)
-            found = [one for one in found if one[0] < after]
-            found.append((after, (standing[1], standing[-1])))
-    return found
 
 
 def located(robot: str, stamp: float, odometry: Any) -> Located | None:
@@ -299,7 +280,7 @@ class Ros2Transport:
         self._streams = Streams(self._send)
         self._lock = Lock()
         self._robots: dict[str, _Robot] = {}
-        self._references: dict[tuple[str, Joints], Any] = {}
+        self._references: dict[str, Any] = {}
         self._node: Participant | None = None
 
     def open(self, post: Callable[[Message], None]) -> None:
@@ -308,9 +289,8 @@ class Ros2Transport:
         for name, station in self._stations.items():
             self._robots[name] = _Robot(name, station, node, post)
             if station.follow is not None:
-                for joints, ending in TOPICS.items():
-                    topic = _topic(station.path(station.follow.topic) + ending)
-                    self._references[name, joints] = node.writer(topic, ros.TRAJECTORY, RELIABLE)
+                topic = _topic(station.path(station.follow.topic))
+                self._references[name] = node.writer(topic, ros.TRAJECTORY, RELIABLE)
         for topic, kind, quality, take in self._topics():
             node.listen(_topic(topic), kind, take, quality)
 
@@ -391,35 +371,26 @@ class Ros2Transport:
     def _answers(self, robot: str) -> bool:
         """Return whether a robot's action server answers or, for a follower, its references are
         subscribed to."""
-        reference = self._references.get((robot, BODY))
+        reference = self._references.get(robot)
         if reference is not None:
             return bool(reference.get_matched_subscriptions())
         return self._robots[robot].connected
 
     def _send(self, robot: str, part: Setpoints) -> None:
-        """Send the next second of a reference and, of a walker, its next footsteps."""
+        """Send the next second of a reference."""
         header = ros.MessageHeader(_whole(ros.Time, time.time()), FRAME)
-        ahead = [
-            _point(k * part.step, [(*row[:3], row[9])], row[3:6], row[6:9])
-            for k, row in enumerate(part.rows.tolist())
-        ]
-        steps = [_point(after, poses) for after, poses in steps_of(part)]
-        for joints, points in ((BODY, ahead), (FEET, steps)):
-            if points:
-                self._references[robot, joints].write(ros.Trajectory(header, [*joints], points))
+        points = [_point(k * part.step, row) for k, row in enumerate(part.rows.tolist())]
+        self._references[robot].write(ros.Trajectory(header, [JOINT], points))
 
 
-def _point(after: float, poses: Sequence[Pose], *rates: Sequence[float]) -> Any:
-    """Return a point of a ``trajectory_msgs/MultiDOFJointTrajectory``: a pose for each joint;
-    velocity and acceleration (x, y, z) of the only joint, or none."""
-    places = [
-        ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(0.0, 0.0, *facing(yaw)))
-        for x, y, z, yaw in poses
-    ]
-    twists = ([ros.Twist(ros.Vector3(*of), ros.Vector3(0.0, 0.0, 0.0))] for of in rates)
-    return ros.MultiDOFJointTrajectoryPoint(
-        places, *(twists if rates else ([], [])), _whole(ros.Duration, after)
-    )
+def _point(after: float, row: Sequence[float]) -> Any:
+    """Return a point of a ``trajectory_msgs/MultiDOFJointTrajectory``: pose, velocity and
+    acceleration of a body."""
+    turn, still = ros.Quaternion(0.0, 0.0, *facing(row[9])), ros.Vector3(0.0, 0.0, 0.0)
+    place, *rates = (ros.Vector3(*row[i : i + 3]) for i in (0, 3, 6))
+    twists = ([ros.Twist(of, still)] for of in rates)
+    when = _whole(ros.Duration, after)
+    return ros.MultiDOFJointTrajectoryPoint([ros.Transform(place, turn)], *twists, when)
 
 
 def _topic(name: str) -> str:
