@@ -187,7 +187,7 @@ def drive(
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
-    from safenav.fleet.file import load_fleet, side_of
+    from safenav.fleet.file import load_fleet
     from safenav.fleet.robots import unserved
     from safenav.fleet.world import fleet_world
     from safenav.scenario.lint import imprecise, oversized
@@ -200,8 +200,7 @@ def drive(
             raise UsageError(f"{begun}: no real robot has run it; add --rehearse")
         first = _continued(before, plan)
     stations = load_fleet(fleet, plan)
-    side = side_of(plan.map)
-    tolerances = {name: station.off(side) for name, station in stations.stations.items()}
+    tolerances = {name: station.tolerance for name, station in stations.stations.items()}
     sizes = (*oversized(plan), *imprecise(plan, tolerances))
     warn_of([*plan.map.notes, *sizes, *unserved(plan, stations)])
 

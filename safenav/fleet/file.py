@@ -54,28 +54,6 @@ def _in_ros(pattern: re.Pattern[str], about: str = "") -> Key:
 RosName = Annotated[str, _in_ros(NAME)]
 
 
-def side_of(world: RegionMap | None) -> float:
-    """Return the side of a region in metres; 1 for a map without metres."""
-    return world.frame.resolution if world is not None and world.frame is not None else 1.0
-
-
-def on_regions(metres: float, side: float) -> float:
-    """Return a default distance from the centre for regions with this side (metres). It is less on
-    small regions, so that it ends inside the region."""
-    return min(1.0, side) * metres
-
-
-def _inside(value: float, node: Node, what: str, findings: Findings) -> float | None:
-    """Report a distance from the centre of a region that reaches its border."""
-    assert isinstance(findings, Reading)
-    side = side_of(findings.world)
-    if value < side / 2:
-        return value
-    found = f"{what}: {value:g} m reach into the next region"
-    findings.add(node, found, f"less than {side / 2:g} m: half a region's side")
-    return None
-
-
 def _type_of_obstacle(value: str, node: Node, what: str, findings: Findings) -> str | None:
     assert isinstance(findings, Reading)
     return value if findings.type(node, what) is not None else None
@@ -108,19 +86,6 @@ class FollowUse(Struct, frozen=True):
     """References that the robot tracks itself, instead of goals."""
 
     topic: Annotated[str, _in_ros(NAME, "The topic of its references.")] = "reference"
-    tolerance: Annotated[
-        float | None,
-        Key(
-            "Allowed deviation from its reference, in metres. "
-            "Default: 0.25 of a region's side, at most 0.25 m.",
-            above=0,
-            check=_inside,
-        ),
-    ] = None
-
-    def metres(self, side: float) -> float:
-        """Return ``tolerance`` on regions with this side."""
-        return self.tolerance or on_regions(0.25, side)
 
 
 class Station(Struct, frozen=True):
@@ -135,10 +100,9 @@ class Station(Struct, frozen=True):
     tolerance: Annotated[
         float,
         Key(
-            "Distance from a region's centre that counts as arrival, in metres; less on sides "
-            "below a metre.",
+            "Distance from a region's centre that counts as arrival, and from its reference that "
+            "is allowed, in metres; less on sides below a metre.",
             above=0,
-            check=_inside,
         ),
     ] = 0.3
     speed: Annotated[float, Key("Metres per second, for time limits.", above=0)] = 0.5
@@ -157,10 +121,6 @@ class Station(Struct, frozen=True):
     def pose_topic(self) -> str:
         """Return the full name of the topic from which its pose comes."""
         return self.path("odom" if self.tf is None else self.tf.topic)
-
-    def off(self, side: float) -> float:
-        """Return its allowed distance from its reference or goal, on regions with this side."""
-        return self.tolerance if self.follow is None else self.follow.metres(side)
 
     def path(self, name: str) -> str:
         """Return the full name of a topic, service or action: below the namespace unless
@@ -302,7 +262,8 @@ def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap |
         key: getattr(own, key) for key in Station.__struct_fields__ if own and below(place, key)
     }
     if not below(place, "tolerance") and not below(defaults, "tolerance"):
-        mine["tolerance"] = on_regions(Station().tolerance, side_of(world))
+        side = world.frame.resolution if world is not None and world.frame is not None else 1.0
+        mine["tolerance"] = min(1.0, side) * Station().tolerance  # inside small regions as well
     found = replace(found, **mine)
     stripped = (found.namespace or name).strip("/")
     return replace(found, namespace=f"/{stripped}" if stripped else "")
@@ -315,7 +276,6 @@ def schema_text() -> str:
 
 def template_text(scenario: Scenario) -> str:
     """Return a commented fleet file for the robots of a scenario; it loads unchanged."""
-    follow = FollowUse().metres(side_of(scenario.map))
     lines = [
         "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
         "safenav-fleet: 1",
@@ -327,7 +287,7 @@ def template_text(scenario: Scenario) -> str:
         "defaults:",
         f"  tolerance: {_tolerance(scenario):<11g} # metres from the centre of a region: arrived",
         "  timeout: 3             # times the expected time, then the goal is cancelled",
-        f"  # follow: {{topic: reference, tolerance: {follow:g}}}  # references instead of goals",
+        "  # follow: {topic: reference}  # references instead of goals",
         "robots:",
     ]
     if scenario.inputs:
@@ -357,5 +317,5 @@ def _tolerance(scenario: Scenario) -> float:
     """Return the default tolerance, or less if a robot that arrives so far from the centre of a
     region reaches into the next one."""
     rooms = (floor(100 * room) / 100 for _, _, _, room in arrival_room(scenario))
-    default = on_regions(Station("/").tolerance, side_of(scenario.map))
-    return min((default, *filter(None, rooms)))
+    side = 1.0 if scenario.map.frame is None else scenario.map.frame.resolution
+    return min((min(1.0, side) * Station().tolerance, *filter(None, rooms)))

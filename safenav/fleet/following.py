@@ -57,11 +57,10 @@ class Following:
         self._places = places
         self._lock = RLock()
         self._post: Callable[[transport.Message], None] = print  # set by ``open``
-        side = places.frame.resolution
         self.followers = {
-            robot.name: Follower(robot.name, mover_of(robot, places), use.metres(side))
+            robot.name: Follower(robot.name, mover_of(robot, places), station.tolerance)
             for robot in robots
-            if (use := stations[robot.name].follow) is not None
+            if (station := stations[robot.name]).follow is not None
         }
 
     # The transport
@@ -97,17 +96,6 @@ class Following:
         self._inner.close()
 
     # References
-
-    def start_error(self, robot: str) -> str | None:
-        """Return an error message if a follower is not where its references begin."""
-        follower = self.followers.get(robot)
-        if follower is None or follower.place is None:
-            return None
-        off = self._off_rest(follower, follower.place)
-        if off <= follower.tolerance:
-            return None
-        x, y = self._places.centre(follower.mover.region)
-        return f"{robot} is {off:.2f} m from ({x:.2f}, {y:.2f}) m, where its references begin"
 
     def left(self, robot: str) -> float:
         """Return the seconds until the end of a robot's reference; 0 if there is none."""
@@ -146,16 +134,12 @@ class Following:
         follower.reference = reference_of(pieces, follower.mover.values, frame)
         self._inner.follow(follower.name, follower.reference)
 
-    def _off_rest(self, follower: Follower, at: transport.Located) -> float:
-        """Return the distance in metres of a robot from where its plan lets it rest."""
-        return _off(self._places.frame.in_world(*follower.mover.place), at)
-
     def _resynchronized(self, follower: Follower) -> str:
         """Continue the plan from the robot's position, if it deviates. Return the reason if that is
         impossible, else an empty text."""
         at = follower.place
         assert at is not None
-        off = self._off_rest(follower, at)
+        off = _off(self._places.frame.in_world(*follower.mover.place), at)
         if off <= follower.tolerance:
             return ""
         return self._reset(follower, at, f"{off:.2f} m away from its position at rest")

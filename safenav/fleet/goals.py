@@ -96,7 +96,7 @@ class Goals:
             problem = f"{name} faces {facing.label}; the run begins with it facing "
             problem += pose.heading.label
         else:
-            return None if self.following is None else self.following.start_error(name)
+            return None
         return f"{problem}\n    odometry has to be in the frame of the map (its 'origin')"
 
     def number(self) -> int:

@@ -162,8 +162,7 @@ GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 
 def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
-    """Yield warnings: actions that a named obstacle needs and a robot has, but without a service;
-    services for actions that no robot has."""
+    """Yield warnings: actions without a service that a named obstacle needs and a robot has."""
     named = [*scenario.obstacles, *fleet.simulation.hidden]
     types = {obstacle.type.name: obstacle.type for obstacle in named}
     for station in fleet.stations.values():
@@ -177,10 +176,6 @@ def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
                     f"{robot.name} has no service for '{action}', which a {kind.name} needs; add "
                     f"'act: {{{action}: SERVICE}}' to it in the fleet file"
                 )
-    all_actions = {action for robot in scenario.robots for action in robot.capabilities}
-    services = {action for station in fleet.stations.values() for action in station.act}
-    for action in sorted(services - all_actions):
-        yield f"the fleet file has a service for '{action}', which no robot can perform"
 
 
 class FleetProgress:

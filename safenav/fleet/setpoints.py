@@ -21,12 +21,11 @@ from safenav.world.map import Frame
 Array = NDArray[np.float64]
 TABLE = 0.01
 """Seconds between the samples of a whole reference, which is interpolated linearly."""
-ACCELERATION, YAW = slice(6, 9), 9
-"""Columns of a row: x, y, z, their velocities, their accelerations, the yaw."""
 
 
 class Setpoints(Struct, frozen=True):
-    """Rows (n, 10) every ``step`` seconds from ``begin``, from rest to rest."""
+    """Rows (n, 10) every ``step`` seconds from ``begin``, from rest to rest: x, y, z, their
+    velocities, their accelerations, the yaw."""
 
     begin: float
     step: float
