@@ -7,14 +7,12 @@ them, ``# a comment<U+2028>a formula`` is a comment to one program and a formula
 texts are refused.
 """
 
-import contextlib
 import io
 import json
 import os
 import re
-import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +50,7 @@ def read_input(
             with file.open("rb") as stream:
                 data = stream.read(most + 1)
     except FileNotFoundError:
-        found, hint = "no such file", neighbours(file)
+        found, hint = "no such file", "check the path"
     except IsADirectoryError:
         found, hint = "this is a directory", "name a file in it"
     except PermissionError:
@@ -68,21 +66,6 @@ def read_input(
         else:
             return data
     raise InputError([Diagnostic(str(path), 0, 0, found, hint)])
-
-
-def neighbours(path: Path, *, folders: bool = False) -> str:
-    """Return a hint that names a similar file of the same directory; ``folders``: or folder."""
-    from difflib import get_close_matches  # only needed for errors
-
-    try:
-        files = [each for each in path.parent.iterdir() if folders or each.is_file()]
-    except OSError:
-        return f"the directory {path.parent} cannot be read or does not exist"
-    # A common suffix does not make two names alike.
-    alike = {*get_close_matches(path.stem, [file.stem for file in files], cutoff=0.6)}
-    names = [file.name for file in files if file.stem in alike]
-    close = get_close_matches(path.name, names, n=1, cutoff=0.6)
-    return f"did you mean '{path.parent / close[0]}'?" if close else "check the path"
 
 
 def printable(text: str) -> str:
@@ -167,10 +150,6 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
         "name it by 'image' of map, or the YAML file of its ROS map by 'ros'; to see it: safenav "
         "draw {0}",
     ),
-    "web page": (
-        (r"(?i)\A\s*<(?:!doctype html|html)",),
-        "open it in a browser; name the trace or the scenario that it shows",
-    ),
     "fleet file": (
         (r"(?m)^safenav-fleet[ \t]*:",),
         "use it with: safenav drive SCENARIO --fleet {0}",
@@ -185,19 +164,6 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
             r"(?m)^[ \t]*(?:negate|occupied_thresh|free_thresh)[ \t]*:",
         ),
         _DRAW,
-    ),
-    "building file of RMF": (
-        (r"(?m)^levels[ \t]*:", r"(?m)^[ \t]+(?:vertices|drawing|walls)[ \t]*:"),
-        "save its floor as an occupancy map (ROS map_server): safenav new FILE --map MAP.yaml",
-    ),
-    "specification in TLSF": (
-        (r"(?m)^[ \t]*INFO[ \t]*\{", r"(?m)^[ \t]*MAIN[ \t]*\{"),
-        "convert it to structured slugs: syfco -f slugs {0}",
-    ),
-    "specification of gr1c": (
-        (r"(?m)^[ \t]*(?:ENV|SYS)[ \t]*:", r"(?m)^[ \t]*(?:ENV|SYS)(?:INIT|TRANS|GOAL)[ \t]*:"),
-        "write it as structured slugs: [INPUT], [OUTPUT], [SYS_TRANS], ... "
-        "(docs/specifications.md)",
     ),
 }
 """For each kind, the patterns all of which its texts contain, and advice on such a file."""
@@ -217,33 +183,14 @@ ADVICE = (
     "(.jsonl) and bundles, 'synth' specifications of slugs, as LTLMoP and TuLiP write them"
 )
 """The hint for a file of a kind that safenav does not read."""
-_ROOM = "save the floor as an occupancy map (ROS map_saver): safenav new FILE --map MAP.yaml"
-_BODY = (
-    "a scenario lists robots by models: 'safenav new --catalogue', or its own with 'size' and "
-    "'speed'"
-)
-_BY_NAME = {
-    ".py": ("Python program", ADVICE),
-    ".md": ("Markdown text", ADVICE),
-    ".toml": ("TOML file", ADVICE),
-    ".scen": (
-        "list of tasks of the MovingAI benchmarks",
-        "each line has a map, and x and y (column and row) of a start and a goal: safenav new FILE "
-        "--map MAP.map, then each as [ROW, COLUMN]",
-    ),
-    **dict.fromkeys((".sdf", ".world"), ("world of Gazebo", _ROOM)),
-    **dict.fromkeys((".urdf", ".xacro"), ("robot description", _BODY)),
-}
-"""Kinds of files by the ends of their names, with advice on them."""
 
 
 def another_kind(text: str, expected: str, file: str) -> tuple[str, str] | None:
     """Return the error, and a hint, if a file is of another kind than expected."""
     kind = kind_of(text)
-    if kind == expected:
+    if kind is None or kind == expected:
         return None
-    found = _BY_NAME.get(Path(file).suffix) if kind is None else (kind, _KINDS[kind][1])
-    return found and (f"this is a {found[0]}, not a {expected}", found[1].format(file))
+    return f"this is a {kind}, not a {expected}", _KINDS[kind][1].format(file)
 
 
 def check_kind(text: str | bytes, expected: str, file: str) -> None:
@@ -355,21 +302,6 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
         raise _failure(path, error) from error
 
 
-@contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Let signals that end the program wait for the end of this context."""
-    came: list[int] = []
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, lambda number, _: came.append(number)) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
-    for each in came:
-        signal.raise_signal(each)
-
-
 def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
     """Write files by their names into a folder, which need not exist: all of them or none.
 
@@ -383,8 +315,7 @@ def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
         with TemporaryDirectory(dir=folder, prefix=".") as scratch:
             for name, content in files:
                 Path(scratch, name).write_bytes(_bytes(content))
-            with _uninterrupted():  # no mix of old and new files
-                for part in Path(scratch).iterdir():
-                    part.replace(folder / part.name)
+            for part in Path(scratch).iterdir():
+                part.replace(folder / part.name)
     except OSError as error:
         raise _failure(folder, error) from error

@@ -20,7 +20,7 @@ from safenav.batch.case import Case, Settings
 from safenav.batch.matrix import is_matrix, read_matrix, varied
 from safenav.data import cached_method
 from safenav.errors import UsageError
-from safenav.files import kind_of, neighbours
+from safenav.files import kind_of
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
@@ -110,8 +110,7 @@ class _Search:
 
     def _named_file(self, path: Path, settings: Sequence[Settings] | None) -> None:
         if not path.exists() and str(path) != STDIN:
-            hint = neighbours(path, folders=True)
-            raise UsageError(f"no such file or folder: {path}\n    {hint}")
+            raise UsageError(f"no such file or folder: {path}\n    check the path")
         text = self._text(path)
         if text is None or not is_matrix(text):
             return self._cases(path, settings)

@@ -11,7 +11,6 @@ import stat
 import sys
 import warnings
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import click
@@ -22,7 +21,6 @@ from safenav.errors import (
     WRONG_NAMES,
     ExitCode,
     SafenavError,
-    UsageError,
     file_words,
     follows_an_interruption,
     missing_package,
@@ -78,23 +76,6 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         del ctx
         return command_of(cmd_name) if cmd_name in COMMANDS else None
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        name = args[0] if args else ""
-        if name in COMMANDS or name.startswith("-"):
-            return super().resolve_command(ctx, args)
-        from difflib import get_close_matches
-
-        close = get_close_matches(name, COMMANDS, n=1, cutoff=0.6)
-        hints = {
-            ".yaml": f"to run a scenario: safenav run {name}",
-            ".jsonl": f"to view a trace: safenav replay {name}",
-        }
-        what = f"did you mean '{close[0]}'?" if close else "safenav --help lists the commands"
-        what = hints.get(Path(name).suffix, what)
-        raise UsageError(f"there is no command '{name}'\n    {what}")
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         del ctx
@@ -157,7 +138,8 @@ def _ending(error: BaseException) -> tuple[str, ExitCode]:
         case click.ClickException():
             message = error.format_message().rstrip(".")
             context = getattr(error, "ctx", None)
-            hint = f"\n    {context.command_path} --help lists the options" if context else ""
+            listed = "commands" if context and context.parent is None else "options"
+            hint = f"\n    {context.command_path} --help lists the {listed}" if context else ""
             return f"{message[:1].lower()}{message[1:]}{hint}", ExitCode.BAD_INPUT
         case OSError() if error.errno in WRONG_NAMES:
             return f"{file_words(error)}\n    choose another name", ExitCode.BAD_INPUT
