@@ -2,7 +2,6 @@
 its ``areas:`` and ``never_together:``."""
 
 import re
-from collections.abc import Iterator
 from collections.abc import Mapping as Names
 from collections.abc import Sequence as Nodes
 from pathlib import Path
@@ -144,13 +143,11 @@ class Reading(Findings):
         whole = len(targets) == len(node.items)
         return frozenset[Region]().union(*targets) if whole else None
 
-    def targets(self, node: Node, what: str, least: int = 1) -> tuple[Target | None, ...] | None:
-        """Return a list of ``least`` targets or more, None in place of those that were reported."""
+    def targets(self, node: Node, what: str) -> tuple[Target | None, ...] | None:
+        """Return a list of targets, None in place of those that were reported."""
         if isinstance(node, Scalar | Mapping):
             hint = "put brackets around it: [47, [3, 8], dock]"
             wrong_type(node, what, "a list of targets", self, hint)
-            return None
-        if least == 1 and self.reports_position(node, what):
             return None
         return tuple(self.target(item, what) for item in node.items)
 
@@ -213,29 +210,6 @@ class Reading(Findings):
         expected = Key(expected="a whole number, or one for each robot")
         found: int | dict[str, int] | None = read(Rounds, node, what, self, expected)
         return dict.fromkeys(self.named, found) if isinstance(found, int) else found
-
-    def reports_position(self, node: Node | None, what: str) -> bool:
-        """Report two numbers in a list of regions that are probably a row and a column, and return
-        whether they are: at least one of the two regions is a wall, and the position is free, or
-        both are walls."""
-        items = node.items if isinstance(node, Sequence) else ()
-        if not self._is_position(items):
-            return False
-        first, second = (plain(item) for item in items)
-        found = f"{what}: [{first}, {second}] is two regions, and not both are free"
-        self.add(node, found, f"did you mean [[{first}, {second}]]?")
-        return True
-
-    def _is_position(self, items: Nodes[Node]) -> bool:
-        match items:
-            case [Scalar(value=int(row)), Scalar(value=int(col))] if (
-                (world := self.world) and not isinstance(row, bool) and not isinstance(col, bool)
-            ):
-                free = [world.is_free(row), world.is_free(col)]
-                inside = 0 <= row < world.rows and 0 <= col < world.cols
-                clear = inside and (not any(free) or world.is_free(world.region(row, col)))
-                return clear and not all(free)
-        return False
 
     def written(self, text: str) -> Region | None:
         """Return the region of the part after the ``@`` in a name such as ``door@dock``."""
@@ -328,25 +302,11 @@ def resolve_areas(listed: Names[Scalar, Raw] | None, _: Node | None, reading: Re
         if key.text in reading.names:
             reading.add(key, f"'{name}' already names a region", "use another name")
             continue
-        area = areas[key.text] = _area(value.node, f"area '{name}'", reading)
-        if area and reading.world is not None:
-            notes = (*reading.world.notes, *_meant_cell(value.node, name, reading.world))
-            reading.world = replace(reading.world, notes=notes)
+        areas[key.text] = _area(value.node, f"area '{name}'", reading)
     reading.areas = areas
     if reading.world is not None:
         known = {name: area for name, area in areas.items() if area is not None}
         reading.world = replace(reading.world, areas=known)
-
-
-def _meant_cell(node: Node, name: str, world: RegionMap) -> Iterator[str]:
-    """Warn of two regions that are not adjacent: they are probably one region's row and column."""
-    match plain(node):
-        case [int(one), int(other)] if other not in (one, *world.neighbours(one)):
-            if one < world.rows and other < world.cols and world.is_free(world.region(one, other)):
-                yield (
-                    f"area '{name}' names regions {one} and {other}, which are not adjacent; "
-                    f"for the region in row {one}, column {other} alone, write [[{one}, {other}]]"
-                )
 
 
 def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
@@ -355,8 +315,6 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
     found: set[Region] = set()
     if isinstance(node, Scalar):
         wrong_type(node, what, _AREA, reading)
-    if reading.reports_position(node, what):
-        return None
     for item in (node,) if isinstance(node, Mapping) else items_of(node):
         if isinstance(item, Mapping):
             found |= _rectangle(read(RectangleKeys, item, what, reading), reading)

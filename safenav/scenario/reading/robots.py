@@ -272,7 +272,7 @@ def _about_targets(
         return None
     if kind.one:
         return kind((value,))
-    listed = reading.targets(value.node, value.what, least=kind.least)
+    listed = reading.targets(value.node, value.what)
     if listed is None:
         return None
     # A reported target counts as one of its own, so that no second error follows from it.

@@ -4,7 +4,6 @@ import re
 from collections.abc import Collection, Iterable
 from collections.abc import Mapping as Wanted
 from copy import copy
-from functools import cache
 from math import inf
 from pathlib import Path
 from typing import Self
@@ -45,11 +44,6 @@ class Findings:
         other.file = file
         self._files.append(file)
         return other
-
-    @property
-    def home(self) -> Path:
-        """The folder of the input's own file."""
-        return Path(self._files[0]).parent
 
     def read_from(self, text: str) -> None:
         """Set the text of this file, for messages to quote."""
@@ -286,36 +280,24 @@ def read_bytes(
 ) -> bytes | None:
     """Return the content of a file, such as an image; None as ``read_source``."""
     try:
-        if named_at is not None:
-            _refuse_outside(path, findings)
+        if named_at is not None and findings.reach is not None:
+            _refuse_outside(path, findings.reach)
         return read_input(path, most, named=named_at is not None, values=inf)
     except InputError as error:
         findings.include(error, path, named_at)
         return None
 
 
-def _refuse_outside(path: Path, findings: Findings) -> None:
-    """Raise InputError before opening a file outside the folder that ``findings.reach`` allows.
-    Without such a limit (the user named the input), only note a file outside the input's folder."""
-    reach = findings.reach
+def _refuse_outside(path: Path, reach: Path) -> None:
+    """Raise InputError before opening a file outside a folder."""
     try:
-        inside = path.resolve().is_relative_to((reach or findings.home).resolve())
+        inside = path.resolve().is_relative_to(reach.resolve())
     except (OSError, RuntimeError, ValueError):
         inside = False
-    if not inside and reach is not None:
+    if not inside:
         found = "not read: it is outside the folder of the scenario"
         where = f"put it into {reach}, or start the studio with --folder and a folder above both"
         raise InputError([Diagnostic(str(path), 0, 0, found, where)])
-    if not inside:
-        _tell_outside(findings.file, path)
-
-
-@cache
-def _tell_outside(file: str, path: Path) -> None:
-    """Log a note once per file; without a handler it goes to standard error."""
-    from logging import getLogger  # only needed here
-
-    getLogger("safenav").warning("note: %s reads a file outside of its folder: %s", file, path)
 
 
 def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
