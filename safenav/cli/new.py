@@ -11,7 +11,7 @@ from safenav.cli import options, warn_of
 from safenav.errors import ExitCode, UsageError
 from safenav.files import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
-from safenav.scenario.reading.loader import load_catalogue, load_scenario
+from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.reading.map import Division, load_map, map_lines
 
 SCHEMAS = ("scenario", "trace", "fleet")
@@ -27,7 +27,7 @@ NEW_EPILOG = "\n".join(
         "  safenav new - --template minimal",
         "  safenav new fleet.yaml --fleet lab.yaml",
         "  safenav new safenav.schema.json --schema",
-        "  safenav new --catalogue lab.yaml",
+        "  safenav new --catalogue",
         "With your own map (image, ROS, MovingAI; extra 'maps'):",
         "  safenav new office.yaml --map office_map.yaml --side 0.5",
         "  safenav new floor.yaml --map floor.png --rows 20 --cols 30",
@@ -57,30 +57,19 @@ def new(
         "JSON Schema of a scenario, trace or fleet.",
         {"flag_value": SCHEMAS[0], "is_flag": False},
     ],
-    catalogue: Annotated[
-        str | None,
-        options.TEXT_INPUT,
-        "--catalogue [FILE]",
-        "List models, capabilities, obstacle types.",
-        {"flag_value": "", "is_flag": False},
-    ],
+    catalogue: Annotated[bool, "List the built-in models and obstacle types."],
     force: Annotated[bool, "Replace FILE if it exists."],
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml; -: standard output), which runs
     unchanged; or what an option names."""
-    wanted = [template, map_file, fleet, schema, catalogue]
+    wanted = [template, map_file, fleet, schema, catalogue or None]
     if len(wanted) - wanted.count(None) > 1:
         raise UsageError("give one of --template, --map, --fleet, --schema and --catalogue")
     division = Division(rows, cols, side, share)
     if map_file is None:
         options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "--map"))
-    made, endings = "scenario or fleet file", (".yaml", ".yml")
-    if schema is not None or catalogue is not None:
-        made, endings = "schema or catalogue", (".json", ".txt")
-    if file is not None and file.suffix.lower() in {*options.KINDS} - {*endings}:
-        raise UsageError(f"{file}: the name of a {made} must end in {endings[0]}")
-    if schema is not None or catalogue is not None:
-        text = _catalogue(catalogue) if catalogue is not None else _schema(schema)
+    if schema is not None or catalogue:
+        text = _catalogue() if catalogue else _schema(schema)
         write_out(file or Path("-"), text, replace=force)
         return ExitCode.OK
     file = file or Path("scenario.yaml" if fleet is None else "fleet.yaml")
@@ -116,13 +105,11 @@ def _schema(of: str | None) -> str:
     return schema_text()
 
 
-def _catalogue(file: str) -> str:
-    """Return the catalogue, with the additions of a scenario or catalogue file if one is given."""
+def _catalogue() -> str:
     from safenav.report.catalogue import catalogue_lines
     from safenav.scenario.reading.catalogue import built_in
 
-    found = load_catalogue(Path(file)) if file else built_in()
-    return "\n".join([*catalogue_lines(found), ""])
+    return "\n".join([*catalogue_lines(built_in()), ""])
 
 
 def _on_map(map_file: Path, file: Path, division: Division) -> str:

@@ -36,12 +36,11 @@ def _robots(catalogue: Catalogue) -> list[str]:
             str(model.timing),
             _metres(model),
             model.motion,
-            catalogue.sources[f"robots.{name}"],
         )
         for name, model in catalogue.robots.items()
     ]
     headings = ("model", "mobility", "layer", "capabilities", "vision", "ticks per step", "size")
-    return table((*headings, "motion", "source"), rows)
+    return table((*headings, "motion"), rows)
 
 
 def _obstacles(catalogue: Catalogue) -> list[str]:
@@ -51,11 +50,10 @@ def _obstacles(catalogue: Catalogue) -> list[str]:
             ", then ".join(map(_need, kind.needs)),
             "every robot" if kind.blocks is None else _listed(sorted(kind.blocks)),
             "traversable or not" if kind.has_truth else None,
-            catalogue.sources[f"obstacles.{name}"],
         )
         for name, kind in catalogue.obstacles.items()
     ]
-    return table(("type", "needs", "blocks", "reveals", "source"), rows)
+    return table(("type", "needs", "blocks", "reveals"), rows)
 
 
 def _listed(words: Iterable[str]) -> str | None:

@@ -339,14 +339,10 @@ FAILURES = ("lost_", "unknown_")
 
 
 class Catalogue(Struct, frozen=True):
-    """Robot models and obstacle types by name.
-
-    ``sources``: the origin of each entry: ``robots.digit`` -> "built in" or a file.
-    """
+    """Robot models and obstacle types by name."""
 
     robots: Mapping[str, RobotModel] = field(default_factory=dict)
     obstacles: Mapping[str, ObstacleType] = field(default_factory=dict)
-    sources: Mapping[str, str] = field(default_factory=dict)
 
 
 class Obstacle(Struct, frozen=True):
@@ -467,8 +463,7 @@ class Scenario(Struct, frozen=True):
     def recorded(self) -> Scenario:
         """The scenario as a trace has it: without the names of the files that it was read from,
         which are also in the notes on its map."""
-        world, catalogue = replace(self.map, notes=()), replace(self.catalogue, sources={})
-        return replace(self, source="", map=world, catalogue=catalogue)
+        return replace(self, source="", map=replace(self.map, notes=()))
 
     @property
     def partition(self) -> tuple[frozenset[Region], ...] | None:

@@ -24,7 +24,6 @@ from safenav.world.poses import Mobility
 
 T = TypeVar("T")
 
-BUILT_IN = "built in"
 LIBRARY = Path(__file__).parents[1] / "built_in"
 
 
@@ -35,47 +34,45 @@ def built_in() -> Catalogue:
     for name in ("robots.yaml", "obstacles.yaml"):
         reading = Reading(str(LIBRARY / name))
         reading.catalogue = catalogue
-        read_catalogue_file(LIBRARY / name, reading, BUILT_IN)
+        read_catalogue_file(LIBRARY / name, reading)
         reading.raise_if_any()
         catalogue = reading.catalogue
     return catalogue
 
 
-def read_catalogue_file(
-    path: Path, reading: Reading, source: str, named_at: Node | None = None
-) -> None:
+def read_catalogue_file(path: Path, reading: Reading, named_at: Node | None = None) -> None:
     """Add the catalogue in a file to that of ``reading``. ``named_at``: the place at which the file
     of ``reading`` names this one; None if they are the same."""
     inside = reading if named_at is None else reading.beside(str(path))
     text = read_source(path, reading, named_at)
     root = None if text is None else parsed(text, inside)
     if root is not None:
-        resolve_catalogue(read(language.CatalogueKeys, root, "catalogue", inside), inside, source)
+        resolve_catalogue(read(language.CatalogueKeys, root, "catalogue", inside), inside)
     if root is None:
         reading.broken.add("*")
     reading.catalogue = inside.catalogue
 
 
-def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading, source: str) -> None:
+def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading) -> None:
     """Add the entries of a catalogue to that of ``reading``; None: it was reported."""
     base = reading.catalogue
     if item is None:
         reading.broken.add("*")
         return
     robots, obstacles = dict(base.robots), dict(base.obstacles)
-    sources, models, types = dict(base.sources), set[str](), set[str]()
+    models, types = set[str](), set[str]()
     for key, model in (item.robots or {}).items():
         if (found := _model(key, model, reading)) is not None:
-            robots[key.text], sources[f"robots.{key.text}"] = found, source
+            robots[key.text] = found
             models.add(key.text)
     _without_broken(robots, models, item.at("robots"), reading)
     known = replace(base, robots=robots)
     for key, each in (item.obstacles or {}).items():
         if (kind := _type(key, each, known, reading)) is not None:
-            obstacles[key.text], sources[f"obstacles.{key.text}"] = kind, source
+            obstacles[key.text] = kind
             types.add(key.text)
     _without_broken(obstacles, types, item.at("obstacles"), reading)
-    reading.catalogue = Catalogue(robots, obstacles, sources)
+    reading.catalogue = Catalogue(robots, obstacles)
 
 
 def _without_broken(

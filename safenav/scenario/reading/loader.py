@@ -115,27 +115,6 @@ def load_draft(
     return Draft(scenario, reading.catalogue, reading.world, ())
 
 
-def load_catalogue(path: Path) -> Catalogue:
-    """Return the built-in catalogue with the additions of a scenario or a catalogue file.
-
-    Raises InputError with every diagnostic if the file is neither.
-    """
-    reading = Reading(str(path))
-    text = read_source(path, reading)
-    root = None if text is None else parsed(text, reading)
-    reading.raise_if_any()
-    assert text is not None and root is not None
-    given = {key.text for key, _ in entries_of(root)}
-    if not given or not given.issubset(keys.entries(language.CatalogueKeys)):
-        return load_scenario_text(text, str(path)).catalogue
-    reading.catalogue = catalogue.built_in()
-    catalogue.resolve_catalogue(
-        read(language.CatalogueKeys, root, "catalogue", reading), reading, str(path)
-    )
-    reading.raise_if_any()
-    return reading.catalogue
-
-
 def schema_text() -> str:
     """Return the JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It
     describes their shape only, so it accepts a region in a wall or an unknown robot model."""
@@ -146,10 +125,9 @@ def _resolve_catalogue(
     item: language.CatalogueKeys | str | None, node: Node | None, reading: Reading
 ) -> None:
     if isinstance(item, str):
-        path = reading.folder / item
-        catalogue.read_catalogue_file(path, reading, str(path), node)
+        catalogue.read_catalogue_file(reading.folder / item, reading, node)
     elif node is not None:
-        catalogue.resolve_catalogue(item, reading, reading.file)
+        catalogue.resolve_catalogue(item, reading)
 
 
 def _resolve_flat(kind: ObstacleType | None, node: Node | None, reading: Reading) -> None:
