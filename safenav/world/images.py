@@ -25,7 +25,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import Diagnostic, InputError, install_command
-from safenav.world.map import Region, RegionMap, pieces
+from safenav.world.map import Region, RegionMap
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Picture
@@ -233,25 +233,6 @@ def crossed(blocked: Blocked, layout: Layout, world: RegionMap) -> list[Region]:
         if part.any() and (part.any(axis=0).all() or part.any(axis=1).all()):
             found.append(region)
     return found
-
-
-_ENOUGH = 0.6
-"""Share of the free floor that a suggested division must keep connected."""
-
-
-def suggested(blocked: Blocked) -> tuple[int, int]:
-    """Return the rows and columns of square regions: the fewest that keep most of the free floor
-    connected, else many."""
-    height, width = blocked.shape
-    rows = cols = 1
-    for longer in (12, 16, 20, 25, 30, 40, 50, 64, 80, 100, 128):
-        side = max(height, width) / min(longer, max(height, width))
-        rows, cols = max(1, round(height / side)), max(1, round(width / side))
-        world = RegionMap(rows, cols, walls(blocked, Layout.of_count(blocked, rows, cols)))
-        share = max(map(len, pieces(world.free, world)), default=0) / (rows * cols)
-        if share >= _ENOUGH * float((~blocked).mean()):
-            break
-    return rows, cols
 
 
 FREE = frozenset(".GSE")

@@ -77,7 +77,6 @@ def _resolve_names(item: language.MapKeys, reading: Reading) -> None:
 
 
 _IMAGES = (".png", ".pgm")
-_AS_OPTIONS = re.compile(r"'(rows|cols|share|side): ([\d.]+)'( and)?")
 
 
 class Division(Struct, frozen=True):
@@ -140,19 +139,15 @@ def load_map(path: Path, division: Division) -> RegionMap:
 
 
 def _tell_whole_file(findings: Findings) -> None:
-    """Raise the errors, without places in the generated text and with options instead of keys in
-    their hints."""
+    """Raise the errors, without places in the generated text."""
     try:
         findings.raise_if_any()
     except InputError as error:
-        made = [
-            d._replace(line=0, column=0, source="") if d.file == findings.file else d
-            for d in error.diagnostics
-        ]
-        hints = (d.hint.replace("'resolution:", "'side:") for d in made)
-        pairs = zip(made, hints, strict=True)
         raise InputError(
-            [d._replace(hint=_AS_OPTIONS.sub(r"--\1 \2", hint)) for d, hint in pairs]
+            [
+                d._replace(line=0, column=0, source="") if d.file == findings.file else d
+                for d in error.diagnostics
+            ]
         ) from None
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from msgspec import Struct
@@ -22,13 +22,13 @@ from safenav.files import ROS_MAP
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.regions import Reading, too_large
 from safenav.scenario.values import CORNER, LEAST_SIDE, MOST_SIDE, Corner
-from safenav.scenario.yaml.document import Node, Scalar, clipped
-from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
+from safenav.scenario.yaml.document import Node, Scalar
+from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source
 from safenav.scenario.yaml.keys import Key
 from safenav.scenario.yaml.typed import read
-from safenav.world.images import Blocked, Image, Layout, crossed, dark, read_image, suggested, walls
+from safenav.world.images import Blocked, Image, Layout, crossed, dark, read_image, walls
 from safenav.world.images import read_movingai as parse_movingai
-from safenav.world.map import MAX_REGIONS, Frame, RegionMap, pieces
+from safenav.world.map import MAX_REGIONS, Frame, RegionMap
 
 
 def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
@@ -58,9 +58,8 @@ def read_image_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap 
     walls = dark(image)
     if (count := count_of(item)) is None:
         height, width = walls.shape
-        rows, cols = suggested(walls)
         found = f"map: the image of {width} x {height} pixels needs a number of rows and columns"
-        findings.add(node, found, f"add 'rows: {rows}' and 'cols: {cols}'")
+        findings.add(node, found, "for example 'rows: 20' and 'cols: 30'")
         return None
     return with_walls(walls, Layout.of_count(walls, *count), item.share or 0.0, node, findings)
 
@@ -105,24 +104,16 @@ def with_walls(
     return replace(world, notes=tuple(lost_walls(blocked, layout, world, share)))
 
 
-_SHOWN = 3
-"""Maximum number of warnings of one kind."""
-
-
 def lost_walls(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> Iterator[str]:
     """Warn of free regions that a wall of the drawing crosses."""
-    groups = [sorted(piece) for piece in pieces(crossed(blocked, layout, world), world)]
-    for group in sorted(groups, key=len, reverse=True)[:_SHOWN]:
-        some = f"region {world.label(group[0])} is"
-        if len(group) > 1:
-            last = world.label(group[-1])
-            some = f"{len(group)} regions from {world.label(group[0])} to {last} are"
+    if lost := crossed(blocked, layout, world):
+        some = f"region {world.label(lost[0])} is"
+        if len(lost) > 1:
+            some = f"{len(lost)} regions from {world.label(lost[0])} to {world.label(lost[-1])} are"
         yield (
             f"a share of {share:g} removes a wall: {some} free although the image draws a wall "
             "across; use a smaller share or smaller regions"
         )
-    if len(groups) > _SHOWN:
-        yield f"and {len(groups) - _SHOWN} more losses of this kind"
 
 
 def occupied(image: Image, settings: RosMap) -> Blocked:
@@ -156,20 +147,6 @@ def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
     )
 
 
-def _mode(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:
-    """Report a mode of map_server other than those in which white is free and black occupied."""
-    if word.text == "raw":
-        hint = "save it again with 'mode: trinary'"
-        findings.add(node, "maps of the mode 'raw', whose pixels are occupancies", hint)
-    elif word.text not in _MODES:
-        found = f"{what}: unknown word '{clipped(word.text)}'"
-        findings.add(node, found, suggestion(word.text, _MODES))
-    return word
-
-
-_MODES = ("trinary", "scale")
-
-
 class RosMap(Struct, frozen=True):
     """The YAML file of a map; further keys are ignored. ``resolution``: metres per pixel;
     ``origin``: x, y (metres) and yaw (radians) of its lower left corner; thresholds: occupancy from
@@ -190,7 +167,9 @@ class RosMap(Struct, frozen=True):
         float, Key("", "map_saver writes 'occupied_thresh: 0.65'", least=0, most=1)
     ]
     free_thresh: Annotated[float, Key("", "map_saver writes 'free_thresh: 0.196'", least=0, most=1)]
-    mode: Annotated[Scalar | None, Key(check=_mode)] = None
+    mode: Annotated[
+        Literal["trinary", "scale"] | None, Key(why="save it again with 'mode: trinary'")
+    ] = None
 
 
 def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
@@ -210,7 +189,7 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
     if item.at("resolution") is None:
         hint = (
             f"the map measures {width:g} x {height:g} m: give the side of a region in metres, for "
-            "example 'resolution: 0.5'"
+            "example 'resolution: 0.5' (as an option: --side 0.5)"
         )
         findings.add(node, "map: region size missing", hint)
     if side is None or len(findings) > before or item.flawed:
