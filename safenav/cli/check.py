@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -126,14 +125,6 @@ def recognized(file: GivenFile) -> str:
             raise InputError([Diagnostic(name, 0, 0, "this folder is not a bundle", hint)])
         return BUNDLE
     if file.beginning.startswith(ARCHIVE) and path.is_file():
-        from zipfile import ZipFile
-
-        names = ["manifest.json"]
-        with suppress(Exception), ZipFile(path) as archive:  # the checker refuses a broken one
-            names = archive.namelist()
-        if "manifest.json" not in names:
-            hint = "a bundle has a manifest.json: safenav certify writes one"
-            raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
         return BUNDLE
     if file.kind in (SCENARIO, TRACE, MOTION):
         return str(file.kind)
@@ -187,7 +178,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     whole: dict[str, Any] = {"scenario": plan.name, "robots": verdicts, "warnings": warnings}
     if realizable and refusal is None:
         ahead = rehearse(plan, synthesizer)
-        warnings += _ahead(plan, ahead, warnings)
+        warnings += _ahead(plan, ahead)
         result = ahead.result
         whole["without_obstacles"] = {
             "outcome": result.outcome.value,
@@ -224,15 +215,14 @@ def _why(answer: Controller, plan: Scenario) -> str:
     return explain_unrealizable(answer.task.robot, answer.task, plan.map)
 
 
-def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[str]:
+def _ahead(plan: Scenario, ahead: Rehearsal) -> list[str]:
     """Return warnings of batteries that run empty, unless a robot would bring another one, and of a
-    proven deadlock, unless one of ``warnings`` gives its reason."""
+    proven deadlock."""
     found = [
         f"the battery of {robot} is empty {when} without hidden obstacles"
         for robot, when in (ahead.flat if plan.flat is None else {}).items()
     ]
-    known = any(each in ahead.result.explanation for each in warnings)
-    if ahead.result.cause == "deadlock" and not known:
+    if ahead.result.cause == "deadlock":
         found.append("no order of moves completes the mission: an operator will be needed")
     return found
 

@@ -1,8 +1,7 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
-They concern an obstacle whose action no robot or too few robots have, or that blocks no robot;
-robots whose last targets are fewer regions than these robots; a robot larger than a region, or
-without room to turn there; a misspelt layer.
+They concern an obstacle whose action no robot or too few robots have, or that blocks no robot; a
+robot larger than a region, or without room to turn there; a misspelt layer.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -11,7 +10,6 @@ from typing import Any
 
 from safenav.pace.robot import least_side
 from safenav.scenario.model import Obstacle, Robot, Scenario, actions_of
-from safenav.scenario.reachability import room_words, without_room
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 
@@ -21,7 +19,7 @@ _SLIP = 0.8
 
 def lint(scenario: Scenario) -> tuple[str, ...]:
     """Return the warnings, one sentence each, in the scenario's terms."""
-    found = [*scenario.map.notes, *_misnamed(scenario), *_crowded(scenario)]
+    found = [*scenario.map.notes, *_misnamed(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario) if obstacle.goes is None else ()
         found += _unnoticed(obstacle, scenario)
@@ -127,13 +125,6 @@ def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
     if obstacle.type.blocks == frozenset() and not obstacle.ordered:
         what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
         yield f"no robot encounters {what}, because it blocks none; list it under 'orders'"
-
-
-def _crowded(scenario: Scenario) -> Iterator[str]:
-    """Yield groups of robots whose objectives leave them too few regions."""
-    given = {change.robot for change in scenario.changes if change.objective is not None}
-    for group in without_room([r for r in scenario.robots if r.name not in given]):
-        yield room_words(group, scenario.map)
 
 
 def _meant(word: str, known: Collection[str]) -> str:
