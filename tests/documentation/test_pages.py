@@ -18,7 +18,6 @@ import shutil
 import subprocess
 import sys
 import tomllib
-import warnings
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -167,29 +166,6 @@ def test_the_examples_of_help_run_one_after_the_other(
         for part in () if SERVERS.search(line) else line.split("&&"):
             limited = re.search(r"--(max-ticks|time-limit) 20\b", part)
             typed(part.strip(), folder, environment, code=3 if limited else 0)
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("default")
-def test_the_notebook_draws_a_scenario_and_a_run(tmp_path: Path) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # those of Jupyter's packages are not ours
-        import nbclient
-        import nbformat
-
-        notebook = nbformat.read(DOCS / "notebook.ipynb", as_version=4)
-        assert not [cell for cell in notebook.cells if cell.get("outputs")]
-        (tmp_path / "docs").mkdir()
-        shutil.copytree(ROOT / "scenarios", tmp_path / "scenarios")
-        where = {"metadata": {"path": str(tmp_path / "docs")}}
-        nbclient.NotebookClient(notebook, timeout=300, resources=where).execute()
-    outputs = [o["data"] for cell in notebook.cells for o in cell.get("outputs", []) if "data" in o]
-    (drawing,) = [data["image/svg+xml"] for data in outputs if "image/svg+xml" in data]
-    assert ElementTree.fromstring(drawing).tag.endswith("svg")
-    result, page = [data["text/html"] for data in outputs if "text/html" in data]
-    assert "<th>outcome</th><td>completed</td>" in result
-    assert page.startswith("<iframe srcdoc=")
-    assert "requests help with door@47" in outputs[-1]["text/plain"]
 
 
 @pytest.mark.slow
