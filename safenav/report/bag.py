@@ -5,7 +5,6 @@ the south-western corner)."""
 
 import re
 import struct
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from heapq import merge
 from itertools import count
@@ -24,19 +23,15 @@ from safenav.report.picture.svg import STATUS_MARKS
 from safenav.run.run import CLOSED, Run
 from safenav.run.tracks import RobotTrack
 from safenav.run.values import Event, Hidden, ObstacleStatus, StoryKind
-from safenav.scenario.objective import target_regions
 from safenav.world.map import Frame, Region
 
 Message = Mapping[str, Any]
-_ARROW, _CUBE, _CYLINDER, _LINE, _CUBES, _TEXT = 0, 1, 3, 4, 6, 9
-_ADD, _DELETE, _DELETE_ALL = 0, 2, 3
+_ARROW, _CUBE, _CYLINDER, _TEXT = 0, 1, 3, 9
+_ADD, _DELETE = 0, 2
 _FLIES = 0.8
 """Height of the bodies of the layer ``air``, in regions."""
 _HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
 """Heights of obstacles by status, in regions, for people who cannot tell the colours apart."""
-TRAIL = 8
-"""Maximum number of corners in a path: with all corners, bags would grow with the square of the
-ticks."""
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
     StoryKind.VIOLATION: _WARN,
@@ -90,22 +85,13 @@ class _Messages:
         """Yield the messages of all that never changes, then the changes of each tick."""
         run = self.run
         yield Stamped(run.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
-        yield self._markers(0, "/places", self._places())
         yield self._markers(0, "/robots", self._bodies())
-        passed = {track.name: deque[Message](maxlen=TRAIL) for track in run.robots}
         for tick in range(run.last + 1):
             poses = {track.name: self._pose(track, tick) for track in run.robots}
             yield self._frames(run.time(tick), poses)
-            for track in run.robots:
-                if tick == 0 or track.regions[tick] != track.regions[tick - 1]:
-                    path = self._path(tick, passed[track.name], poses[track.name])
-                    topic = f"/{self.names[track.name]}/path"
-                    yield Stamped(run.time(tick), topic, "nav_msgs/msg/Path", path)
             obstacles = [*self._obstacles(tick)]
             if obstacles:
                 yield self._markers(tick, "/obstacles", obstacles)
-            if tick == 0 or self._intentions(tick) != self._intentions(tick - 1):
-                yield self._markers(tick, "/plan", self._plan(tick))
             yield from (self._log(tick, event) for event in run.happened(tick))
 
     def moved(self, motion: Poses) -> Iterator[Stamped]:
@@ -162,12 +148,6 @@ class _Messages:
         facing = 0.0 if heading is None else radians(90.0 - heading)
         return _pose(x, y, self.frame.yaw + facing)
 
-    def _path(self, tick: int, passed: deque[Message], pose: Message) -> Message:
-        if len(passed) > 1 and _straight(passed[-2]["pose"], passed[-1]["pose"], pose):
-            passed.pop()
-        passed.append({"header": self._header(tick), "pose": pose})
-        return {"header": self._header(tick), "poses": list(passed)}
-
     def _obstacles(self, tick: int) -> Iterator[Message]:
         """Yield the box of each obstacle whose status has changed; an obstacle that is no longer
         closed loses its box."""
@@ -181,18 +161,6 @@ class _Messages:
             look = {"scale": size, "color": _colour(colour, 0.8), "pose": self._at(hidden.region)}
             text = hidden.label(self.run.map)
             yield self._marker(tick, "obstacles", number, _CUBE, action=action, text=text, **look)
-
-    def _places(self) -> Iterator[Message]:
-        """Yield names of regions and areas."""
-        world = self.run.map
-        named = [(name, [region]) for name, region in world.names.items()]
-        named += [(name, sorted(area)) for name, area in world.areas.items()]
-        for number, (name, regions) in enumerate(named):
-            places = self._points(regions)
-            middle = {axis: sum(p[axis] for p in places) / len(places) for axis in "xyz"}
-            look = {"scale": self._size(0.4, 0.4), "color": _colour(INK, 1.0), "text": name}
-            pose = _pose(0.0, 0.0, 0.0) | {"position": middle}
-            yield self._marker(0, "places", number, _TEXT, pose=pose, **look)
 
     def _bodies(self) -> Iterator[Message]:
         """Yield a body, a nose and a name in the frame of each robot, so that they move with it."""
@@ -213,25 +181,6 @@ class _Messages:
                 more = {"header": header, "frame_locked": True, "pose": pose}
                 yield self._marker(0, kind, number, shape, **look, **more)
 
-    def _intentions(self, tick: int) -> object:
-        run = self.run
-        return run.plans.at(tick), [track.objectives.at(tick) for track in run.robots]
-
-    def _plan(self, tick: int) -> Iterator[Message]:
-        """Yield each robot's targets, and its path while a joint plan is carried out."""
-        yield self._marker(tick, "plan", 0, _LINE, action=_DELETE_ALL)
-        for number, track in enumerate(self.run.robots):
-            targets = sorted(target_regions(track.objectives.at(tick)))
-            way = self.run.plans.at(tick).get(track.name, ())
-            for kind, shape, regions, least, opacity, size in (
-                ("targets", _CUBES, targets, 1, 0.25, self._size(0.8, 0.02)),
-                ("ways", _LINE, way, 2, 0.8, self._size(0.1, 0.0)),
-            ):
-                if len(regions) >= least:
-                    colour, points = _colour(track.look.colour, opacity), self._points(regions)
-                    look = {"scale": size, "color": colour, "points": points, "text": track.name}
-                    yield self._marker(tick, kind, number, shape, **look)
-
     def _marker(self, tick: int, kind: str, number: int, shape: int, **look: Any) -> Message:
         """Return a marker; the MCAP writer adds the defaults of other fields."""
         return {
@@ -249,9 +198,6 @@ class _Messages:
         kind = "visualization_msgs/msg/MarkerArray"
         return Stamped(self.run.time(tick), topic, kind, {"markers": [*markers]})
 
-    def _points(self, regions: Iterable[Region]) -> list[Message]:
-        return [self._at(region)["position"] for region in regions]
-
     def _at(self, region: Region) -> Message:
         world = self.run.map
         return _pose(*self.frame.centre(*world.position(region), world.rows), self.frame.yaw)
@@ -264,14 +210,6 @@ def _shown(hidden: Hidden, tick: int) -> ObstacleStatus:
     """Return the status of an obstacle that the team knows to be closed; ``ABSENT`` for others."""
     status = hidden.status.at(tick)
     return status if tick >= 0 and status in CLOSED else ObstacleStatus.ABSENT
-
-
-def _straight(first: Message, middle: Message, last: Message) -> bool:
-    """Return whether a robot passed the middle pose without a turn."""
-    a, b, c = (pose["position"] for pose in (first, middle, last))
-    ahead, then = (b["x"] - a["x"], b["y"] - a["y"]), (c["x"] - b["x"], c["y"] - b["y"])
-    turned: float = ahead[0] * then[1] - ahead[1] * then[0]
-    return bool(abs(turned) < 1e-9 < ahead[0] * then[0] + ahead[1] * then[1])
 
 
 def stamp(seconds: float) -> Message:
