@@ -168,14 +168,6 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
         message = _clean("; ".join(result.reasons))
         child = ET.SubElement(element, word, message=message, type=result.verdict.value)
         child.text = _clean("\n".join(result_lines(result)))
-    notes = [
-        f"requirement {name}: {one['verdict']}, robustness {one['robustness']}"
-        for name, one in (result.requirements or {}).items()
-    ]
-    if result.makespan is not None:
-        notes.append(f"makespan: {result.makespan:g} s")
-    if notes:
-        ET.SubElement(element, "system-out").text = _clean("\n".join(notes))
 
 
 def result_lines(result: Result) -> list[str]:
@@ -229,18 +221,6 @@ class FailureFolder:
         if trace:
             files.append(folder / "trace.jsonl")
             files[-1].write_bytes(trace)
-            try:
-                from safenav.report.page.html import page_of_trace
-                from safenav.trace.file import read_trace
-
-                page = page_of_trace(read_trace(files[-1]), files[-1].name)
-            except Exception as error:
-                # A trace cut off in its first line is unreadable. An error in the replay of a
-                # failure must not end the batch.
-                lines += ["", f"no replay: {type(error).__name__}: {error}"]
-            else:
-                files.append(folder / "replay.html")
-                files[-1].write_text(page, encoding="utf-8")
         files[0].write_text("\n".join([*lines, ""]), encoding="utf-8")
         return [str(file) for file in files]
 

@@ -73,7 +73,7 @@ def test_a_killed_dask_worker_loses_nothing(
     assert len(slugs.pids) >= 11
     assert slugs.all_gone()
     (folder,) = Path("out/failures").iterdir()
-    assert {path.name for path in folder.iterdir()} == {"reason.txt", "trace.jsonl", "replay.html"}
+    assert {path.name for path in folder.iterdir()} == {"reason.txt", "trace.jsonl"}
 
 
 @pytest.mark.parametrize("lost", [False, True])
