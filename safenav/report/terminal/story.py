@@ -20,13 +20,12 @@ from safenav.run.run import Run
 from safenav.run.tracks import RobotTrack
 from safenav.run.values import Event, ObstacleStatus, StoryKind, SynthesisOutcome
 from safenav.run.wording import synthesis_words
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, target_regions
 from safenav.trace.file import unstarted
 from safenav.trace.words import (
     MANY,
     counted,
-    listed,
     obstacle_words,
     regions_words,
     seconds_words,
@@ -282,7 +281,7 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
     lines += _obstacles(scenario)
     lines += ["  o  target of an objective"] * bool(targets)
     lines += ["  a wider terminal shows region numbers"] * (not numbered)
-    return lines + _exclusions(scenario) + _names(world)
+    return lines + _names(world)
 
 
 def _beside(world: RegionMap) -> int:
@@ -309,41 +308,9 @@ def _names(world: RegionMap) -> list[str]:
 def _obstacles(scenario: Scenario) -> list[str]:
     lines = []
     for obstacle in scenario.obstacles:
-        word = scenario.map.word
-        needs = []
-        for number, need in enumerate(obstacle.needs):
-            where = ", ".join(map(word, obstacle.resolution_regions(scenario.map, number)))
-            group = f" by {need.robots} robots" if need.robots > 1 else ""
-            needs.append(f"{need.action}{group} at {where or 'nowhere'}")
         status = f"ordered at tick {obstacle.appears}" if obstacle.ordered else "hidden"
-        lines.append(
-            f"  ▒▒ {obstacle_words(obstacle.name, word)}: {status} at "
-            f"{scenario.map.label(obstacle.region)}, needs {', then '.join(needs)}, "
-            f"{_blocked(obstacle, scenario)}"
-        )
+        needs = ", then ".join(need.action for need in obstacle.needs)
+        name = obstacle_words(obstacle.name, scenario.map.word)
+        where = scenario.map.label(obstacle.region)
+        lines.append(f"  {CLOSED} {name}: {status} at {where}, needs {needs}")
     return lines
-
-
-def _exclusions(scenario: Scenario) -> list[str]:
-    return [
-        f"  at most one of {listed(sorted(each.robots))} is in "
-        f"{regions_words(each.regions, scenario.map.word)} at a time"
-        for each in scenario.never_together
-    ]
-
-
-def _blocked(obstacle: Obstacle, scenario: Scenario) -> str:
-    """Return the robots that an obstacle stops, and those that resolve it by entering."""
-    names = [robot.name for robot in scenario.robots]
-    stopped = [robot.name for robot in scenario.robots if obstacle.blocks(robot)]
-    others = [name for name in names if name not in stopped]
-    whom = listed(stopped)
-    if stopped and len(others) < len(stopped):
-        whom = f"every robot except {listed(others)}" if others else "every robot"
-    last = len(obstacle.needs) - 1
-    enter = [r.name for r in scenario.robots if obstacle.resolved_by_entering(r, last)]
-    entering = [name for name in enter if name in stopped]
-    if not entering:
-        return f"blocks {whom}"
-    verb = "resolves" if len(entering) == 1 else "resolve"
-    return f"blocks {whom}; {listed(entering)} {verb} it by entering"
