@@ -190,19 +190,16 @@ def warn(message: Warning | str) -> None:
 
 def warn_of(lines: Iterable[str]) -> None:
     """Print warnings, each with the indented lines that belong to it."""
-    from safenav.report.terminal.layout import echo_folded
-
     for line in lines:
-        echo_folded([line], err=True) if line.startswith(" ") else warn(line)
+        click.echo(line, err=True) if line.startswith(" ") else warn(line)
 
 
 def report_error(message: str) -> None:
     """Print an error."""
     from safenav.files import printable
-    from safenav.report.terminal.layout import folded_message, terminal_width
 
     line = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
-    click.echo(folded_message(line, terminal_width(sys.stderr)), err=True, color=_coloured())
+    click.echo(line, err=True, color=_coloured())
 
 
 def _fail(message: str, code: ExitCode) -> None:

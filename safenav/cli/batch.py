@@ -12,7 +12,7 @@ import click
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.files import printable, write_out
-from safenav.report.terminal.layout import echo_folded
+from safenav.report.terminal.layout import echo_lines
 
 if TYPE_CHECKING:
     from safenav.batch.search import FoundCases
@@ -84,7 +84,7 @@ def batch(
     if as_json:
         options.print_json(report_data(report))
     err = as_json or str(junit) == "-"
-    echo_folded(summary(report), err=err)
+    echo_lines(summary(report), err=err)
     if report.left and out is not None:
         click.echo(f"to continue, repeat with --resume ({report.left} cases left)", err=True)
     if report.interrupted:

@@ -23,7 +23,7 @@ from safenav.errors import (
     UsageError,
 )
 from safenav.files import check_kind
-from safenav.report.terminal.layout import echo_folded
+from safenav.report.terminal.layout import echo_lines
 from safenav.trace.words import counted, listed, moment_words, shortened
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def check(
         if not as_json:
             if several and kind == SCENARIO and judged.lines:
                 click.echo(f"{file.path}:")
-            echo_folded(judged.lines)
+            echo_lines(judged.lines)
             warn_of(judged.warnings)
     if as_json:
         options.print_json(data if several else data[0])
@@ -359,6 +359,6 @@ def certify(
     except NotCertifiedError as error:
         click.echo(str(error), err=True)
         return ExitCode.NEGATIVE
-    echo_folded(f"  {claim['text']}" for claim in made.verdict.claims)
+    echo_lines(f"  {claim['text']}" for claim in made.verdict.claims)
     click.echo(f"{made.path}: {made.files} files, {made.bytes / 1024:.0f} KiB, accepted")
     return ExitCode.OK

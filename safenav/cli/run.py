@@ -275,11 +275,10 @@ def _executed(
             if trace is not None:
                 listeners.append(running.enter_context(TraceWriter(trace)))
             if not files.as_json:
-                from safenav.report.terminal.layout import terminal_width
                 from safenav.report.terminal.story import Story
 
                 echo = partial(click.echo, err=files.printed)
-                listeners.append(Story(plan, echo, files.maps, terminal_width()))
+                listeners.append(Story(plan, echo, files.maps))
             world = None
             if connected is not None:
                 world = running.enter_context(connected())

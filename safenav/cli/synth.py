@@ -23,7 +23,7 @@ from safenav.errors import (
 )
 from safenav.explain.play import Cause, vacuities
 from safenav.files import json_flaw, json_line, read_input, write_all, write_out
-from safenav.report.terminal.layout import WaitingLine, echo_folded, table
+from safenav.report.terminal.layout import WaitingLine, echo_lines, table
 from safenav.report.terminal.specification_text import (
     data_of,
     failure_lines,
@@ -238,7 +238,7 @@ def _report(
         print_json(data)
         return
     headings = (first, "verdict", "states", "edges", "goals", "bits", "ms", "verified")
-    echo_folded([*table(headings, [one.row() for one in made]), *notes], err=printed)
+    echo_lines([*table(headings, [one.row() for one in made]), *notes], err=printed)
     if files:
         listing = f": {', '.join(name for name, _ in files)}" if len(made) == 1 else ""
         click.echo(f"\nwritten to {output}{listing}")
@@ -371,7 +371,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
     for explanation in found:
         lines = [*explanation_lines(explanation, plan)]
         if not as_json:
-            echo_folded(["", *lines][not data :])
+            echo_lines(["", *lines][not data :])
         data.append({"says": [*map(click.unstyle, lines)], **data_of(explanation)})
     if refused is not None and not data and robot is None:
         raise refused  # for another reason than an unreachable target
@@ -383,7 +383,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
         if as_json:
             print_json({"scenario": plan.name, "unrealizable": data, **data_of(run)})
         else:
-            echo_folded(postmortem_lines(run, plan.map.word))
+            echo_lines(postmortem_lines(run, plan.map.word))
         return exit_code_of(run.result.outcome)
     if as_json:
         print_json({"scenario": plan.name, "unrealizable": data})

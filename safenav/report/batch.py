@@ -17,7 +17,7 @@ from safenav.batch.case import Case, CaseVerdict, Result, file_name
 from safenav.batch.session import Report
 from safenav.errors import UsageError
 from safenav.files import printable
-from safenav.report.terminal.layout import StatusLine, echo_folded, table
+from safenav.report.terminal.layout import StatusLine, echo_lines, table
 from safenav.trace.words import listed
 
 _REASONS = 3
@@ -235,7 +235,7 @@ class ProgressLine(StatusLine):
             self.clear()
             reason = "".join(arrived.reasons[:1]).removeprefix(f"{arrived.name}:").strip()
             verdict = click.style(arrived.verdict.value, fg="red")
-            echo_folded([f"{verdict} {printable(f'{arrived.name}: {reason}')}"], err=True)
+            echo_lines([f"{verdict} {printable(f'{arrived.name}: {reason}')}"], err=True)
 
 
 def _state(report: Report) -> str:

@@ -1,8 +1,7 @@
-"""Lines on a terminal: long ones broken between words, tables, the progress of long work."""
+"""Lines on a terminal: tables, the progress of long work."""
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, TextIO
@@ -11,9 +10,6 @@ import click
 
 if TYPE_CHECKING:
     from safenav.synthesis.slugs import SynthesisProgress
-
-_EXCERPT = re.compile(r" *\d* \| ")
-"""Start of a quoted line of a file in a message, and of the mark below it."""
 
 
 def terminal_width(stream: TextIO | None = None) -> int | None:
@@ -26,38 +22,10 @@ def terminal_width(stream: TextIO | None = None) -> int | None:
     return get_terminal_size().columns
 
 
-def echo_folded(lines: Iterable[str], err: bool = False) -> None:
-    """Print lines, folded on a terminal; continued parts are indented by two more columns."""
-    width = terminal_width(sys.stderr if err else sys.stdout)
+def echo_lines(lines: Iterable[str], err: bool = False) -> None:
+    """Print lines."""
     for line in lines:
-        for part in folded(line, width, len(line) - len(line.lstrip()) + 2):
-            click.echo(part, err=err)
-
-
-def folded(line: str, width: int | None, indent: int) -> list[str]:
-    """Return a line in parts of at most ``width`` characters, all but the first indented by
-    ``indent``. Colours do not count; a longer word is not broken."""
-    if width is None or len(click.unstyle(line)) <= width:
-        return [line]
-    lines, used = [""], 0
-    for number, word in enumerate(line.split(" ")):
-        long = len(click.unstyle(word))
-        if number and used + 1 + long > width and lines[-1].strip():
-            lines.append(" " * indent)
-            used = indent - 1
-        elif number:
-            lines[-1] += " "
-        lines[-1] += word
-        used += long + (1 if number else 0)
-    return lines
-
-
-def folded_message(message: str, width: int | None) -> str:
-    """Return an error message with its lines folded, except quoted lines of a file."""
-    parts = (
-        [line] if _EXCERPT.match(line) else folded(line, width, 6) for line in message.split("\n")
-    )
-    return "\n".join(part for some in parts for part in some)
+        click.echo(line, err=err)
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:

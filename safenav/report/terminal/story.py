@@ -8,13 +8,12 @@ room. Two robots above each other (one flies) share the two characters.
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import zip_longest
 
 import click
 
 from safenav.errors import Outcome
-from safenav.report.terminal.layout import folded
 from safenav.run.reading import Line, RunReader, run_of
 from safenav.run.run import Run
 from safenav.run.tracks import RobotTrack
@@ -43,17 +42,10 @@ _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
 class Story:
-    """Listener that prints a run, line by line by ``echo``; ``width``: that of the terminal, if
-    any."""
+    """Listener that prints a run, line by line by ``echo``."""
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        echo: Echo = click.echo,
-        maps: bool = True,
-        width: int | None = None,
-    ) -> None:
-        self._write, self._maps, self._width = echo, maps, width
+    def __init__(self, scenario: Scenario, echo: Echo = click.echo, maps: bool = True) -> None:
+        self._write, self._maps = echo, maps
         robots = enumerate(scenario.robots)
         self._colours = {robot.name: _COLOURS[i % len(_COLOURS)] for i, robot in robots}
         self._reader = RunReader(unstarted(scenario).header, RegionMap.label)
@@ -86,7 +78,7 @@ class Story:
         for track in run.robots:
             doing = run.doing(track, track.objectives.now)
             start = f"{track.name} ({track.model}) from {run.map.stance(*track.pose)}"
-            self._echo(f"  {track.look.letters:2} {start}: {doing}", indent=7)
+            self._echo(f"  {track.look.letters:2} {start}: {doing}")
         self._map()
 
     def _event(self, event: Event) -> None:
@@ -168,17 +160,13 @@ class Story:
             words = f"{hidden.label(run.map)}{', blocked' * barred}"
             known.append(f"{signs[hidden.region]} {words}")
         rows = draw(run.map, signs | signs_of(run.robots))
-        legend = [*self._robots(), *_shared(run.robots), *known, *target]
+        legend = [*self._robots(), *known, *target]
         if (rows, legend) == self._drawn:
             return
         self._drawn = rows, legend
         self._write("")
-        longest = max(map(len, legend))
-        beside = self._width is None or 14 + len(rows[0]) + longest <= self._width
-        for line, note in zip_longest(rows, legend if beside else (), fillvalue=""):
+        for line, note in zip_longest(rows, legend, fillvalue=""):
             self._write(f"           {line:{len(rows[0])}}   {self._painted(note)}".rstrip())
-        for note in () if beside else legend:
-            self._echo(f"           {note}", 15)
         self._write("")
 
     def _robots(self) -> list[str]:
@@ -187,9 +175,8 @@ class Story:
             for t in self._run.robots
         ]
 
-    def _echo(self, line: str, indent: int = 13) -> None:
-        for part in folded(line, self._width, indent):
-            self._write(self._painted(part))
+    def _echo(self, line: str) -> None:
+        self._write(self._painted(line))
 
     def _painted(self, line: str) -> str:
         """Return a line with its robots in their colours, and its obstacles in bold letters."""
@@ -224,14 +211,10 @@ WALL, FREE, TARGET, CLOSED, BARRED = "██", " ·", " o", "▒▒", "XX"
 def signs_of(robots: Iterable[RobotTrack]) -> dict[Region, str]:
     """Return the two characters of robots at their present poses: a label, with the heading if it
     has one character; of several in one region, the last characters of two labels."""
-    return {region: _sign(here) for region, here in _by_region(robots).items()}
-
-
-def _by_region(robots: Iterable[RobotTrack]) -> dict[Region, list[RobotTrack]]:
     found: dict[Region, list[RobotTrack]] = {}
     for track in robots:
         found.setdefault(track.pose[0], []).append(track)
-    return found
+    return {region: _sign(here) for region, here in found.items()}
 
 
 def _sign(here: Sequence[RobotTrack]) -> str:
@@ -240,13 +223,6 @@ def _sign(here: Sequence[RobotTrack]) -> str:
         return "".join(each[-1] for each in letters)[:2]
     arrow = "" if heading is None else ARROWS[heading]
     return f"{letters[0]}{arrow}"[:2] if len(letters[0]) < 2 else letters[0]
-
-
-def _shared(robots: Iterable[RobotTrack]) -> Iterator[str]:
-    for here in _by_region(robots).values():
-        if len(here) > 1:
-            letters = " and ".join(track.look.letters for track in here)
-            yield f"{_sign(here)} {letters} in one region"
 
 
 def draw(world: RegionMap, signs: Mapping[Region, str], numbered: bool = False) -> list[str]:
