@@ -7,7 +7,6 @@ the events of a live run) and the time of each.
 """
 
 from bisect import bisect_right
-from collections.abc import Mapping
 
 from msgspec import Struct, field
 
@@ -15,9 +14,8 @@ from safenav.errors import Outcome
 from safenav.run.tracks import RobotTrack
 from safenav.run.values import Changes, Event, Hidden, ObstacleStatus, StackRow, StoryKind
 from safenav.scenario.model import Exclusion
-from safenav.scenario.objective import Objective, describe, station, target_regions
+from safenav.scenario.objective import Objective, describe, target_regions
 from safenav.trace.records import End
-from safenav.trace.words import listed
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from
@@ -53,13 +51,9 @@ class Run(Struct):
     events: list[Event] = field(default_factory=list)
     ending: End | None = None
     version: str = ""
-    within: bool = False
-    """Whether the run ended within its last tick, in which robots without a turn have not moved."""
     seconds: list[float] | None = None
     """Seconds of each tick if the run has a clock; its ticks are then the instants of its events.
     None: time is in ticks only."""
-    plans: Changes[Mapping[str, tuple[Region, ...]]] = field(default_factory=lambda: Changes.of({}))
-    """The paths of the robots of a joint plan; none while there is no plan."""
     inputs: dict[str, bool] = field(default_factory=dict)
     """The last values of the environment's inputs."""
     chargers: tuple[Region, ...] = ()
@@ -155,24 +149,12 @@ class Run(Struct):
         if self.seconds is not None:
             words = f"{self._moment(tick, fraction):.1f} of {self.seconds[-1]:.1f} s"
         if tick == self.last and self.ending is not None:
-            when = ", ended within it" if self.within else ""
-            words += f"{when}: {self.ending.outcome.replace('_', ' ')}"
+            words += f": {self.ending.outcome.replace('_', ' ')}"
         return words
 
     def _moment(self, tick: int, fraction: float) -> float:
         here = self.time(tick)
         return here + (self.time(min(tick + 1, self.last)) - here) * fraction
-
-    def loads(self, robot: str, tick: int) -> list[Hidden]:
-        """Return the obstacles that a robot carries."""
-        return [each for each in self.hidden.values() if robot in each.loads.at(tick)]
-
-    def equipment(self, track: RobotTrack, tick: int) -> str:
-        """Return the loads and the charge of a robot in words; empty if it has neither."""
-        loads = [load.label(self.map) for load in self.loads(track.name, tick)]
-        carries = [f"carries {listed(loads)}"] if loads else []
-        charge = [f"charge {track.charge.at(tick)} %"] if track.charge else []
-        return "; ".join(carries + charge)
 
     def trail(self, track: RobotTrack, tick: int) -> list[Region]:
         """Return the last regions of a robot's path, oldest first."""
@@ -226,14 +208,9 @@ class Run(Struct):
             degrees += turn * min(1.0, 2.0 * part)  # it has turned by half the step
         return row + (to_row - row) * part, col + (to_col - col) * part, degrees
 
-    def doing(self, track: RobotTrack, objective: Objective | None) -> str:
-        """Return an objective of a robot in words, with a note if a joint plan moves it while it
-        waits."""
-        if objective is None:
-            return "no objective"
-        words = describe(objective, self.map.word)
-        waits = track.driven and station(objective) is not None and objective in track.waits
-        return f"{words}, unless its joint plan moves it" if waits else words
+    def doing(self, objective: Objective | None) -> str:
+        """Return an objective in words."""
+        return "no objective" if objective is None else describe(objective, self.map.word)
 
 
 CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
