@@ -54,7 +54,6 @@ def _case_studies(browser: Browser, folder: Path) -> None:
     tick = _first(replay, StoryKind.REQUEST)
     _shoot(browser, page, tick, HERE / "case_study_3_request.png")
     _shoot(browser, page, tick, HERE / "dark.png", scheme="dark")
-    _shoot(browser, page, tick, HERE / "phone.png", width=390, height=844)
 
 
 def _tutorial(browser: Browser, folder: Path) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.report.page.html import encoded
-from safenav.report.picture.svg import obstacle_pictogram, robot_pictogram
+from safenav.report.picture.svg import obstacle_pictogram
 from safenav.run.run import Run
 from safenav.run.tracks import RobotTrack
 from safenav.run.values import Changes, Hidden, ObstacleStatus, looks
@@ -90,7 +90,6 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
         "robots": [
             {
                 "name": model.name,
-                "shape": robot_pictogram(model.name),
                 "turns": model.mobility is Mobility.HEADING,
                 "layer": model.layer,
                 "can": sorted(model.capabilities),

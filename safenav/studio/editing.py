@@ -261,11 +261,6 @@ def move_robot(file: ScenarioText, edit: Operation) -> None:
         file.put((*way, "objective", STAYING.kind), flow(file.written(edit["region"], held)))
 
 
-def set_heading(file: ScenarioText, edit: Operation) -> None:
-    _robot(file, edit)
-    file.put(("robots", edit["robot"], "heading"), flow(edit["heading"]), after="start")
-
-
 def set_objective(file: ScenarioText, edit: Operation) -> None:
     """Set the objective ``kind`` with ``regions`` in order: numbers, lists of numbers of which any
     counts, or names of areas. Targets that stay keep their text."""
@@ -356,23 +351,10 @@ def _obstacle(file: ScenarioText, edit: Operation) -> Any:
     return obstacle
 
 
-def repair(file: ScenarioText, edit: Operation) -> None:
-    """Apply the changes of a repair (``safenav explain``): items and their new values as YAML."""
-    for item, value in edit["change"]:
-        freed = re.fullmatch(r"no wall at ([\d, ]+)", value)
-        if item == "map" and freed is not None:
-            paint(file, {"regions": [int(r) for r in freed[1].split(",")], "wall": False})
-        elif item == "obstacles":
-            told = plain(read_document(value).root)
-            add_obstacle(file, {**told, "region": file.region(told["region"])})
-        else:
-            file.put(tuple(str(item).split(".")), value)
-
-
 OPERATIONS: Mapping[str, Callable[[ScenarioText, Operation], None]] = {
     found.__name__: found
     for found in (
-        *(paint, add_obstacle, move_obstacle, remove_obstacle, repair),
-        *(add_robot, move_robot, remove_robot, set_heading, set_objective),
+        *(paint, add_obstacle, move_obstacle, remove_obstacle),
+        *(add_robot, move_robot, remove_robot, set_objective),
     )
 }

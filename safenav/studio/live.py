@@ -72,7 +72,6 @@ class StudioRun:
         return {
             "phase": self.phase,
             "speed": self.speed,
-            "seed": self.order.seed,
             "failure": self.failure,
             "outcome": run and run.ending and run.ending.outcome.value,
             "inputs": {} if run is None else run.inputs,

@@ -197,12 +197,7 @@ def _reason(scenario: Scenario, name: str, synthesizer: Synthesizer) -> dict[str
         (found,) = explain_team(scenario, synthesizer, [name])
     except SafenavError as error:
         return {"because": str(error)}
-    return {
-        "because": cause_words(found, scenario.map),
-        "confined": sorted(found.diagnosis.confined),
-        "lost": sorted(frozenset[int]().union(*found.diagnosis.lost)),
-        "repairs": [repair.change for repair in found.repairs],
-    }
+    return {"because": cause_words(found, scenario.map)}
 
 
 if __name__ == "__main__":

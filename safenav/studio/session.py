@@ -14,8 +14,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from msgspec.structs import replace
-
 from safenav.certify.bundle import bundle_of_trace
 from safenav.errors import UsageError, missing_package
 from safenav.report.page.html import page_of_trace
@@ -164,14 +162,12 @@ class Studio:
         """Return the scenario and settings of the next run. Raises InputError if it cannot run."""
         return self._order
 
-    async def _begin(self, seed: int | None) -> StudioRun:
+    async def _begin(self) -> StudioRun:
         """Start a run that replaces the previous one."""
         async with self._starting:
             order = self._ordered()
             if self.run is not None:
                 await self.run.end()
-            if seed is not None:
-                order = replace(order, seed=seed)
             run = StudioRun(order, self.tell, speed=self._speed, trace=self._trace)
             await run.start()  # if this raises, pages keep the previous run
             self.run = run
@@ -181,7 +177,7 @@ class Studio:
         """Let the run play, pause or step; the first order to play or step begins it."""
         if self.run is None and data["do"] == "pause":
             return
-        run = self.run or await self._begin(_seed(data))
+        run = self.run or await self._begin()
         {"play": run.play, "pause": run.pause, "step": run.step}[data["do"]]()
 
     async def _set_speed(self, data: Message) -> None:
@@ -193,7 +189,7 @@ class Studio:
             self.run.set_speed(self._speed)
 
     async def _restart(self, data: Message) -> None:
-        run = await self._begin(_seed(data))
+        run = await self._begin()
         if data.get("play"):
             run.play()
 
@@ -205,10 +201,3 @@ class Studio:
         if self.run is None:
             raise UsageError("no run has started, so there is no world to change")
         self.run.change({key: value for key, value in data.items() if key != "do"})
-
-
-def _seed(data: Message) -> int | None:
-    seed = data.get("seed")
-    if seed is not None and (not isinstance(seed, int) or not 0 <= seed < 2**63):
-        raise UsageError("expected a seed of at least 0")
-    return seed

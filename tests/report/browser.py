@@ -49,15 +49,11 @@ class Browser:
         width: int = 1280,
         height: int = 800,
         scheme: str = "light",
-        motion: str = "no-preference",
     ) -> None:
         """The page of a file or an address, freshly loaded, under the conditions of a screen and
         its owner."""
         self.resize(width, height)
-        features = [
-            {"name": "prefers-color-scheme", "value": scheme},
-            {"name": "prefers-reduced-motion", "value": motion},
-        ]
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
         self.leave()
         self.driver.get_log("browser")
@@ -65,7 +61,7 @@ class Browser:
         self.wait(lambda: self.all("header h1"))
 
     def resize(self, width: int, height: int) -> None:
-        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
     def leave(self) -> None:

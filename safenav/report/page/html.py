@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 
 from msgspec.structs import asdict
 
-from safenav.report.picture.svg import GLYPHS, obstacle_pictogram, opened_pictogram, robot_pictogram
+from safenav.report.picture.svg import GLYPHS, obstacle_pictogram, opened_pictogram
 from safenav.run import values
 from safenav.run.reading import Beginning, RunReader, run_of
 from safenav.run.run import Run
@@ -35,7 +35,7 @@ _DOCUMENT = """\
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="viewport" content="width=1100">
 <meta name="generator" content="safenav">
 <link rel="icon" href="data:,">
 <title>{title}</title>
@@ -275,7 +275,6 @@ def _robot(track: RobotTrack) -> dict[str, Any]:
     return {
         "name": track.name,
         "model": track.model,
-        "shape": robot_pictogram(track.model),
         "can": track.capabilities,
         "look": asdict(track.look),
     }

@@ -179,12 +179,11 @@ class Mark(Struct, frozen=True):
 class Glyphs(Struct, frozen=True):
     """SVG paths in [-1, 1] squared, y downwards, filled by the even-odd rule; shapes repeat what
     colours show. ``nose`` shows a heading, pointing north, outside the body; ``charger`` a region
-    where batteries are charged; ``robots`` are silhouettes by model, ``obstacles`` by type,
+    where batteries are charged; ``obstacles`` are silhouettes by type,
     ``opened`` those of doors that are resolved."""
 
     nose: str
     charger: str
-    robots: Mapping[str, str]
     obstacles: Mapping[str, str]
     opened: Mapping[str, str]
     status: Mapping[ObstacleStatus, Mark]
@@ -193,11 +192,6 @@ class Glyphs(Struct, frozen=True):
 
 GLYPHS = json.decode(Path(__file__).with_name("glyphs.json").read_bytes(), type=Glyphs)
 STATUS_MARKS = GLYPHS.status
-
-
-def robot_pictogram(model: str) -> str:
-    """Return the silhouette of a robot model; empty if none fits."""
-    return _found(GLYPHS.robots, model)
 
 
 def obstacle_pictogram(kind: str) -> str:

@@ -1,14 +1,13 @@
 /** The page as a whole. */
 
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import { Playback } from "./panels/timeline";
 import { actionsOf, Header, type Keys, KEYS, listenToKeys, withKeys } from "./panels/shell";
 import { Events, Obstacles, Robots, Stack } from "./panels/sidebar";
 import { Legend } from "./panels/legend";
 import type { Player } from "./run/player";
-import { type Ending, EVENTS, eventsAfter, eventsAt, EVERYONE, NOBODY, type Run, type RunEvent, useRedraw, when } from "./run/run";
-import { viewersOf } from "./map/knowledge";
+import { type Ending, EVENTS, eventsAfter, eventsAt, type Run, type RunEvent, useRedraw, when } from "./run/run";
 import type { Hand } from "./map/cursor";
 import type { Stage } from "./map/map";
 
@@ -44,7 +43,6 @@ export interface Extras {
 export function App({ run, player, stage, extras = {} }: AppProps) {
   const redraw = useRedraw();
   const help = useRef<HTMLDialogElement>(null);
-  const [viewer, choose] = useState(run.robots.indexOf(viewersOf(run)[0]!));
   const { eye } = stage;
   useLayoutEffect(() => player.onTick(redraw), [player]);
   // Before the page shows: a reader who sees it may press a key.
@@ -87,7 +85,6 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             run={run}
             player={player}
             tick={tick}
-            viewer={viewer}
             spoken={spokenOf(run, tick)}
             hand={extras.hand}
           />
@@ -95,7 +92,6 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             <Story run={run} tick={tick} playing={player.playing} />
             {stage.Tools && <stage.Tools />}
             <Legend run={run} marks={stage.marks} />
-            <Viewers run={run} viewer={viewer} choose={choose} />
           </div>
         </section>
         {extras.controls ? extras.controls(tick) : <Playback run={run} player={player} tick={tick} eye={eye} />}
@@ -148,27 +144,4 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
 function spokenOf(run: Run, tick: number): number {
   const told = eventsAt(run, tick).filter((event) => isTold(event) && event[4] >= 0);
   return told[told.length - 1]?.[4] ?? -1;
-}
-
-/** The choice of the robots whose sight and beliefs are shown. */
-function Viewers({ run, viewer, choose }: { run: Run; viewer: number; choose(viewer: number): void }) {
-  const viewers = viewersOf(run);
-  if (viewers.length === 0) return null;
-  return (
-    <label class="row">
-      sight of
-      <select
-        aria-label="Sight and beliefs"
-        class="viewer"
-        value={String(viewer)}
-        onChange={(event) => choose(Number(event.currentTarget.value))}
-      >
-        {viewers.map((robot) => (
-          <option value={String(run.robots.indexOf(robot))}>{robot.name}</option>
-        ))}
-        {viewers.length > 1 && <option value={String(EVERYONE)}>everyone</option>}
-        <option value={String(NOBODY)}>no robot</option>
-      </select>
-    </label>
-  );
 }

@@ -106,7 +106,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
             <b style={{ "--colour": look.colour }}>{name}</b>
             {choice("Assign", { does: "send", robot: name, regions: [] })}
             {waits !== null &&
-              (headings === null ? [null] : Object.keys(HEADINGS)).map((heading) =>
+              (headings === null ? [null] : HEADINGS).map((heading) =>
                 choice(heading ? `Put facing ${heading}` : "Put back", { does: "put", robot: name, heading }, "Then click its region"),
               )}
             <Press off={off} act={change("service", { robot: name, active: out.has(name) })}>
@@ -270,25 +270,14 @@ export function LiveControls({ say, ...props }: LiveControlsProps) {
   );
 }
 
-/** Another run of the same scenario, with another seed if one is given. */
+/** Another run of the same scenario, or the end of this one. */
 function Again({ player, say }: { player: LivePlayer; say: Say }) {
-  const [seed, setSeed] = useState("");
   const again = (): void => {
     player.following = true;
-    say("restart", { play: true, ...(seed !== "" && { seed: Number(seed) }) });
+    say("restart", { play: true });
   };
   return (
-    <div class="group again row">
-      <label class="row">
-        seed
-        <input
-          type="number"
-          min={0}
-          placeholder={String(player.state.seed ?? "own")}
-          value={seed}
-          onInput={(event) => setSeed(event.currentTarget.value)}
-        />
-      </label>
+    <div class="group row">
       <Press title="Restart the run" act={again}>Restart</Press>
       <Press off={player.state.phase === "ended" && OVER} title="End the run" act={() => say("end")}>End</Press>
     </div>

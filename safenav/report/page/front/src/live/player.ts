@@ -11,7 +11,6 @@ export type Say = (does: string, data?: object) => void;
 export interface RunState {
   phase: "starting" | "paused" | "running" | "ended";
   speed: number;
-  seed: number | null;
   failure: string | null;
   outcome: string | null;
   busy: boolean;
@@ -21,7 +20,7 @@ export interface RunState {
 
 export class LivePlayer extends Player {
   following = true;
-  state: RunState = { phase: "paused", speed: 4, seed: null, failure: null, outcome: null, busy: false, inputs: {} };
+  state: RunState = { phase: "paused", speed: 4, failure: null, outcome: null, busy: false, inputs: {} };
 
   constructor(
     last: number,

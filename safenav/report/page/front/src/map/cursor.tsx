@@ -147,9 +147,6 @@ export function listenToPointers(room: HTMLElement, camera: Camera, hand: () => 
     if (pressed !== "hand") hand()?.leave();
   };
   const wheel = (event: WheelEvent): void => {
-    // On narrow screens the wheel scrolls the page; only a pinch zooms the map.
-    const scrolls = document.documentElement.scrollHeight > innerHeight + 1;
-    if (scrolls && !event.ctrlKey) return;
     event.preventDefault();
     camera.zoom(Math.exp(-event.deltaY * (event.ctrlKey ? 0.01 : 0.0015)), ...place(event));
   };

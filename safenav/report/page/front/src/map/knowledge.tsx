@@ -1,7 +1,7 @@
 /** Knowledge at a tick: obstacles, targets, occupied regions, refused steps. */
 
 import { memo } from "preact/compat";
-import { aimAt, at, type BeliefChange, EVERYONE, placeOf, regionsOf, type Robot, type Run, transitAt } from "../run/run";
+import { aimAt, at, type BeliefChange, placeOf, regionsOf, type Robot, type Run, transitAt } from "../run/run";
 import { CELL } from "./camera";
 import { centreOf, filled, INK, outline } from "./shapes";
 
@@ -21,7 +21,6 @@ export const Knowledge = memo(({ run, tick, grown }: KnowledgeProps) => (
   <>
     {run.obstacles.map((obstacle) => {
       const status = at(obstacle.status, tick)[1];
-      const carried = at(obstacle.carried, tick)[1].length > 0;
       if (status === "absent") return null;
       const [col, row] = placeOf(run, obstacle.region);
       const shape = grown > MOST_GROWN ? "" : status === "resolved" ? obstacle.opened : obstacle.shape;
@@ -34,21 +33,19 @@ export const Knowledge = memo(({ run, tick, grown }: KnowledgeProps) => (
           data-status={status}
           transform={`translate(${col * CELL} ${row * CELL})`}
         >
-          <rect {...INK.boxes[status]} {...(carried && { fill: "none" })} x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
-          {!carried && shape && (
+          <rect {...INK.boxes[status]} x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
+          {shape && (
             <path {...(status === "resolved" ? INK.opened : INK.sign)} transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={shape} />
           )}
-          {!carried && (
-            <path
-              {...INK.sign}
-              transform={
-                shape
-                  ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
-                  : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
-              }
-              d={run.marks.status[status].path}
-            />
-          )}
+          <path
+            {...INK.sign}
+            transform={
+              shape
+                ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
+                : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
+            }
+            d={run.marks.status[status].path}
+          />
         </g>
       );
     })}
@@ -185,14 +182,14 @@ export function Hatch({ run, of, id }: { run: Run; of: number; id: string }) {
 interface ShadingProps {
   run: Run;
   tick: number;
-  /** The index of a robot, `EVERYONE` or `NOBODY`. */
-  viewer: number;
-  /** The selected robot: what others believe of it, and what it believes, is hatched. */
+  /** The selected robot, or null: what it sees and believes is shown, else that of the first robot; what others believe of it, and what it believes, is hatched. */
   selected: number | null;
 }
 
-export const Shading = memo(({ run, tick, viewer, selected }: ShadingProps) => {
-  const viewers = viewersOf(run).filter((robot) => viewer === EVERYONE || run.robots[viewer] === robot);
+export const Shading = memo(({ run, tick, selected }: ShadingProps) => {
+  const viewers = viewersOf(run);
+  const robot = viewers.find((each) => each === run.robots[selected ?? -1]) ?? viewers[0];
+  if (robot === undefined) return null;
   return (
     <>
       <defs>
@@ -200,12 +197,10 @@ export const Shading = memo(({ run, tick, viewer, selected }: ShadingProps) => {
           <Hatch run={run} of={i} id={`hatch-${i}`} />
         ))}
       </defs>
-      {viewers.map((robot) => <Sight run={run} robot={robot} tick={tick} />)}
-      {viewers.flatMap((robot) =>
-        Object.entries(robot.beliefs).map(([of, told]) => (
-          <Believed run={run} robot={robot} of={Number(of)} told={at(told, tick)} hatched={[Number(of), run.robots.indexOf(robot)].includes(selected ?? -1)} />
-        )),
-      )}
+      <Sight run={run} robot={robot} tick={tick} />
+      {Object.entries(robot.beliefs).map(([of, told]) => (
+        <Believed run={run} robot={robot} of={Number(of)} told={at(told, tick)} hatched={[Number(of), run.robots.indexOf(robot)].includes(selected ?? -1)} />
+      ))}
     </>
   );
 });

@@ -20,25 +20,21 @@ import { INK } from "./shapes";
 /** The least and the largest width of a trail, in pixels. */
 const LEAST_TRAIL = 1.4;
 const MOST_TRAIL = 4;
-/** In smaller regions, in pixels, robots have no silhouette of their model beside them. */
-const BADGES = 100;
 
 interface MapProps {
   run: Run;
   player: Player;
   camera: Camera;
   tick: number;
-  /** The robot whose sight and beliefs are shown. */
-  viewer: number;
   /** The region that the words below the map are about, -1 for none. */
   spoken?: number;
   hand?: Hand | undefined;
 }
 
-export function MapView({ run, player, camera, tick, viewer, spoken = -1, hand }: MapProps) {
+export function MapView({ run, player, camera, tick, spoken = -1, hand }: MapProps) {
   const redraw = useRedraw();
   const room = useRef<HTMLDivElement>(null);
-  const shades = viewersOf(run).length > 0;
+  const shades = run.last > 0 && viewersOf(run).length > 0; // before a run nothing is seen
   const names = useNames(run, camera.scale);
   const now = useRef({ run, hand });
   now.current = { run, hand };
@@ -67,7 +63,7 @@ export function MapView({ run, player, camera, tick, viewer, spoken = -1, hand }
         class={camera.isWhole ? "map" : "map near"}
         role="img"
         aria-label={describeMap(run, tick)}
-        style={{ "--ratio": camera.ratio, "--free": 1 - camera.wall, ...(hand && { cursor: hand.cursor }) }}
+        style={{ "--free": 1 - camera.wall, ...(hand && { cursor: hand.cursor }) }}
         {...cursor.keys}
       >
         <svg class="floor">
@@ -75,7 +71,7 @@ export function MapView({ run, player, camera, tick, viewer, spoken = -1, hand }
         </svg>
         {shades && (
           <svg class="shading">
-            <Shading run={run} tick={tick} viewer={viewer} selected={camera.followed} />
+            <Shading run={run} tick={tick} selected={camera.followed} />
           </svg>
         )}
         <svg class="trails" style={{ "--trail": `${clamp(0.065 * camera.scale, LEAST_TRAIL, MOST_TRAIL)}px` }}>
@@ -88,7 +84,7 @@ export function MapView({ run, player, camera, tick, viewer, spoken = -1, hand }
         <svg class="words">
           <Names names={names} scale={camera.scale} />
         </svg>
-        <svg class={camera.scale < BADGES ? "motion small" : "motion"}>
+        <svg class="motion">
           <Robots run={run} player={player} camera={camera} />
         </svg>
         {hand && (
@@ -148,8 +144,6 @@ export interface StageProps {
   run: Run;
   player: Player;
   tick: number;
-  /** The robot whose sight and beliefs are shown. */
-  viewer: number;
   /** The region that the story is about now, -1 for none. */
   spoken: number;
   /** The hand that takes presses on the map instead of moving it. */

@@ -71,7 +71,7 @@ export function outline(run: Run, regions: readonly number[], inset = 0): string
 const LINE = { fill: "none", "vector-effect": "non-scaling-stroke" } as const;
 /** A robot's colour, lighter on a dark page. */
 const OWN = "color-mix(in oklab, var(--colour), light-dark(var(--colour), white) 40%)";
-const [ACCENT, GROUND, FOUND] = ["var(--accent)", "var(--ground)", "var(--found)"];
+const [ACCENT, GROUND] = ["var(--accent)", "var(--ground)"];
 const BOX = { fill: "currentColor", "fill-opacity": 0.17, stroke: "currentColor", "stroke-width": 1.8 } as const;
 const BOLD = { "font-weight": 700, "text-anchor": "middle" } as const;
 
@@ -90,8 +90,7 @@ export const INK = {
   nose: { fill: "var(--outline)" },
   shape: { fill: "var(--ink)", "fill-rule": "evenodd" },
   plate: { fill: GROUND, stroke: "var(--ink)" },
-  trail: { stroke: OWN, "stroke-linejoin": "round", "stroke-width": "var(--trail, 2.4px)" },
-  trailPart: LINE,
+  trail: { ...LINE, stroke: OWN, "stroke-linejoin": "round", "stroke-opacity": 0.5, "stroke-width": "var(--trail, 2.4px)" },
   taken: { fill: "none", stroke: OWN, "stroke-width": 2 },
   letters: BOLD,
   // obstacles, by status; a resolved one is out of the way: no box, a faded outline
@@ -126,7 +125,6 @@ export const INK = {
   spoken: { ...LINE, stroke: "var(--ink)", "stroke-width": 1.2 },
   cursor: { fill: "none", stroke: ACCENT, "stroke-dasharray": "4 2", "stroke-width": 3 },
   order: { ...BOLD, fill: "var(--ink)", "font-size": 16 },
-  handle: { fill: "var(--panel)", stroke: ACCENT, "stroke-width": 2, cursor: "grab" },
 } as const;
 
 /** Marks of a hand in regions. */
@@ -136,6 +134,4 @@ export const MARKS = {
   picked: { fill: "none", stroke: ACCENT, "stroke-width": 2.5 },
   wall: INK.walls,
   floor: { fill: GROUND, stroke: ACCENT },
-  confined: { fill: "var(--resolved)", "fill-opacity": 0.14 },
-  lost: { fill: FOUND, "fill-opacity": 0.28, stroke: FOUND, "stroke-width": 2 },
 } as const;

@@ -6,7 +6,6 @@ import { INK } from "../map/shapes";
 import { Hatch, ringOf, viewersOf } from "../map/knowledge";
 import { type EventKind, EVENTS, type Run, STATUSES, UNORDERED } from "../run/run";
 import { EventSign, Popup, StatusSign } from "./shell";
-import { LaneMarks } from "./timeline";
 
 interface RowProps {
   words: ComponentChildren;
@@ -59,14 +58,12 @@ export const Legend = memo(({ run, marks }: { run: Run; marks: ComponentChildren
           </li>
         ) : null,
       )}
-      <LaneMarks />
     </ul>
   </Popup>
 ));
 
 export function MapMarks({ run }: { run: Run }) {
   const { look } = run.robots[0]!;
-  const load = run.obstacles.find((obstacle) => obstacle.carried.length > 1);
   return (
     <>
       <Row words="wall">
@@ -80,12 +77,8 @@ export function MapMarks({ run }: { run: Run }) {
       <Row words="its next steps" width={30}>
         <path {...INK.intention} d="M1 9h28" />
       </Row>
-      <Row words="path of a robot, newest part strongest" width={30}>
-        <g {...INK.trail}>
-          <path d="M1 9h9" opacity="0.25" />
-          <path d="M10 9h9" opacity="0.45" />
-          <path d="M19 9h10" opacity="0.75" />
-        </g>
+      <Row words="path of a robot" width={30}>
+        <path {...INK.trail} d="M1 9h28" />
       </Row>
       <Row
         words="regions that the robot of this colour avoids"
@@ -100,10 +93,6 @@ export function MapMarks({ run }: { run: Run }) {
         <path {...INK.nose} d={run.nose} />
       </Row>
       <ShadingLegend run={run} />
-      <Row words="load that the robot carries" shown={load !== undefined} viewBox="-1.2 -1.2 2.4 2.4">
-        <rect x={-1.1} y={-1.1} width={2.2} height={2.2} {...INK.plate} stroke-width={0.1} />
-        <path d={load?.shape || run.marks.load} {...INK.shape} />
-      </Row>
       {run.exclusions.map(([robots], i) => (
         <Row key={i} words={`at most one of ${robots.join(", ")} at a time`}>
           <path {...INK.exclusion} d="M2 2h14v14h-14z" />

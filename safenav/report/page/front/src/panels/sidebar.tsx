@@ -4,8 +4,8 @@ import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import type { Eye } from "../map/camera";
 import type { Player } from "../run/player";
-import { areaOf, at, HEADINGS, label, loadsOf, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
-import { EventSign, Likeness, RobotSign, StatusSign } from "./shell";
+import { areaOf, at, HEADINGS, label, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
+import { EventSign, RobotSign, StatusSign } from "./shell";
 
 interface PanelProps {
   run: Run;
@@ -26,10 +26,9 @@ export function Robots({ run, tick, eye }: RobotsProps) {
           const [, words] = at(robot.tasks, tick);
           const [, rounds, reached] = at(robot.progress, tick);
           const heading = robot.headings?.[tick];
-          const facing = heading ? `, facing ${Object.keys(HEADINGS)["NESW".indexOf(heading)]}` : "";
+          const facing = heading ? `, facing ${HEADINGS["NESW".indexOf(heading)]}` : "";
           const role = roleOf(robot.name, frames);
           const transit = transitAt(robot, tick);
-          const loads = loadsOf(run, i, tick);
           const charge = robot.charge ? at(robot.charge, tick)[1] : null;
           const onItsWay = transit ? `, in transit to ${label(run, transit[2])}` : "";
           return (
@@ -46,7 +45,6 @@ export function Robots({ run, tick, eye }: RobotsProps) {
               <div>
                 <p>
                   <b>{robot.name}</b>{" "}
-                  <Likeness shape={robot.shape} />{" "}
                   <span class="quiet model">{robot.model}</span>{" "}
                   {charge !== null && (
                     <span class="quiet charge" title="Charge of its battery">
@@ -66,7 +64,6 @@ export function Robots({ run, tick, eye }: RobotsProps) {
                   at {label(run, robot.path[tick]!).replace(", ", ",\u00a0")}
                   {onItsWay}
                   {facing}
-                  {loads.length > 0 && ` · carries ${loads.map((load) => load.label).join(", ")}`}
                 </p>
               </div>
             </li>

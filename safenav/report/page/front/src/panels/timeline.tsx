@@ -4,7 +4,6 @@ import type { ComponentChildren } from "preact";
 import { memo } from "preact/compat";
 import { useCallback, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { INK } from "../map/shapes";
-import { Row } from "./legend";
 import { Button, EventSign, resized } from "./shell";
 import type { Eye } from "../map/camera";
 import { type Player, SPEEDS } from "../run/player";
@@ -41,7 +40,6 @@ export function Controls({ name, kind = "", children, paced = true, end, ...prop
         </div>
         <p class="clock row">
           {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
-          {run.within && tick === run.last && <span class="quiet">(ended within it)</span>}
         </p>
         {paced && (
           <select aria-label="Speed" value={String(player.speed)} onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}>
@@ -178,22 +176,6 @@ function doingAt(run: Run, robot: Robot, tick: number): Doing | null {
   if (role) return role === "helps" ? "helping" : "waiting";
   const under = transitAt(robot, run.times ? tick - 1 : tick) !== null;
   return under || (!run.times && robot.path[tick] !== robot.path[tick - 1]) ? "moving" : null;
-}
-
-/** The rows of the legend for the lanes. */
-export function LaneMarks() {
-  return (
-    <>
-      {Object.entries(DOINGS).map(([kind, { words }]) => (
-        <Row key={kind} words={`${words}, in its lane`} width={22} height={10} viewBox="0 -0.3 22 4.6" preserveAspectRatio="none">
-          <path {...INK[kind as Doing]} d={bar(kind as Doing, "1", "21")} />
-        </Row>
-      ))}
-      <Row words="synthesis, in its lane" width={22} height={10}>
-        <path {...INK.synthesis} d="M11 0v10" />
-      </Row>
-    </>
-  );
 }
 
 interface Stretch {

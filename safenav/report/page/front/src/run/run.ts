@@ -70,8 +70,6 @@ export type Step = [first: number, last: number, toward: number, begin: number, 
 export interface Robot {
   name: string;
   model: string;
-  /** The silhouette of its model, in units of [-1, 1]; empty for models that the library lacks. */
-  shape: string;
   can: string[];
   /** Region after each tick. */
   path: number[];
@@ -101,7 +99,7 @@ export interface Obstacle {
   /** With the name of its region, if that has one. */
   label: string;
   type: string;
-  /** The silhouette of its type, as that of a robot. */
+  /** The silhouette of its type, in units of [-1, 1]; empty for types that the library lacks. */
   shape: string;
   /** That of the type when it is resolved. */
   opened: string;
@@ -113,8 +111,6 @@ export interface Obstacle {
   status: [tick: number, status: Status][];
   /** The number of its needs that are fulfilled. */
   met: [tick: number, needs: number][];
-  /** The robots that carry it. */
-  carried: [tick: number, robots: number[]][];
 }
 
 /** Helpers: who resolves the obstacle. */
@@ -147,8 +143,6 @@ export interface Run {
   last: number;
   /** Seconds of each tick if the run has a clock: its ticks are the instants of its events. */
   times: number[] | null;
-  /** The run ended within its last tick: not every robot took its turn. */
-  within: boolean;
   robots: Robot[];
   obstacles: Obstacle[];
   stack: [tick: number, frames: Frame[]][];
@@ -162,13 +156,11 @@ export interface Run {
   marks: {
     status: Record<(typeof STATUSES)[number], { path: string; meaning: string }>;
     event: Record<EventKind, string>;
-    /** The silhouette of a load whose type has none. */
-    load: string;
   };
 }
 
-/** The headings of scenarios, with the change of column and row by one step. */
-export const HEADINGS: Record<string, [dx: number, dy: number]> = { north: [0, -1], east: [1, 0], south: [0, 1], west: [-1, 0] };
+/** The headings of scenarios. */
+export const HEADINGS = ["north", "east", "south", "west"];
 
 /** Return how many of `size` indices, the first ones, have a property. */
 export function countOf(size: number, has: (index: number) => boolean): number {
@@ -205,11 +197,6 @@ export interface Pose {
   y: number;
   /** Degrees clockwise from north, or null. */
   heading: number | null;
-}
-
-/** The obstacles that a robot carries after a tick. */
-export function loadsOf(run: Run, robot: number, tick: number): Obstacle[] {
-  return run.obstacles.filter((obstacle) => at(obstacle.carried, tick)[1].includes(robot));
 }
 
 /** The step that a robot is making after a tick. */
@@ -362,11 +349,7 @@ export async function inflated(text: string): Promise<string> {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
 }
 
-/** In place of the index of a robot. */
-export const [EVERYONE, NOBODY] = [-1, -2];
-
 export const dark = matchMedia("(prefers-color-scheme: dark)");
-export const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 /** Return a function that draws the component again. */
 export function useRedraw(): () => void {

@@ -7,9 +7,9 @@ import { Camera } from "../map/camera";
 import { MapView, Zoom } from "../map/map";
 import { Header, type Keys, Likeness, listenToKeys, Press } from "../panels/shell";
 import { Player } from "../run/player";
-import { NOBODY, label } from "../run/run";
+import { label } from "../run/run";
 import { useDrawingHand } from "./hand";
-import { chooseTarget, type Chosen, type Doc, type Drawing, type DrawnRobot, type Pen, type Problem, resolving, type Verdict } from "./model";
+import { type Chosen, type Doc, type Drawing, type DrawnRobot, type Pen, type Problem, resolving, type Verdict } from "./model";
 import { Text, type Writing } from "./text";
 
 interface DrawProps {
@@ -56,7 +56,6 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
       ...(drawing?.grid && { 1: () => setPen({ does: "wall" }), 2: () => setPen({ does: "floor" }) }),
     });
   }, [say, save, chosen, drawing, writing]);
-  const verdict = (chosen !== null && verdicts[chosen]) || null;
   const shared = { doc, pen, setPen, chosen, choose, say };
   const first = problems[0];
   return (
@@ -66,7 +65,7 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
         name={drawing?.run.name ?? doc.file ?? "scenario"}
         state={<span class="quiet">{doc.file ?? "not saved yet"}</span>}
         keys={KEYS}
-        about={<p>Drag a robot's handle to turn it, and its targets to move them. The text and the map change together.</p>}
+        about={<p>Drag robots, obstacles and targets to move them. The text and the map change together.</p>}
       >
         {menus}
         <Press aria-label="Undo" off={!writing.undoable && "nothing to undo yet"} title="Undo (Ctrl Z)" act={writing.undo}>↶</Press>
@@ -87,7 +86,7 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
               <Tools {...shared} drawing={drawing} />
               <Selection {...shared} drawing={drawing} />
             </aside>
-            <Stage {...shared} drawing={drawing} verdict={verdict} />
+            <Stage {...shared} drawing={drawing} />
           </>
         ) : (
           <section class="stage" aria-label="Drawing">
@@ -102,7 +101,6 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
             robots={drawing?.robots ?? []}
             go={(line) => writing.go(line)}
             choose={choose}
-            say={say}
           />
         </aside>
       </main>
@@ -110,26 +108,14 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
   );
 }
 
-interface StageProps extends Omit<Drawn, "doc"> {
-  verdict: Verdict | null;
-}
-
-function Stage({ drawing, pen, setPen, chosen, choose, say, verdict }: StageProps) {
+function Stage({ drawing, pen, setPen, chosen, choose, say }: Omit<Drawn, "doc">) {
   const { rows, cols } = drawing.run;
   const camera = useMemo(() => new Camera({ left: 0, top: 0, right: cols, bottom: rows }), [cols, rows]);
   const player = useMemo(() => new Player(0), []);
-  const hand = useDrawingHand({
-    drawing,
-    pen,
-    setPen,
-    chosen,
-    choose,
-    say,
-    verdict: verdict?.verdict === "unrealizable" ? verdict : null,
-  });
+  const hand = useDrawingHand({ drawing, pen, setPen, chosen, choose, say });
   return (
     <section class="stage" aria-label="Drawing">
-      <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} viewer={NOBODY} hand={hand} />
+      <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} hand={hand} />
       <div class="tool-line row wrap" aria-live="polite">
         <p class="hint quiet">{hintOf(pen, drawing)}</p>
         {pen.does !== "select" && (
@@ -197,14 +183,13 @@ export function Tools({ doc, drawing, pen, setPen }: Drawn) {
         {!drawing.grid && <p class="quiet">The walls come from a file.</p>}
         <h2>Robots</h2>
         <div class="pens">
-          {doc.palette.robots.map(({ name, shape, turns, layer, can }) =>
+          {doc.palette.robots.map(({ name, turns, layer, can }) =>
             tool(
               `robot ${name}`,
               pen.does === "robot" && pen.model === name,
               name,
               { does: "robot", model: name, turns },
               `${layer}; can ${can.join(", ") || "nothing special"}${turns ? "; has a heading" : ""}`,
-              shape,
             ),
           )}
         </div>
@@ -264,19 +249,6 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
             </Press>
           ))}
         </div>
-        {Object.keys(drawing.run.areas).length > 0 && (
-          <div class="pens areas" role="group" aria-label="Areas as targets">
-            {Object.keys(drawing.run.areas).map((area) => (
-              <Press
-                key={area}
-                off={!drawingObjective && "choose a kind of objective first: then this area can be a target"}
-                act={() => drawingObjective && chooseTarget(pen, area, setPen, say)}
-              >
-                {area}
-              </Press>
-            ))}
-          </div>
-        )}
       </section>
     );
   }
@@ -298,28 +270,15 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
   return null;
 }
 
-function Repairs({ verdict, say }: { verdict: Verdict; say: Say }) {
-  return (verdict.repairs ?? []).slice(0, 5).map((change) => (
-    <Press class="repair" act={() => say("edit", { op: "repair", change })}>{change.map(([item, value]) => wordsOf(item, value)).join("; ")}</Press>
-  ));
-}
-
-function wordsOf(item: string, value: string): string {
-  if (item === "map" || item === "partition") return value;
-  if (item === "obstacles") return `an obstacle there: ${value.replace(/[{}]/g, "")}`;
-  return `${item.split(".").slice(1).join(" ")}: ${value}`;
-}
-
 interface ProblemsProps {
   problems: Problem[];
   verdicts: Record<string, Verdict>;
   robots: DrawnRobot[];
   go(line: number): void;
   choose(chosen: Chosen): void;
-  say: Say;
 }
 
-export function Problems({ problems, verdicts, robots, go, choose, say }: ProblemsProps) {
+export function Problems({ problems, verdicts, robots, go, choose }: ProblemsProps) {
   const judged = robots.map((robot) => verdicts[robot.name]).filter((v): v is Verdict => v !== undefined);
   return (
     <section class="panel problems" aria-labelledby="problems-title">
@@ -345,7 +304,6 @@ export function Problems({ problems, verdicts, robots, go, choose, say }: Proble
               <b>{verdict.robot}</b>
               <span>{verdict.verdict === "realizable" ? `realizable${verdict.allows ? ` (${verdict.allows})` : ""}` : verdict.because}</span>
             </button>
-            {verdict.verdict === "unrealizable" && <Repairs verdict={verdict} say={say} />}
           </li>
         ))}
       </ul>

@@ -1,28 +1,21 @@
-/** The hand that draws: walls, floor, robots, obstacles, headings, objectives. */
+/** The hand that draws: walls, floor, robots, obstacles, objectives. */
 
 import { useEffect, useRef, useState } from "preact/hooks";
-import { CELL } from "../map/camera";
-import { centreOf, INK, type MARKS, ordered, square as squareOf } from "../map/shapes";
+import { type MARKS, ordered, square as squareOf } from "../map/shapes";
 import type { Hand } from "../map/cursor";
 import { notice } from "../panels/shell";
-import { HEADINGS, isWall, label, placeOf, regionAt as regionOf, useRedraw } from "../run/run";
-import { type Chosen, chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Target, type Verdict } from "./model";
+import { isWall, label, regionAt as regionOf, useRedraw } from "../run/run";
+import { type Chosen, targetsOf, type DrawnObstacle, type DrawnRobot } from "./model";
 import type { Drawn } from "./draw";
-
-interface HandArgs extends Omit<Drawn, "doc"> {
-  verdict: Verdict | null;
-}
 
 /** The item held between a press and its release. */
 type Held =
   | { what: "paint"; wall: boolean; regions: Set<number>; last: [number, number] }
-  /** `again`: it was chosen before; a click then chooses the next item in its region. */
-  | { what: "item"; item: DrawnRobot | DrawnObstacle; from: number; again: boolean }
-  | { what: "target"; robot: string; place: number }
-  | { what: "heading"; robot: string; at: number; to: string };
+  | { what: "item"; item: DrawnRobot | DrawnObstacle; from: number }
+  | { what: "target"; robot: string; place: number };
 
-export function useDrawingHand(args: HandArgs): Hand {
-  const { drawing, pen, setPen, chosen, choose, say, verdict } = args;
+export function useDrawingHand(args: Omit<Drawn, "doc">): Hand {
+  const { drawing, pen, setPen, chosen, choose, say } = args;
   const held = useRef<Held | null>(null);
   const [hovered, hover] = useState(-1);
   const redraw = useRedraw();
@@ -34,7 +27,6 @@ export function useDrawingHand(args: HandArgs): Hand {
     ...drawing.obstacles.filter((obstacle) => obstacle.region === region),
   ];
   const keyOf = (item: DrawnRobot | DrawnObstacle): Chosen => ("name" in item ? item.name : item.index);
-  const isChosen = (item: DrawnRobot | DrawnObstacle): boolean => keyOf(item) === chosen;
   const picked = drawing.robots.find((robot) => robot.name === chosen);
 
   // A robot or an obstacle that was just put down is selected as soon as the text has it.
@@ -46,21 +38,11 @@ export function useDrawingHand(args: HandArgs): Hand {
     awaited.current = -1;
   }, [drawing]);
 
-  const select = (x: number, y: number, region: number): boolean => {
-    if (picked && picked.heading !== null) {
-      const [dx, dy] = HEADINGS[picked.heading]!;
-      const [col, row] = placeOf(drawing.run, picked.start);
-      if (Math.hypot(x - (col + 0.5 + dx * 0.62), y - (row + 0.5 + dy * 0.62)) < 0.2) {
-        held.current = { what: "heading", robot: picked.name, at: picked.start, to: picked.heading };
-        return true;
-      }
-    }
-    const there = itemsAt(region);
-    const again = there.findIndex(isChosen);
-    const item = there[Math.max(0, again)];
+  const select = (region: number): boolean => {
+    const item = itemsAt(region)[0];
     if (item) {
       choose(keyOf(item));
-      held.current = { what: "item", item, from: region, again: again >= 0 };
+      held.current = { what: "item", item, from: region };
       return true;
     }
     const place = picked ? picked.targets.findIndex((target) => target.length === 1 && target[0] === region) : -1;
@@ -81,7 +63,7 @@ export function useDrawingHand(args: HandArgs): Hand {
 
   const down = (x: number, y: number): boolean => {
     const region = regionAt(x, y);
-    if (pen.does === "select") return select(x, y, region);
+    if (pen.does === "select") return select(region);
     if (region < 0) return false;
     if (pen.does === "wall" || pen.does === "floor") {
       held.current = { what: "paint", wall: pen.does === "wall", regions: new Set([region]), last: [x, y] };
@@ -101,7 +83,12 @@ export function useDrawingHand(args: HandArgs): Hand {
         edit("add_obstacle", { type: pen.type, region });
       }
     }
-    else if (free(region, "a target")) chooseTarget(pen, region, setPen, say);
+    else if (free(region, "a target")) {
+      const targets = [...pen.targets, region];
+      const { kind, least, most } = pen.kind;
+      if (targets.length >= least) edit("set_objective", { robot: pen.robot, kind, regions: targets });
+      setPen(targets.length >= (most ?? Infinity) ? { does: "select" } : { ...pen, targets });
+    }
     return true;
   };
 
@@ -113,11 +100,6 @@ export function useDrawingHand(args: HandArgs): Hand {
       for (const passed of line(now.last, [x, y], regionAt)) now.regions.add(passed);
       now.last = [x, y];
       redraw();
-    } else if (now?.what === "heading") {
-      const [col, row] = placeOf(drawing.run, now.at);
-      const [dx, dy] = [x - (col + 0.5), y - (row + 0.5)];
-      now.to = Math.abs(dx) > Math.abs(dy) ? (dx > 0 ? "east" : "west") : dy > 0 ? "south" : "north";
-      redraw();
     }
   };
 
@@ -128,15 +110,10 @@ export function useDrawingHand(args: HandArgs): Hand {
     const region = regionAt(x, y);
     if (now === null) return;
     if (now.what === "paint") edit("paint", { regions: [...now.regions], wall: now.wall });
-    else if (now.what === "heading") edit("set_heading", { robot: now.robot, heading: now.to });
     else if (region < 0) return;
     else if (now.what === "item" && region !== now.from) {
       if ("name" in now.item) edit("move_robot", { robot: now.item.name, region });
       else edit("move_obstacle", { index: now.item.index, region });
-    } else if (now.what === "item" && now.again) {
-      const there = itemsAt(region);
-      const next = there[(there.findIndex(isChosen) + 1) % there.length];
-      if (next) choose(keyOf(next));
     }
     else if (now.what === "target" && picked && picked.kind) {
       const regions = targetsOf(picked).map((target, i) => (i === now.place ? region : target));
@@ -146,15 +123,9 @@ export function useDrawingHand(args: HandArgs): Hand {
 
   const square = (region: number, kind: keyof typeof MARKS, key: string) => squareOf(drawing.run, region, kind, key);
   const painting = held.current?.what === "paint" ? held.current : null;
-  const firstOf = (target: Target): number => {
-    const regions = typeof target === "string" ? (drawing.run.areas[target] ?? [-1]) : [target].flat();
-    return regions[0]!;
-  };
-  const order = pen.does === "objective" ? pen.targets.map(firstOf) : (picked?.targets.map((target) => target[0]!) ?? []);
-  const turning = held.current?.what === "heading" ? held.current : null;
-  const ahead = HEADINGS[turning ? turning.to : (picked?.heading ?? "")]?.map((way) => way * CELL * 0.62);
+  const order = pen.does === "objective" ? pen.targets : (picked?.targets.map((target) => target[0]!) ?? []);
   const picture = drawing.obstacles.find(({ index }) => index === chosen);
-  const dragged = held.current !== null && held.current.what !== "paint" && held.current.what !== "heading";
+  const dragged = held.current !== null && held.current.what !== "paint";
   return {
     cursor: pen.does === "select" ? "default" : "crosshair",
     down,
@@ -168,19 +139,11 @@ export function useDrawingHand(args: HandArgs): Hand {
     leave: () => hover(-1),
     over: (
       <>
-        {verdict?.confined?.map((region) => square(region, "confined", `c${region}`))}
-        {verdict?.lost?.map((region) => square(region, "lost", `l${region}`))}
         {painting &&
           [...painting.regions].map((region) => square(region, painting.wall ? "wall" : "floor", `p${region}`))}
         {picked && square(picked.start, "picked", "picked")}
         {picture && square(picture.region, "picked", "picked")}
         {(order.length > 1 || pen.does === "objective") && ordered(drawing.run, order)}
-        {ahead && picked && (
-          <g transform={`translate(${centreOf(drawing.run, picked.start).join(" ")})`}>
-            <line {...INK.handle} x2={ahead[0]} y2={ahead[1]} />
-            <circle {...INK.handle} data-handle={picked.name} cx={ahead[0]} cy={ahead[1]} r={5} />
-          </g>
-        )}
         {hovered >= 0 && hovered < rows * cols && (pen.does !== "select" || dragged) && square(hovered, "hover", "hover")}
       </>
     ),

@@ -1,6 +1,5 @@
 /** Messages of the studio about the scenario being drawn. */
 
-import type { Say } from "../live/player";
 import type { Run } from "../run/run";
 
 export interface DrawnRobot {
@@ -68,21 +67,16 @@ export interface ObjectiveKind {
 
 export interface Palette {
   objectives: ObjectiveKind[];
-  robots: { name: string; shape: string; turns: boolean; layer: string; can: string[] }[];
+  robots: { name: string; turns: boolean; layer: string; can: string[] }[];
   /** Return whether a type blocks no robot: it can also be ordered in a robot's region. */
   obstacles: Kind[];
 }
-
-export type Repair = [item: string, value: string][];
 
 export interface Verdict {
   robot: string;
   verdict: "realizable" | "unrealizable" | "unknown";
   because?: string;
   allows?: string;
-  confined?: number[];
-  lost?: number[];
-  repairs?: Repair[];
 }
 
 export interface Doc {
@@ -104,21 +98,13 @@ export type Pen =
   | { does: "floor" }
   | { does: "robot"; model: string; turns: boolean }
   | { does: "obstacle"; type: string }
-  | { does: "objective"; robot: string; kind: ObjectiveKind; targets: Target[] };
+  | { does: "objective"; robot: string; kind: ObjectiveKind; targets: number[] };
 
 /** A region, several alternative regions, or the name of an area. */
 export type Target = number | number[] | string;
 
 /** What is selected: a robot by its name, or an obstacle by its index. */
 export type Chosen = string | number | null;
-
-/** Add a target; the objective is set when it has enough of them. */
-export function chooseTarget(pen: Pen & { does: "objective" }, target: Target, setPen: (pen: Pen) => void, say: Say): void {
-  const targets = [...pen.targets, target];
-  const { kind, least, most } = pen.kind;
-  if (targets.length >= least) say("edit", { op: "set_objective", robot: pen.robot, kind, regions: targets });
-  setPen(targets.length >= (most ?? Infinity) ? { does: "select" } : { ...pen, targets });
-}
 
 /** Return the targets of a robot as an edit writes them. */
 export function targetsOf(robot: DrawnRobot): Target[] {

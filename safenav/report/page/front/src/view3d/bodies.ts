@@ -8,10 +8,6 @@ export interface Body {
   readonly group: Group;
   /** The height of signs above the robot, in metres above its group. */
   readonly top: number;
-  /** Loads that it carries stand here. */
-  readonly hand: Group;
-  /** The size limit of its loads in metres. */
-  readonly room: number;
   pose(sample: Sample, seconds: number): void;
 }
 
@@ -57,18 +53,17 @@ function shade(radius: number): Mesh {
   return solid(new CircleGeometry(radius, 24), material, 0, 0, 0.012);
 }
 
-/** A pictogram of the page, which lies on a surface; `turn`: about the vertical, in radians. */
-export function pictogram(path: string, side: number, z: number, colour: string | number = 0xffffff, turn = 0): Mesh<PlaneGeometry, MeshBasicMaterial> {
+/** A pictogram of the page, which lies on a surface. */
+export function pictogram(path: string, side: number, z: number): Mesh<PlaneGeometry, MeshBasicMaterial> {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 128;
   const brush = canvas.getContext("2d")!;
   brush.fillStyle = "#fff";
   brush.setTransform(60, 0, 0, 60, 64, 64);
   brush.fill(new Path2D(path), "evenodd");
-  const material = new MeshBasicMaterial({ map: new CanvasTexture(canvas), color: colour, transparent: true, depthWrite: false });
+  const material = new MeshBasicMaterial({ map: new CanvasTexture(canvas), transparent: true, depthWrite: false });
   const plate = new Mesh(new PlaneGeometry(side, side), material);
   plate.position.z = z;
-  plate.rotation.z = turn;
   return plate;
 }
 
@@ -119,8 +114,6 @@ const ARM = 0.27;
 class Biped implements Body {
   readonly group = new Group();
   readonly top = 1.75;
-  readonly hand = new Group();
-  readonly room = 0.35;
   private readonly torso = new Group();
   private readonly feet: Mesh[];
   private readonly legs: [Limb, Limb][];
@@ -134,8 +127,7 @@ class Biped implements Body {
     const pelvis = box(0.18, 0.28, 0.12, dark);
     const head = box(0.14, 0.2, 0.14, dark, 0.02, 0, 0.82);
     const visor = box(0.02, 0.16, 0.06, paint(GLASS), 0.095, 0, 0.83);
-    this.hand.position.set(0.42, 0, 0.2);
-    this.torso.add(trunk, pelvis, head, visor, this.hand);
+    this.torso.add(trunk, pelvis, head, visor);
     this.feet = [0, 1].map(() => box(0.2, 0.09, 0.05, dark));
     this.legs = [0, 1].map(() => [new Limb(0.06, skin), new Limb(0.045, dark)]);
     this.arms = [0, 1].map(() => [new Limb(0.045, skin), new Limb(0.035, dark)]);
@@ -184,8 +176,6 @@ class Biped implements Body {
 class Quadrotor implements Body {
   readonly group = new Group();
   readonly top = 0.45;
-  readonly hand = new Group();
-  readonly room: number;
   private readonly frame = new Group();
   private readonly rotors: Mesh[];
   private readonly ground: Mesh;
@@ -193,9 +183,6 @@ class Quadrotor implements Body {
   constructor(size: number, colour: string) {
     const reach = Math.max(0.18, size / 2) * 0.72;
     const radius = reach * 0.55;
-    this.room = reach;
-    this.hand.position.z = -1.3 * reach;
-    this.frame.add(this.hand);
     const dark = paint(DARK);
     const blade = new MeshBasicMaterial({ color: new Color(colour), transparent: true, opacity: 0.35, depthWrite: false });
     const skin = paint(colour);
@@ -225,19 +212,15 @@ class Quadrotor implements Body {
   }
 }
 
-/** A box on four wheels, or a disc, with the silhouette of its model on top. */
+/** A box on four wheels, or a disc. */
 class Cart implements Body {
   readonly group = new Group();
   readonly top: number;
-  readonly hand = new Group();
-  readonly room: number;
 
-  constructor(size: number, { look, shape, headings }: Robot, wheels: boolean) {
+  constructor(size: number, { look, headings }: Robot, wheels: boolean) {
     const [skin, dark, long] = [paint(look.colour), paint(DARK), Math.max(0.3, size)];
     const high = wheels ? 0.43 * long : 0.27;
-    [this.top, this.room] = [high + 0.35, 0.7 * long];
-    this.hand.position.set(-0.1 * long, 0, high);
-    this.group.add(this.hand);
+    this.top = high + 0.35;
     if (wheels) {
       const places = [0.32, -0.32].flatMap((x) => [0.33, -0.33].map((y) => [x * long, y * long] as const));
       const round = new CylinderGeometry(0.17 * long, 0.17 * long, 0.1 * long, 14);
@@ -245,7 +228,6 @@ class Cart implements Body {
     } else this.group.add(upright(long / 2, 0.25, skin, 0, 0, 0.14));
     // A light at the front shows where it faces.
     if (headings !== null) this.group.add(box(0.08 * long, 0.4 * long, 0.1, paint(GLASS), 0.48 * long, 0, high - 0.1));
-    if (shape) this.group.add(pictogram(shape, 0.5 * long, high + 0.01, look.ink, -Math.PI / 2));
     this.group.add(shade(0.55 * long));
   }
 

@@ -65,7 +65,7 @@ async function columnsOf(samples: number, names: string[], data: string): Promis
 }
 
 /** The values at a moment, between two samples; angles are continuous in the columns. */
-export function sampleAt(motion: Motion, robot: { columns: Map<string, Float32Array> }, seconds: number): Sample {
+export function sampleAt(motion: Motion, robot: Sampled, seconds: number): Sample {
   const place = Math.max(0, Math.min(motion.samples - 1, seconds * motion.rate));
   const before = Math.floor(place);
   const after = Math.min(motion.samples - 1, before + 1);

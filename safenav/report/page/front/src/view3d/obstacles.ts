@@ -5,8 +5,8 @@
 
 import { Color, DoubleSide, Group, MeshLambertMaterial } from "three";
 import { at, isWall, tickAt, type Obstacle, type Run, type Status } from "../run/run";
-import { type Body, box, paint, pictogram, themeColour } from "./bodies";
-import { centreOf, sampleAt, type Motion, type Sampled } from "./motion";
+import { box, paint, pictogram, themeColour } from "./bodies";
+import { centreOf, type Motion } from "./motion";
 
 const HEIGHT = 1.5;
 
@@ -32,20 +32,10 @@ class Block {
     return this;
   }
 
-  /** Put it on a robot, above other loads, until it is shown again. */
-  carry({ hand, room }: Body, below: number): void {
-    const scale = Math.min(1, room / this.size);
-    hand.add(this.solid);
-    this.solid.scale.setScalar(scale);
-    this.solid.position.z = below * this.size * scale;
-  }
-
   /** `gone` runs from 0 to 1 while it is being resolved. */
   show(status: Status, gone: number): void {
     this.solid.visible = status !== "absent" && status !== "hidden" && gone < 1;
     this.material.color = themeColour(status === "absent" ? "hidden" : status);
-    this.group.add(this.solid);
-    this.solid.position.z = 0;
     this.solid.scale.setScalar(Math.max(0.001, 1 - gone));
   }
 }
@@ -54,13 +44,12 @@ class Block {
 class Door extends Block {
   private readonly hinge = new Group();
 
-  /** `turned`: across the gap; `opens`: 1 or -1, so that the leaf swings away from the robot that pushes it. */
+  /** `turned`: across the gap. */
   constructor(
     x: number,
     y: number,
     side: number,
     private readonly turned: number,
-    private readonly opens: 1 | -1,
   ) {
     super(x, y, side);
     const width = side * 0.92;
@@ -75,7 +64,7 @@ class Door extends Block {
   override show(status: Status, gone: number): void {
     super.show(status, 0);
     this.solid.rotation.z = this.turned;
-    this.hinge.rotation.z = gone * 1.5 * this.opens;
+    this.hinge.rotation.z = gone * 1.5;
     if (gone >= 1) this.material.color = new Color(0xb08a5a);
   }
 }
@@ -87,24 +76,15 @@ export class Obstacles {
   constructor(
     private readonly run: Run,
     private readonly motion: Motion,
-    private readonly robots: Sampled[],
-    private readonly bodies: Body[],
   ) {
     this.things = run.obstacles.map((obstacle) => this.made(obstacle));
     for (const thing of this.things) this.group.add(thing.group);
   }
 
   update(tick: number, seconds: number): void {
-    const carried = new Map<Body, number>();
     this.run.obstacles.forEach((obstacle, i) => {
       const status = at(obstacle.status, tick)[1];
-      const thing = this.things[i]!;
-      const carrier = this.bodies[at(obstacle.carried, tick)[1][0] ?? -1];
-      thing.show(status, carrier ? 0 : this.resolved(obstacle, status, seconds));
-      if (!carrier) return;
-      const below = carried.get(carrier) ?? 0;
-      thing.carry(carrier, below);
-      carried.set(carrier, below + 1);
+      this.things[i]!.show(status, this.resolved(obstacle, status, seconds));
     });
   }
 
@@ -114,16 +94,7 @@ export class Obstacles {
     if (obstacle.action !== "push" && !/(^|[_-])(door|gate)$/.test(obstacle.type)) return new Block(x, y, motion.side / 2).fill(obstacle.shape);
     const free = (region: number): boolean => region >= 0 && region < run.rows * run.cols && !isWall(run, region);
     const northSouth = free(obstacle.region - run.cols) && free(obstacle.region + run.cols);
-    return new Door(x, y, motion.side, northSouth ? 0 : Math.PI / 2, this.away(obstacle, northSouth));
-  }
-
-  /** Return the side to which a door opens: 1 is north, or west in a horizontal passage. */
-  private away(obstacle: Obstacle, northSouth: boolean): 1 | -1 {
-    const push = this.motion.actions.find((action) => action[1] === obstacle.name);
-    if (push === undefined) return 1;
-    const { x, y } = sampleAt(this.motion, this.robots[push[0]]!, push[3]);
-    const [doorX, doorY] = centreOf(this.run, this.motion.side, obstacle.region);
-    return (northSouth ? y! - doorY : doorX - x!) > 0 ? -1 : 1;
+    return new Door(x, y, motion.side, northSouth ? 0 : Math.PI / 2);
   }
 
   /** The share of its resolution: it opens during the action that resolves it. */

@@ -7,7 +7,7 @@ import { BoxGeometry, BufferGeometry, Color, DirectionalLight, Group, Hemisphere
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { CSS2DObject, CSS2DRenderer } from "three/examples/jsm/renderers/CSS2DRenderer.js";
 import { CELL, type Eye } from "../map/camera";
-import { at, dark, type EventKind, isWall, type Look, roleOf, type Run } from "../run/run";
+import { at, dark, type EventKind, isWall, type Run } from "../run/run";
 import { bodyOf, themeColour, type Body } from "./bodies";
 import { centreOf, type Motion, sampleAt, type Sampled, Trails } from "./motion";
 import { Obstacles } from "./obstacles";
@@ -56,26 +56,16 @@ function stem(colour: string): Line {
   return new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial({ color: new Color(colour) }));
 }
 
-/** A plate for words, `height` metres above its anchor and as many plates higher. */
-function plate(height: number, plates: number): CSS2DObject {
-  const sign = new CSS2DObject(document.createElement("p"));
-  sign.center.set(0.5, 1 + 1.1 * plates);
-  sign.position.z = height;
-  return sign;
-}
-
-/** The name of a robot, and a notice above it. */
-class Signs {
+/** The name of a robot, above it. */
+class Sign {
   readonly anchor = new Group();
-  readonly name: CSS2DObject;
-  readonly notice: CSS2DObject;
+  readonly name = new CSS2DObject(document.createElement("p"));
 
-  constructor(name: string, height: number, { ink, colour }: Look) {
-    this.name = plate(height, 0);
+  constructor(name: string, height: number) {
     this.name.element.textContent = name;
-    this.notice = plate(height, 1);
-    Object.assign(this.notice.element.style, { color: ink, background: colour });
-    this.anchor.add(this.name, this.notice);
+    this.name.center.set(0.5, 1);
+    this.name.position.z = height;
+    this.anchor.add(this.name);
   }
 }
 
@@ -97,7 +87,7 @@ export class RunScene implements Eye {
   private readonly obstacles: Obstacles;
   private readonly trails: Trails;
   private readonly bodies: Body[];
-  private readonly signs: Signs[];
+  private readonly signs: Sign[];
   /** A line of length 1 below each flyer, to the floor. */
   private readonly stems: (Line | null)[];
   /** The height of the highest flight in metres. */
@@ -132,8 +122,8 @@ export class RunScene implements Eye {
     this.floor.position.set((run.cols * side) / 2, (run.rows * side) / 2, 0);
     this.trails = new Trails(motion, robots, run.robots.map((robot) => robot.look.colour));
     this.bodies = robots.map(({ track }, i) => bodyOf(track.kind, track.size, run.robots[i]!));
-    this.obstacles = new Obstacles(run, motion, robots, this.bodies);
-    this.signs = run.robots.map(({ name, look }, i) => new Signs(name, this.bodies[i]!.top, look));
+    this.obstacles = new Obstacles(run, motion);
+    this.signs = run.robots.map(({ name }, i) => new Sign(name, this.bodies[i]!.top));
     this.stems = robots.map(({ track }, i) => (track.kind === "flyer" ? stem(run.robots[i]!.look.colour) : null));
     this.stems.forEach((line, i) => line && this.signs[i]!.anchor.add(line));
     const sun = new DirectionalLight(0xffffff, 1.7);
@@ -336,35 +326,23 @@ export class RunScene implements Eye {
     });
     this.obstacles.update(tick, seconds);
     this.trails.update(seconds);
-    this.showNotices(tick, seconds);
     this.orbit.update();
     this.renderer.render(this.scene, this.camera);
     this.words.render(this.scene, this.camera);
     this.tidy();
   }
 
-  /** Hide each sign that would cover an earlier one: names come before notices, the followed robot before the nearest. */
+  /** Hide each name that would cover an earlier one: the followed robot comes before the nearest. */
   private tidy(): void {
-    const away = (of: Signs): number =>
+    const away = (of: Sign): number =>
       of === this.signs[Number(this.view)] ? 0 : of.anchor.position.distanceTo(this.camera.position);
     const rows = [...this.signs].sort((a, b) => away(a) - away(b));
     const placed: DOMRect[] = [];
-    for (const { element } of [...rows.map(({ name }) => name), ...rows.map(({ notice }) => notice)]) {
+    for (const { element } of rows.map(({ name }) => name)) {
       const box = element.getBoundingClientRect();
       const hidden = placed.some((other) => overlap(box, other));
       element.style.visibility = hidden ? "hidden" : "";
       if (!hidden) placed.push(box);
     }
-  }
-
-  /** Show roles and present actions above the robots. */
-  private showNotices(tick: number, seconds: number): void {
-    const frames = at(this.run.stack, tick)[1];
-    const words = this.run.robots.map((robot) => roleOf(robot.name, frames)?.[1] ?? "");
-    for (const [robot, obstacle, action, from, to] of this.motion.actions) {
-      if (seconds < from || seconds >= to) continue;
-      words[robot] = `${action}: ${this.run.obstacles.find((one) => one.name === obstacle)?.label ?? obstacle}`;
-    }
-    words.forEach((text, i) => (this.signs[i]!.notice.element.textContent = text));
   }
 }

@@ -1,7 +1,7 @@
 /** The stage of a run with its motion: the scene, and the drawing of the flat map that lies on its floor. */
 
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
-import { calm, dark, type Run, useRedraw, when } from "../run/run";
+import { dark, type Run, useRedraw, when } from "../run/run";
 import { heard, resized } from "../panels/shell";
 import { CELL } from "../map/camera";
 import { Floor, Names, useNames } from "../map/floor";
@@ -9,12 +9,10 @@ import { Knowledge, Shading } from "../map/knowledge";
 import { Spoken, type Stage, type StageProps } from "../map/map";
 import { Row } from "../panels/legend";
 import { decoded, type Motion } from "./motion";
-import { RunScene } from "./scene";
+import { RunScene, type View } from "./scene";
 
 /** The part of a region that a wall in front of it hides. */
 const BEHIND = 0.1;
-/** Half seconds, if the user prefers reduced motion. */
-const CALM_STEPS = 2;
 
 /** The stage; an error where the browser has no WebGL. */
 export async function stage3d(run: Run, motion: Motion): Promise<Stage> {
@@ -23,19 +21,17 @@ export async function stage3d(run: Run, motion: Motion): Promise<Stage> {
   const { colour } = run.robots[0]!.look;
   return {
     View: (props) => <SceneView {...props} scene={scene} />,
-    Tools: () => <Cameras run={run} scene={scene} />,
+    Tools: () => <Cameras scene={scene} />,
     eye: scene,
     marks: (
-      <>
-        <Row words="footprints" shown={robots.some(({ track }) => track.feet.length > 0)} width={30}>
-          <path fill={colour} opacity="0.5" d="M1 3h8v4h-8zM11 11h8v4h-8zM21 3h8v4h-8z" />
-        </Row>
-      </>
+      <Row words="footprints" shown={robots.some(({ track }) => track.feet.length > 0)} width={30}>
+        <path fill={colour} opacity="0.5" d="M1 3h8v4h-8zM11 11h8v4h-8zM21 3h8v4h-8z" />
+      </Row>
     ),
   };
 }
 
-function SceneView({ run, player, tick, viewer, spoken, scene }: StageProps & { scene: RunScene }) {
+function SceneView({ run, player, tick, spoken, scene }: StageProps & { scene: RunScene }) {
   const redraw = useRedraw();
   const room = useRef<HTMLDivElement>(null);
   const map = useRef<SVGSVGElement>(null);
@@ -44,10 +40,7 @@ function SceneView({ run, player, tick, viewer, spoken, scene }: StageProps & { 
   useLayoutEffect(() => {
     const canvas = scene.renderer.domElement;
     room.current!.prepend(canvas, scene.words.domElement);
-    const draw = (): void => {
-      const seconds = calm.matches ? Math.floor(player.time * CALM_STEPS) / CALM_STEPS : player.time;
-      scene.update(seconds, player.tick);
-    };
+    const draw = (): void => scene.update(player.time, player.tick);
     const fit = (): void => {
       scene.resize(room.current!.clientWidth, room.current!.clientHeight);
       redraw();
@@ -66,12 +59,12 @@ function SceneView({ run, player, tick, viewer, spoken, scene }: StageProps & { 
     const paint = (): void => scene.paint(map.current!, scale);
     paint();
     return heard(dark, { change: paint });
-  }, [run, tick, viewer, scale, scene.followed]);
+  }, [run, tick, scale, scene.followed]);
   return (
     <div class="stage3d" ref={room} role="img" aria-label={`The run in three dimensions, ${when(run, tick)}`}>
       <svg class="floor-map" ref={map}>
         <Floor run={run} names={names} scale={scale} />
-        <Shading run={run} tick={tick} viewer={viewer} selected={scene.followed} />
+        <Shading run={run} tick={tick} selected={scene.followed} />
         <Knowledge run={run} tick={tick} grown={1} />
         {spoken >= 0 && <Spoken run={run} region={spoken} />}
         <g transform={`translate(0 ${-BEHIND * CELL})`}>
@@ -82,7 +75,7 @@ function SceneView({ run, player, tick, viewer, spoken, scene }: StageProps & { 
   );
 }
 
-function Cameras({ run, scene }: { run: Run; scene: RunScene }) {
+function Cameras({ scene }: { scene: RunScene }) {
   const [view, show] = useState(scene.view);
   useLayoutEffect(() => scene.onChange(() => show(scene.view)), [scene]);
   return (
@@ -90,16 +83,12 @@ function Cameras({ run, scene }: { run: Run; scene: RunScene }) {
       aria-label="Camera"
       class="cameras"
       value={String(view)}
-      onChange={({ currentTarget: { value } }) =>
-        scene.choose(value === "orbit" || value === "top" || value === "story" ? value : Number(value))
-      }
+      onChange={({ currentTarget: { value } }) => scene.choose(value as View)}
     >
       <option value="orbit">around the map</option>
       <option value="top">from above</option>
       <option value="story">follow the story</option>
-      {run.robots.map((robot, i) => (
-        <option value={String(i)}>follow {robot.name}</option>
-      ))}
+      {typeof view === "number" && <option value={String(view)}>follow a robot</option>}
     </select>
   );
 }
