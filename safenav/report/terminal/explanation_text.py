@@ -1,4 +1,4 @@
-"""Explanations in words: of a robot without a strategy, with a small map, and of a run that needed
+"""Explanations in words: of a robot without a strategy, and of a run that needed
 an operator. They claim only proven facts about a core."""
 
 import re
@@ -19,15 +19,12 @@ from safenav.explain.explanation import (
     Values,
     why_words,
 )
-from safenav.report.terminal.story import BARRED, TARGET, draw, signs_of
 from safenav.review.postmortem import Missing, Postmortem
-from safenav.run.reading import run_of
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word, describe
 from safenav.solve.reasons import need_words
 from safenav.spec.specification import Constraint, Owner
 from safenav.spec.task import asked_of
-from safenav.trace.file import unstarted
 from safenav.trace.words import counted, listed, obstacle_words, regions_words, seconds_words
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -41,8 +38,6 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
     red = click.style("unrealizable:", fg="red", bold=True)
     yield f"{found.robot}: {red} it cannot {describe(asked_of(found.task), scenario.map.word)}"
     yield f"  because {cause_words(found, world)}"
-    yield ""
-    yield from _indented(_picture(found, scenario))
     yield ""
     yield core_heading(found.core)
     yield from _indented(f"- {member_words(m, found, world)}" for m in _in_order(found.core))
@@ -228,16 +223,6 @@ def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
         else:
             words.append(f"{name} = {value}")
     return ", ".join(words)
-
-
-def _picture(found: Explanation, scenario: Scenario) -> list[str]:
-    """Return the map with the robots at the start, their targets, and avoided regions."""
-    robots = run_of(unstarted(scenario)).robots
-    targets, avoided = frozenset[Region]().union(*found.task.targets), found.task.objective.avoid
-    signs = dict.fromkeys(targets, TARGET) | dict.fromkeys(avoided, BARRED) | signs_of(robots)
-    legend = [f"{track.look.letters} {track.name}" for track in robots]
-    legend += ["o target"] * bool(targets) + ["XX avoided"] * bool(avoided)
-    return [*draw(scenario.map, signs), ", ".join(legend)]
 
 
 def _indented(lines: Iterator[str] | Sequence[str]) -> Iterator[str]:

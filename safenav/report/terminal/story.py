@@ -1,7 +1,7 @@
 """The run as a story on the terminal: discoveries, helpers and cost.
 
-A listener of the mission's lines that prints the events of their run; it draws the map at the
-start, at requests, at resolutions and at the end. The map is text, two characters per region:
+A listener of the mission's lines that prints the events of their run, after a map of its start. The
+map is text, two characters per region:
 robots as labels, obstacles as blocks; a scenario before its run has region numbers if there is
 room. Two robots above each other (one flies) share the two characters.
 """
@@ -9,7 +9,6 @@ room. Two robots above each other (one flies) share the two characters.
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import zip_longest
 
 import click
 
@@ -36,8 +35,6 @@ Echo = Callable[[str], None]
 
 _NAME = re.compile(r"(?<![\w@])[\w-]+(?:@[\w|#-]+)?")
 """Pattern of a word that may be the name of a robot or obstacle."""
-LARGE = 2500
-"""Maximum number of regions of a map that is drawn more than once."""
 _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
@@ -53,7 +50,6 @@ class Story:
         self._syntheses: list[Event] = []
         self._in_rounds = False
         self._stamp = ""
-        self._drawn: tuple[list[str], list[str]] | None = None
 
     @property
     def _run(self) -> Run:
@@ -79,7 +75,12 @@ class Story:
             doing = run.doing(track.objectives.now)
             start = f"{track.name} ({track.model}) from {run.map.stance(*track.pose)}"
             self._echo(f"  {track.look.letters:2} {start}: {doing}")
-        self._map()
+        if self._maps:
+            objectives = (track.objectives.now for track in run.robots)
+            targets = frozenset[Region]().union(*map(target_regions, objectives))
+            rows = draw(run.map, dict.fromkeys(targets, TARGET) | signs_of(run.robots))
+            for row in ("", *rows, ""):
+                self._write(f"           {row}".rstrip())
 
     def _event(self, event: Event) -> None:
         if event.kind is StoryKind.SYNTHESIS:
@@ -95,17 +96,14 @@ class Story:
             self._changed(event)
 
     def _changed(self, event: Event) -> None:
-        """Print the consequences of a changed obstacle: rounds restart, and the map has changed."""
+        """Print that rounds restart after a resolution."""
         status = self._run.hidden[event.obstacle].status.now if event.obstacle else None
         over = event.kind is StoryKind.RESOLVED and status in _OVER
         if over and self._in_rounds and self._run.restarts_rounds(event.obstacle or ""):
             self._line(event.tick, "rounds restart")
             self._in_rounds = False
-        if over or event.kind in (StoryKind.REQUEST, StoryKind.GONE):
-            self._map()
 
     def _end(self, event: Event) -> None:
-        self._map()
         ending, word, why = self._run.ending, *event.text.partition(":")[::2]
         if ending is None or ending.outcome is Outcome.ERROR:  # the caller reports it
             return
@@ -145,36 +143,6 @@ class Story:
         self._stamp = at
         self._echo(f"{click.style(stamp, dim=True)}  {text}")
 
-    def _map(self) -> None:
-        """Draw the map, unless it is the same as the last one; a large one only at the start."""
-        run = self._run
-        if not self._maps or (self._drawn and run.map.size > LARGE):
-            return
-        objectives = (track.objectives[0][1] for track in run.robots)
-        signs = dict.fromkeys(frozenset[Region]().union(*map(target_regions, objectives)), TARGET)
-        target = [f"{TARGET} target of an objective"] * bool(signs)
-        known = []
-        for hidden in run.closed(run.last + 1):
-            barred = hidden.status.now is ObstacleStatus.BLOCKED
-            signs[hidden.region] = BARRED if barred else CLOSED
-            words = f"{hidden.label(run.map)}{', blocked' * barred}"
-            known.append(f"{signs[hidden.region]} {words}")
-        rows = draw(run.map, signs | signs_of(run.robots))
-        legend = [*self._robots(), *known, *target]
-        if (rows, legend) == self._drawn:
-            return
-        self._drawn = rows, legend
-        self._write("")
-        for line, note in zip_longest(rows, legend, fillvalue=""):
-            self._write(f"           {line:{len(rows[0])}}   {self._painted(note)}".rstrip())
-        self._write("")
-
-    def _robots(self) -> list[str]:
-        return [
-            f"{t.look.letters:2} {t.name} at {self._run.map.stance(*t.pose)}"
-            for t in self._run.robots
-        ]
-
     def _echo(self, line: str) -> None:
         self._write(self._painted(line))
 
@@ -205,7 +173,7 @@ def syntheses_words(found: Sequence[SynthesisOutcome]) -> str | None:
 
 
 ARROWS = {Heading.NORTH: "^", Heading.EAST: ">", Heading.SOUTH: "v", Heading.WEST: "<"}
-WALL, FREE, TARGET, CLOSED, BARRED = "██", " ·", " o", "▒▒", "XX"
+WALL, FREE, TARGET, CLOSED = "██", " ·", " o", "▒▒"
 
 
 def signs_of(robots: Iterable[RobotTrack]) -> dict[Region, str]:
