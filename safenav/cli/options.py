@@ -215,7 +215,7 @@ AsJson = Annotated[bool, "--json", "Print the result as JSON.", {"callback": _pr
 Cols = Annotated[int | None, COUNT, "--cols N", "Columns of a map file."]
 Html = Annotated[Path | None, Output(".html"), "Write the replay as one HTML page."]
 Live = Annotated[bool, "Watch the run in a browser."]
-Maps = Annotated[bool, "--map/--no-map", "Draw the map at main events."]
+Maps = Annotated[bool, "--map/--no-map", "Draw the map of the start."]
 MaxTicks = Annotated[
     int | None, click.IntRange(1, 2**31 - 1), "--max-ticks N", "Stop after these ticks."
 ]
