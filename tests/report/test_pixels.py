@@ -36,7 +36,7 @@ def test_letters_missing_in_the_fonts_are_drawn_by_the_system(
     assert asked == [own]
 
 
-def test_a_frame_is_the_whole_picture_although_its_ground_is_drawn_once() -> None:
+def test_a_frame_is_the_whole_picture_although_only_differences_are_drawn() -> None:
     run = run_of("door")
     film = Film(run, range(20), width=500)
     for tick, part, caption, _ in film._captioned():

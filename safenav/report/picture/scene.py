@@ -70,7 +70,8 @@ def svg_of(
 
     ``words`` describe the moment. ``caption`` (for the frames of a film) replaces them below the
     map, always at the same height, with the robots' names alone. Without the ``ground`` (all that
-    never changes) the picture is transparent; without the ``moment`` it lacks all that changes."""
+    never changes) the picture is transparent and ends below the caption; without the ``moment`` it
+    lacks all that changes."""
     cell = floor.cell_size(run.map)
     left, upper, width, height = (side * cell for side in floor.window(run.map))
     inner = max(width, NARROWEST)
@@ -111,7 +112,8 @@ def svg_of(
         drawing.moment(told)
     page.close(inside)
     described = _described(run, tick, words)
-    return page.document(inner + 2 * MARGIN, end, run.name, described)
+    lowest = end if ground else below
+    return page.document(inner + 2 * MARGIN, lowest, run.name, described)
 
 
 def _described(run: Run, tick: int, words: str) -> str:

@@ -5,7 +5,7 @@ The advance widths are those of DejaVu Sans, the font of PNG and GIF, which is w
 fallback fonts of other renderers: text that fits here fits everywhere."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
@@ -68,8 +68,8 @@ def polyline(*points: tuple[float, float]) -> str:
 class SvgWriter:
     """Collects elements in drawing order; ``document`` gives the picture."""
 
-    def __init__(self) -> None:
-        self._parts: list[str] = []
+    def __init__(self, parts: Iterable[str] = ()) -> None:
+        self._parts = [*parts]
 
     def element(self, tag: str, content: str | None = None, /, **attributes: object) -> None:
         """Add one element with escaped content; ``_`` in attribute names means ``-``, and an
