@@ -12,6 +12,7 @@ from report.browser import Browser, Keys
 from report.runs import changed, data_of, page_of, paged, run_of, trace_of
 
 CELL = 40.0  # side of a region in the page, see front/src/camera.ts
+PHONE = {"width": 390, "height": 844}
 DESK = {"width": 1440, "height": 900}
 
 
@@ -199,17 +200,20 @@ def _everything_has_a_name_and_shows_its_focus(browser: Browser) -> None:
 
 
 def test_a_large_map_fits_every_screen(browser: Browser) -> None:
-    """Also in a window that becomes narrower: nothing needs sideways scrolling. The region
-    of an event is marked."""
-    browser.open(page_of("crowd"), "#tick=6", width=1920, height=800)
-    for width in (1920, 1280, 1000):
-        browser.resize(width, 800)
-        browser.wait(lambda width=width: browser.run("return innerWidth") == width)
+    """Opened on a phone, and in a window that becomes narrower: nothing needs sideways scrolling.
+    The map comes nearer to the region of an event."""
+    for width in (390, 1920, 1280, 900, 700, 320):
+        if width in (390, 1920):
+            browser.open(page_of("crowd"), "#tick=6", width=width, height=800)
+        else:
+            browser.resize(width, 800)
+            browser.wait(lambda width=width: browser.run("return innerWidth") == width)
         assert browser.run("return document.documentElement.scrollWidth") <= width
         for selector in (".map", ".controls", "aside", "header"):
             box = browser.one(selector).rect
             assert box["x"] >= 0 and box["x"] + box["width"] <= width + 0.5, selector
         assert browser.one(".map").rect["height"] > 80
+    browser.open(page_of("crowd"), **PHONE)
     browser.run("arguments[0].click()", browser.one('.event[data-kind="violation"]'))
     assert not browser.all('.event[data-kind="goal"]'), "many goals would hide the other events"
     browser.wait(lambda: browser.all("[data-spoken]"))
@@ -217,6 +221,12 @@ def test_a_large_map_fits_every_screen(browser: Browser) -> None:
     col, line = (float(frame.get_dom_attribute(name) or "nan") / CELL for name in ("x", "y"))
     x, y, width, height = view(browser)
     assert x < col < x + width and y < line < y + height
+    assert width < 32, "on a map too large to see it comes nearer"
+    browser.run("scrollTo(0, document.documentElement.scrollHeight)")
+    top = browser.run('return document.querySelector(".controls").getBoundingClientRect().top')
+    assert 0 < top < PHONE["height"] - 80, "playback is always at hand"
+    for button in browser.all(".buttons .group button"):
+        assert button.rect["width"] >= 36 and button.rect["height"] >= 36
 
 
 def test_failed_and_truncated_runs_are_shown(browser: Browser, tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ _DOCUMENT = """\
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta name="viewport" content="width=1100">
+<meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="safenav">
 <link rel="icon" href="data:,">
 <title>{title}</title>

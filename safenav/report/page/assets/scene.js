@@ -1,4 +1,4 @@
-/* sources dde34f12f7ff4f320e80c798d54f3ceb4f0c83baaf19a29e238b3ef1237bbc5f */
+/* sources 477b0569c2dcc321716891f306f87402db6e95c1da35cd2dcb801190957ada39 */
 /* Contains three:
 The MIT License
 

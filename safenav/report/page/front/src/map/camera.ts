@@ -76,6 +76,12 @@ export class Camera implements Eye {
     return () => this.listeners.delete(listener);
   }
 
+  /** Width over height of the shown part. */
+  get ratio(): number {
+    const { left, top, right, bottom } = this.extent;
+    return (right - left) / (bottom - top);
+  }
+
   /** The part of the height that is wall below the map, which words may cover. */
   get wall(): number {
     const { top, bottom } = this.extent;

@@ -63,7 +63,7 @@ export function MapView({ run, player, camera, tick, spoken = -1, hand }: MapPro
         class={camera.isWhole ? "map" : "map near"}
         role="img"
         aria-label={describeMap(run, tick)}
-        style={{ "--free": 1 - camera.wall, ...(hand && { cursor: hand.cursor }) }}
+        style={{ "--ratio": camera.ratio, "--free": 1 - camera.wall, ...(hand && { cursor: hand.cursor }) }}
         {...cursor.keys}
       >
         <svg class="floor">
