@@ -137,15 +137,18 @@ class Pace:
         self._next = self.facing
         self._foot = self._then = 0
 
-    def step(self, now: float, origin: int, to: int) -> float:
+    def step(self, now: float, origin: int, to: int, slower: float = 1.0) -> float:
         """Return the seconds from ``now`` until the robot arrives in the neighbouring region
-        ``to``; then call ``arrived``."""
+        ``to``; then call ``arrived``. ``slower``: a factor of 1 or more."""
         self._next = self._direction(origin, to)
         at_rest = max(now, self._since + self._settling) - now + self._fresh(self._next)
         on = self._onwards(self._next) if now <= self._since + AT_ONCE else None
         if on is None:
-            return at_rest
-        seconds, self._then = on
+            return at_rest * slower
+        seconds, foot = on
+        if slower > 1.0:
+            return max(seconds * slower, at_rest)
+        self._then = foot
         return seconds
 
     def arrived(self, now: float) -> None:
