@@ -88,7 +88,6 @@ def test_robots_over_one_another_and_the_name_of_a_narrow_area_are_drawn_apart(
 
 def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
     text, svg = drawn(own("zone"), tmp_path)
-    assert "  at most one of a and b is in 8-9 at a time" in text
     assert "parcel@dock: ordered at tick 4 at dock" in text
     words = [text for text, _ in _texts(svg)]
     assert "not ordered yet, needs 'push'" in words and '"9 3 2 3"' in svg

@@ -275,7 +275,7 @@ def test_the_text_documents_and_completes(browser: Browser, tmp_path: Path) -> N
 
         house.write((SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text())
         unrealizable = '[data-verdict="unrealizable"]'
-        browser.wait(lambda: "it cannot reach" in browser.words(unrealizable))
+        browser.wait(lambda: "there is no path" in browser.words(unrealizable))
 
         house.write(HOUSE)
         house.rest()
