@@ -207,6 +207,9 @@ def _fail(message: str, code: ExitCode) -> None:
         report_error(message)
     except OSError:  # the terminal has been closed, which ends the program as Ctrl-C does
         code = ExitCode.INTERRUPTED
-        for stream in (1, 2):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:  # Python would try again at its exit, and fail with a code of its own
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     sys.exit(code)

@@ -39,6 +39,7 @@ def test_a_warning_of_an_unwritable_cache_quotes_no_source_code(tmp_path: Path) 
 
 
 def test_a_full_disk_is_not_reported_as_a_defect_of_safenav() -> None:
+    """Nor does it change the code, as what is still buffered at the exit would."""
     with Path("/dev/full").open("w") as full:
         done = run(*CATALOGUE, capture_output=False, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 2
