@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from safenav.judge.lines import Line, Objective
 from safenav.judge.proofs.closures import Case, able_now, is_hopeless, team_closure
 from safenav.judge.rules import NotJudged
-from safenav.judge.state import Rest, Robot, State
+from safenav.judge.state import Rest, State
 from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
@@ -307,22 +307,12 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
     yet be resolved, each can continue."""
     s = case.state
     stated = {**s.lost_before, **s.unrealizable, **(e.unrealizable or {})}
-    if not all(_continues(s.robots[name], case) for name in stated):
+    if not all(case.can_continue(name, case.start[name], ()) for name in stated):
         return
     if games := [name for name in stated if _is_a_game(s.robots[name].own)]:
         yield NotJudged(f"whether {games[0]} has lost its objective forever (a bundle proves it)")
     else:
         yield "an operator is needed, but that is not proven"
-
-
-def _continues(robot: Robot, case: Case) -> bool:
-    """Return whether a robot alone can meet its targets from its pose: those of `once` in order."""
-    here, own = case.start[robot.name], robot.own
-    if robot.out or not own.ends:
-        return case.can_continue(robot.name, here, ())
-    for target in own.targets[min(robot.progress.turn or 0, own.count - 1) :]:
-        here = frozenset(p for p in case.reach(robot.name, here, ()) if p[0] in target)
-    return bool(here)
 
 
 def _is_a_game(own: Objective) -> bool:
