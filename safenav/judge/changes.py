@@ -178,6 +178,22 @@ def obeys_inputs(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} has another objective than the inputs give it"
 
 
+@rule("synthesis")
+def memory(e: Line, s: State) -> Iterator[str]:
+    """A strategy begins with a memory that its robot may have."""
+    robot = s.robots[e.robot]
+    own, turn = robot.own, robot.progress.turn
+    if not e.memory or e.objective.data != own.data:
+        return
+    if robot.memories is not None:
+        if s.arriving(robot).isdisjoint(own.formulas.remembering(e.memory)):
+            yield f"the formulas of {e.robot} cannot remember {', '.join(e.memory)} so"
+        return
+    same = own.in_turn and not own.ends and e.objective.kind == own.kind
+    if same and e.form != "other_memory" and turn not in (None, e.memory.get("goal", turn)):
+        yield f"{e.robot} continues with target {turn}, not {e.memory['goal']}"
+
+
 @rule("told", "push", "pop", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved
@@ -194,11 +210,13 @@ def duties(e: Line, s: State) -> Iterator[str]:
 @rule("blocked", "reopened")
 def permanence(e: Line, s: State) -> Iterator[str]:
     """An obstacle becomes permanent because it was just found untraversable, because an operator
-    declares it, or because it can never be resolved; found untraversable, it stays so."""
+    declares it, or because it can never be resolved."""
     one = s.obstacles[e.obstacle]
     if e.kind == "reopened":
-        if one.resolved:
-            yield f"{one.name} is reopened, but was found untraversable"
+        if not one.shut or one.resolved:
+            yield f"{one.name} is reopened, but was not given up"
+    elif e.robots != one.blocks:
+        yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
     elif e.reason == "untraversable" and one.name not in s.found:
         yield f"{one.name} was not found untraversable in this tick"
     elif e.reason == "operator" and not one.declared:

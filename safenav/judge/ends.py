@@ -60,7 +60,8 @@ def time(e: Line, s: State) -> Iterator[str]:
 @rule("goal")
 def goal(e: Line, s: State) -> Iterator[str]:
     """A robot that meets a target is in its region; the goals of formulas are met by its last step,
-    or by staying, with some possible memory."""
+    or by staying, with some possible memory. In lockstep, a step meets each goal once, and of goals
+    in turn only one."""
     robot = s.robots[e.robot]
     own, given, here = robot.own, robot.given, robot.pose[0]
     if e.region != here:
@@ -74,6 +75,12 @@ def goal(e: Line, s: State) -> Iterator[str]:
     there = any(e.goal < one.count and here in one.targets[e.goal] for one in served)
     if not (counts(e, robot, s.live) or there) and (given.kind != "ltl" or given.serves(own)):
         yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
+    elif counts(e, robot, s.live) and given.serves(own):
+        if robot.again(e, s.live) and not own.covers:
+            yield f"{e.robot} counts goal {e.goal} twice for one step"
+        most = robot.progress.rounds(own, e.tick) + 1
+        if not own.settles and e.round > most:
+            yield f"{e.robot} has completed at most {most} rounds, not {e.round}"
 
 
 @rule("deadline")
@@ -89,8 +96,10 @@ def deadline(e: Line, s: State) -> Iterator[str]:
         yield from _proven(lost_problems(e, s))
     elif e.verdict == "excused" and (one.open and not one.shut if one else e.of == "mission"):
         yield f"{e.of} is still due"
-    elif e.verdict in ("late", "kept") and (e.verdict == "late") is not (e.due < e.tick):
-        yield f"{e.of} is due in tick {e.due}, so it is not {e.verdict} in tick {e.tick}"
+    elif e.verdict == "late" and e.due >= e.tick:
+        yield f"the deadline of {e.of} is in tick {e.due}, so it is not missed in tick {e.tick}"
+    elif e.verdict == "kept" and e.tick > e.due:
+        yield f"the deadline of {e.of} was in tick {e.due}, so it is not kept in tick {e.tick}"
 
 
 @rule("outcome")
@@ -157,6 +166,13 @@ def end(e: Line, s: State) -> Iterator[str]:
         elif s.unrealizable:
             names = ", ".join(s.unrealizable)
             yield NotJudged(f"whether {names} is unrealizable (a bundle proves it)")
+
+
+@rule("outcome", "waiting")
+def assumption(e: Line, s: State) -> Iterator[str]:
+    """A run that ends or waits because other robots have violated an assumption records that."""
+    if e.outcome == "assumption_violated" and not s.assumptions:
+        yield "no line records a violated assumption"
 
 
 @rule("outcome", "waiting")

@@ -99,6 +99,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.charge, robot.stands = float(robot.data.battery.capacity), e.t or 0.0
                 robot.filled = False
         case "synthesis":
+            s.spec_memory[e.robot, e.spec] = e.memory or {}
             if e.verdict == "unrealizable":
                 s.unrealizable[e.robot] = e.spec
             elif e.node is not None and e.places is None:
@@ -106,11 +107,12 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 if e.objective == robot.own and e.memory:
                     robot.first = next(iter(e.memory.values()))
                 if robot.memories is not None and e.memory and e.objective == robot.own:
-                    told, known = robot.own.formulas.remembering(e.memory), s.memories(robot)
-                    fits = {m for m in known if told & s.arriving(robot, [m])}
-                    robot.memories = fits or robot.memories
+                    told = robot.own.formulas.remembering(e.memory)
+                    robot.memories = {m for m in s.memories(robot) if told & s.arriving(robot, [m])}
         case "told":
             robot.given = e.objective
+        case "assumption":
+            s.assumptions += 1
 
 
 def _moved(e: Line, robot: Robot, s: State) -> None:
@@ -238,6 +240,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             _due(e, one, s)
         case "appeared":
             one.begin()
+            one.since = e.tick
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
             listed = [each for each in s.coming if each.name == one.name]
@@ -334,6 +337,7 @@ class Judgement:
     outcome: str | None = None
     strays: int = 0
     hands: int = 0
+    lines: int = 0
 
     @property
     def ok(self) -> bool:
@@ -355,7 +359,8 @@ def judge(texts: Iterable[str | bytes], rules: Iterable[Rule] = FACTS) -> Judgem
                 _add(found, rule, line, text)
         after(line, state)
     assert state is not None, "a reader yields a header"
-    found.outcome, found.strays, found.hands = state.ended, state.strays, state.hands
+    found.outcome, found.lines = state.ended, reader.read
+    found.strays, found.hands = state.strays, state.hands
     return found
 
 

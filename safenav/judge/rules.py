@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from safenav.judge.lines import Line
 from safenav.judge.state import Obstacle, Robot, State
+from safenav.judge.world import opposite
 
 
 class NotJudged(str):
@@ -69,16 +70,21 @@ def mobility(e: Line, s: State) -> Iterator[str]:
         if not s.external and (not s.live or step.at not in (step.start, bound)):
             yield f"{e.robot} ends elsewhere than commanded, in a simulated world"
         return
-    faced = robot.pose[1]
-    there = (to for to, _ in s.world.steps(robot.faces, (step.start, faced)))
-    if step.to not in (step.start, *there):
+    if step.to != step.start and side is None:
         where = f"from {s.show(step.start)} to {s.show(step.to)}"
-        yield f"{e.robot} cannot step {where}" + f", facing {faced}" * robot.faces
+        yield f"{e.robot} jumps {where}, which is not a neighbour"
     if bound is not None and step.to != bound:
         yield f"{e.robot} is in transit to {s.show(bound)}, not to {s.show(step.to)}"
     if step.bound is not None and (step.at != step.start or step.bound == step.start):
         yield f"{e.robot} moves while in transit"
-    if step.bound is None and step.heading != ((side or faced) if robot.faces else None):
+    if not robot.faces:
+        if step.heading is not None:
+            yield f"{e.robot} has no heading, but then faces {step.heading}"
+        return
+    faced = robot.pose[1]
+    if faced is not None and side == opposite(faced):
+        yield f"{e.robot} faces {faced} and steps {side}, which is backwards"
+    if step.bound is None and step.heading != (side or faced):
         yield f"{e.robot} faces {step.heading} after it faced {faced} and went {side or 'nowhere'}"
 
 
@@ -256,6 +262,19 @@ def actions(e: Line, s: State) -> Iterator[str]:
             yield f"{e.robot} has not begun to act"
     elif s.live and not s.external and robot.acts is None and robot.acted != e.tick:
         yield f"{e.robot} does not act"
+
+
+@rule("move", "outcome")
+def done(e: Line, s: State) -> Iterator[str]:
+    """In a simulated world in lockstep, a need is met in the turn in which enough robots have been
+    in its regions."""
+    first = e.robot == s.names[0] or e.outcome == "completed"
+    for one in s.obstacles.values() if first and not (s.live or s.external) else ():
+        if one.open and one.since < e.tick and one.rest.left and not one.rest.takes():
+            need = one.rest.left[0]
+            there = {n for n in need.able if s.robots[n].pose[0] in need.regions}
+            if len(there if need.together else one.rest.done & need.able) >= need.robots:
+                yield f"{one.name} is not resolved, but {', '.join(sorted(there))} can do that"
 
 
 @rule("violation")

@@ -184,7 +184,7 @@ class Rest(NamedTuple):
 @dataclass
 class Obstacle:
     """An obstacle. ``rest``: its unmet needs; ``group``: those that met the last one; ``there``: it
-    is present; ``shut``: it is permanent; ``known``: the team knows of it;
+    is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team knows of it;
     ``declared``: by an operator."""
 
     name: str
@@ -203,6 +203,7 @@ class Obstacle:
     shut: bool = False
     known: bool = False
     declared: bool = False
+    since: int = 1
 
     @property
     def open(self) -> bool:
@@ -279,9 +280,11 @@ class State:
         self.entering: list[tuple[str, str, int]] = []
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
+        self.assumptions = 0
         self.unrealizable: dict[str, str] = {}  # of this tick: the specification of each robot
         self.lost_before: dict[str, str] = {}  # the same, when the team began to wait
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
+        self.spec_memory: dict[tuple[str, str], dict[str, int]] = {}
         self.ended: str | None = None
         self.rivals = {
             name: [one for one in self.names if one != name and self._conflict(name, one)]

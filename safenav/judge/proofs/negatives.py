@@ -6,10 +6,11 @@ from heapq import heappop, heappush
 from itertools import product
 from typing import Any, NamedTuple
 
+from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
 from safenav.judge.proofs.closures import Case, able_now, is_hopeless, team_closure
 from safenav.judge.rules import NotJudged
-from safenav.judge.state import Rest, State
+from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
@@ -307,18 +308,75 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
     yet be resolved, each can continue."""
     s = case.state
     stated = {**s.lost_before, **s.unrealizable, **(e.unrealizable or {})}
-    if not all(case.can_continue(name, case.start[name], ()) for name in stated):
+    if not all(_continues(s.robots[n], case, s.spec_memory.get((n, stated[n]))) for n in stated):
         return
-    if games := [name for name in stated if _is_a_game(s.robots[name].own)]:
-        yield NotJudged(f"whether {games[0]} has lost its objective forever (a bundle proves it)")
-    else:
-        yield "an operator is needed, but that is not proven"
+    for name in stated:
+        if _is_a_game(s.robots[name], s):
+            what = f"whether others or inputs can keep {name} from its objective forever"
+            yield NotJudged(f"{what} (a bundle proves it)")
+            return
+    for name in stated:
+        own, here = s.robots[name].own, s.destination(name)
+        if own.kind == "ltl" and not own.formulas.allows(here, here):
+            yield NotJudged(f"whether {name} could go where its formulas let it stay")
+            return
+    yield "an operator is needed, but that is not proven"
 
 
-def _is_a_game(own: Objective) -> bool:
-    """Return whether more than the reach of its targets decides an objective: their order, formulas
-    with a memory, other robots."""
-    return own.kind == "ltl" or own.ends or (own.literal and own.strict)
+def _is_a_game(robot: Robot, s: State) -> bool:
+    own = robot.own
+    if own.kind != "ltl" and not (own.literal and own.strict):
+        return False
+    hears = bool(own.formulas and own.formulas.inputs)
+    return hears or bool(s.rivals[robot.name]) or any(robot.name in who for who, _ in s.zones)
+
+
+def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bool:
+    """Return whether a robot alone can continue forever from its pose."""
+    name, own, formulas, s = robot.name, robot.own, robot.own.formulas, case.state
+    pose = s.destination(name)
+    if own.ends and not robot.out:
+        here = case.start[name]
+        for target in own.targets[min(robot.progress.turn or 0, own.count - 1) :]:
+            here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
+        if s.scenario.coordination != "resynthesis":  # it may be sent away, and must come back
+            here = frozenset(p for p in here if _comes_back(name, p, case))
+        return bool(here)
+    if own.kind == "ltl" and memory is not None:
+        fresh = formulas.names and not memory
+        rows = {*(formulas.begins(pose) if fresh else formulas.remembering(memory))}
+        if robot.memories is not None and s.arriving(robot).isdisjoint(rows):
+            return True  # a memory that it cannot have proves nothing
+        begins: frozenset[Any] = frozenset((*pose, row, frozenset[int]()) for row in rows)
+        return Case(s, memory={name: 0}).can_continue(name, begins, ())
+    if own.literal and own.strict and memory and not robot.out:
+        turn = next(iter(memory.values()))
+        stale = not 0 <= turn < own.count or robot.progress.turn not in (None, turn)
+        turns = stale or _keeps_order(robot, case, turn)
+        return turns and case.can_continue(name, case.start[name], ())
+    return case.can_continue(name, case.start[name], ())
+
+
+def _comes_back(name: str, pose: Pose, case: Case) -> bool:
+    away = frozenset(to for to in case.steps[name].get(pose, ()) if to[0] != pose[0])
+    return pose in case.reach(name, away, ())
+
+
+def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:
+    """Return whether a robot alone can meet its targets in turn forever without touching one out of
+    turn: whether it reaches a cycle on which it meets the first target."""
+    targets, steps = robot.own.targets, case.steps[robot.name]
+    others = [targets[:k] + targets[k + 1 :] for k in range(len(targets))]
+    shut = [frozenset[int]().union(*each) for each in others]
+
+    def after(state: tuple[Pose, int]) -> list[tuple[Pose, int]]:
+        here, due = state
+        due = (due + 1) % len(targets) if here[0] in targets[due] else due
+        return [(to, due) for to in steps.get(here, ()) if to[0] not in shut[due]]
+
+    found = case.world.closure([(case.at[robot.name], turn)], after)
+    first = [state for state in found if state[1] == 0 and state[0][0] in targets[0]]
+    return any(state in case.world.closure(after(state), after) for state in first)
 
 
 def _memory(name: str, stated: Mapping[str, int], s: State) -> int | None:
