@@ -23,10 +23,12 @@ from safenav import (
     Change,
     Elsewhere,
     ExitCode,
+    Failed,
     Heading,
     LiveSimulation,
     Lost,
     Mission,
+    Need,
     Obstacle,
     Outcome,
     Pose,
@@ -52,6 +54,8 @@ inputs: {alarm: {at: 3}}
 until: {rounds: 1}
 """
 DOOR, FOG = built_in().obstacles["door"], built_in().obstacles["uncertainty"]
+SAME = replace(DOOR, listed=(Need("push", same=True),))
+TWO = replace(DOOR, listed=(Need("push"), Need("push", robots=2, same=True)))
 
 
 def broken(*_: Any) -> Any:
@@ -74,16 +78,22 @@ def says(value: Any) -> Callable[..., Any]:
         ("sense", says("a door"), r"World.sense\('drone', 9\): 'a door' is not an Obstacle"),
         ("sense", says(Obstacle(DOOR, 99)), r"sense\('drone', 9\): door@99 is in a wall or off"),
         ("sense", says(Obstacle(DOOR, 11)), r"door@11 is not in the requested region"),
+        ("sense", says(Obstacle("door", 9)), "region 9 has a wrong part: `type` must be an object"),  # type: ignore[arg-type]
+        ("sense", says(Obstacle(DOOR, 9, resolve_within=-4)), "wrong part: `resolve_within`"),
+        ("sense", says(Obstacle(SAME, 9)), "region 9 has no previous need for 'same'"),
+        ("sense", says(Obstacle(TWO, 9)), "as many robots for a 'same' need as before"),
         ("inputs", says(None), r"World.inputs\(1\) failed: AttributeError"),
         ("inputs", says({"alarm": "off"}), r"inputs\(1\) .* alarm is 'off', not True or False"),
-        ("move", says(9), r"move\('drone', 9\) failed: AttributeError"),
+        ("move", says(9), r"move\('drone', 9\): it returned 9, which has a wrong part"),
         ("move", says(Pose(400)), r"move\('drone', 9\): region 400 is a wall or off the map"),
+        ("move", says(Pose(8.0)), "which has a wrong part: `region` must be a whole number"),  # type: ignore[arg-type]
         ("move", says(Pose(9, Heading.EAST)), "drone is a robot of free mobility"),
         ("act", generates, r"World.act\('drone'\) failed: OSError: no more"),
-        ("act", says([Obstacle(FOG, 10)]), r"act\('drone'\) failed: TypeError"),
+        ("act", says([Obstacle(FOG, 10)]), "has a wrong part: `` must be a list, not an object"),
+        ("act", says([(Obstacle(FOG, 10), "yes")]), r"`\[1\]` must be true or false or null"),
         ("act", says([(Obstacle(DOOR, 9), None)]), r"drone cannot 'push' door@9"),
         ("act", says([(Obstacle(FOG, 12), True)]), r"drone is at 8; .* can be resolved at 11"),
-        ("changes", says([Obstacle(DOOR, 9)]), r"World.changes\(1\): .* is not a Change"),
+        ("changes", says([Obstacle(DOOR, 9)]), r"World.changes\(1\): .* has a wrong part"),
         ("changes", says([Change(Obstacle(DOOR, 8), True)]), "door@8 appears where a robot is"),
     ],
 )
@@ -110,8 +120,11 @@ def patient(text: str, timeout: float) -> Scenario:
     return replace(scenario, failures=replace(scenario.failures, timeout=timeout))
 
 
+UP: Any = "up"
 NOW: Any = "now"
 MALFORMED: list[tuple[str, Callable[[Arrived], Any], str]] = [
+    ("lost", lambda e: Elsewhere(e.at, "a", Pose(9, UP), command=e.command), "`pose.heading` must"),
+    ("lost", lambda e: Failed(e.at, "a", None, "", command=e.command), "`pose` must be an object"),  # type: ignore[arg-type]
     ("lost", lambda e: Lost(e.at, "a", frozenset(), command=e.command), "names no region"),
     ("lost", lambda e: Arrived(NOW, "a", command=e.command), "its time is 'now', not seconds"),
     ("lost", lambda e: Arrived(math.nan, "a", command=e.command), "its time is nan, not seconds"),
@@ -123,9 +136,11 @@ MALFORMED: list[tuple[str, Callable[[Arrived], Any], str]] = [
     ("lost", lambda e: Blocked(e.at, "a", Pose(10), command=e.command), "not back in region 9"),
     ("lost", lambda e: Elsewhere(e.at, "a", Pose.of(9, "east"), command=e.command), "of free mob"),
     ("late", lambda e: Sensed(e.at, Obstacle(DOOR, 29), by="nobody"), "robot is named 'nobody'"),
+    ("late", lambda e: Sensed(e.at, "door"), "`obstacle` must be an object"),  # type: ignore[arg-type]
     ("late", lambda _: Sensed(NOW, Obstacle(DOOR, 29), there=False), "its time is 'now'"),
     ("late", lambda _: "arrived", "'arrived' is not an event"),
     ("late", lambda e: Arrived(e.at, "a"), "it names no command (command=, the number"),
+    ("late", lambda e: Arrived(e.at, "a", command=str(e.command)), "`command` must be a whole"),  # type: ignore[arg-type]
 ]
 
 
@@ -272,6 +287,7 @@ def test_a_world_that_repeats_a_result_is_not_commanded_forever(result: ActResul
         (OSError("no answer of its arm"), "act: no answer of its arm", True),
         (OSError("no answer of its arm"), "act: no answer of its arm", False),
         (Arrived(0.0, "b"), "Arrived ends no action", True),
+        (Acted(0.0, "b", ("door",)), "it has a wrong part: `found[0]`", False),  # type: ignore[arg-type]
         (Acted(0.0, "b", reason="it jams"), "it jams", True),
         (None, "no end within 10.0 s", False),
     ],

@@ -16,8 +16,8 @@ from safenav.runtime.worlds.lockstep import WorldError, asked, sensed
 from safenav.runtime.worlds.protocol import (
     claimed,
     is_time,
-    misreported,
     optional,
+    well_formed,
     wrong_result,
     wrong_step,
 )
@@ -237,7 +237,11 @@ class Commands:
         return heard
 
     def _take(self, event: protocol.WorldEvent) -> None:
-        wrong, open_ = misreported(event, self._names), self._ended_by(event)
+        wrong, open_ = None, self._ended_by(event)
+        try:
+            event = well_formed(event, self._names)
+        except ValueError as error:
+            wrong = str(error)
         if wrong is not None and open_ is None:
             self.dropped.append((event, wrong))
             return

@@ -97,13 +97,11 @@ class Lockstep:
         if self._simulated is not None:  # other worlds do all that they can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
-        entries = asked(call, lambda: [(one, truth) for one, truth in self._world.act(robot)])
+        entries = asked(call, lambda: list(self._world.act(robot)))
+        results = [self._resolved(call, robot, here.region, entry) for entry in entries]
         found = tuple(
-            (
-                self._resolved(call, robot, here.region, obstacle),
-                ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE,
-            )
-            for obstacle, truth in entries
+            (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
+            for obstacle, truth in results
         )
         return protocol.Acted(self.now(), robot.name, found)
 
@@ -118,24 +116,20 @@ class Lockstep:
         call = f"changes({tick})"
         changes = []
         for each in asked(call, lambda: list(listed(tick, occupied))):
-            if not isinstance(each, protocol.Change):
-                raise wrong(call, f"{each!r} is not a Change")
-            obstacle = checked(call, each.obstacle, self._scenario.map)
-            if each.appeared and obstacle.region in occupied and not obstacle.ordered:
+            change = _part(call, each, protocol.Change)
+            obstacle = checked(call, change.obstacle, self._scenario.map)
+            if change.appeared and obstacle.region in occupied and not obstacle.ordered:
                 raise wrong(call, f"{obstacle.name} appears where a robot is")
-            changes.append(each)
+            changes.append(change)
         return changes
 
     def _moved(self, robot: Robot, pose: Pose) -> protocol.Ended:
         """Return the end of a step, with the pose that the world reports, checked to be
         possible."""
         call = f"move({robot.name!r}, {pose.region})"
-
-        def move() -> Pose:
-            found = self._world.move(robot, pose)
-            return pose if found is None else Pose(found.region, found.heading)
-
-        found = asked(call, move)
+        found = asked(call, lambda: self._world.move(robot, pose))
+        found = pose if found is None else found
+        found = _part(call, found, Pose)
         if not self._scenario.map.is_free(found.region):
             raise wrong(call, f"region {found.region} is a wall or off the map")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
@@ -144,8 +138,11 @@ class Lockstep:
             return protocol.Arrived(self.now(), robot.name)
         return protocol.Elsewhere(self.now(), robot.name, found)
 
-    def _resolved(self, call: str, robot: Robot, here: Region, found: Any) -> Obstacle:
-        obstacle = checked(call, found, self._scenario.map)
+    def _resolved(
+        self, call: str, robot: Robot, here: Region, entry: Any
+    ) -> tuple[Obstacle, bool | None]:
+        named, truth = _part(call, entry, tuple[Obstacle, bool | None])
+        obstacle = checked(call, named, self._scenario.map)
         last = len(obstacle.needs) - 1
         if obstacle.needs[last].action not in robot.capabilities:
             action = obstacle.needs[last].action
@@ -156,7 +153,7 @@ class Lockstep:
             raise wrong(
                 call, f"{robot.name} is at {here}; {obstacle.name} can be resolved at {where}"
             )
-        return obstacle
+        return obstacle, truth
 
 
 def sensed(
@@ -174,9 +171,21 @@ def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
     """Return an obstacle that a call returned. Raises WorldError if it cannot be one."""
     if not isinstance(found, Obstacle):
         raise wrong(call, f"{found!r} is not an Obstacle")
-    if not world.is_free(found.region):
-        raise wrong(call, f"{found.name} is in a wall or off the map")
-    return found
+    try:
+        obstacle = protocol.checked_obstacle(found)
+    except ValueError as error:
+        raise wrong(call, str(error)) from error
+    if not world.is_free(obstacle.region):
+        raise wrong(call, f"{obstacle.name} is in a wall or off the map")
+    return obstacle
+
+
+def _part(call: str, found: Any, kind: Any) -> Any:
+    """Return the result of a call converted to a type. Raises WorldError if that is impossible."""
+    try:
+        return protocol.fitted(found, kind)
+    except ValueError as error:
+        raise wrong(call, f"it returned {found!r}, which {error}") from error
 
 
 def wrong(call: str, found: str) -> WorldError:

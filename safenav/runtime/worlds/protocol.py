@@ -7,13 +7,16 @@ regions that they do not name (docs/library.md).
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
+from itertools import pairwise
 from math import isfinite
 from numbers import Real
 from typing import Any, Protocol
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.scenario.model import Obstacle, Robot
+from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mobility, Pose
@@ -181,18 +184,54 @@ def is_time(found: Any) -> bool:
         return False
 
 
-def misreported(event: Any, robots: Collection[str]) -> str | None:
-    """Return the reason why a report cannot be one of this run; None if it can."""
+def fitted(found: Any, kind: Any) -> Any:
+    """Return a value converted to its type, with all its parts. Python checks neither types nor
+    bounds, and accepts ``Obstacle("door", 47)``. Raises ValueError."""
+    try:
+        return convert(kind, plain(found))
+    except (WrongError, TypeError) as error:
+        raise ValueError(f"has a wrong part: {error}") from error
+
+
+def checked_obstacle(found: Obstacle) -> Obstacle:
+    """Return an obstacle that can be part of a scenario. Raises ValueError."""
+    where = f"the obstacle in region {found.region}"
+    try:
+        obstacle: Obstacle = fitted(found, Obstacle)
+    except ValueError as error:
+        raise ValueError(f"{where} {error}") from error
+    listed = obstacle.type.listed
+    if listed and listed[0].same:
+        raise ValueError(f"{where} has no previous need for 'same'")
+    if any(need.same and need.robots != last.robots for last, need in pairwise(listed)):
+        raise ValueError(f"{where} needs as many robots for a 'same' need as before")
+    return obstacle
+
+
+def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
+    """Return a report that names only known robots, with all its parts converted to their types.
+    Raises ValueError."""
     if not isinstance(event, WorldEvent):
-        return f"{event!r} is not an event"
+        raise ValueError(f"{event!r} is not an event")
     if not is_time(event.at):
-        return f"its time is {event.at!r}, not seconds"
+        raise ValueError(f"its time is {event.at!r}, not seconds")
     if event.command is None and not isinstance(event, Sensed):
-        return "it names no command (command=, the number that start or act was given)"
-    for name in (getattr(event, "robot", None), getattr(event, "by", None)):
+        told = "command=, the number that start or act was given"
+        raise ValueError(f"it names no command ({told})")
+    try:
+        report: WorldEvent = replace(fitted(replace(event, at=0.0), type(event)), at=event.at)
+    except ValueError as error:
+        raise ValueError(f"it {error}") from error
+    for name in (getattr(report, "robot", None), getattr(report, "by", None)):
         if name is not None and name not in robots:
-            return f"no robot is named {name!r}"
-    return None
+            raise ValueError(f"no robot is named {name!r}")
+    for obstacle in (
+        getattr(event, "obstacle", None),
+        *(o for o, _ in getattr(event, "found", ())),
+    ):
+        if obstacle is not None:
+            checked_obstacle(obstacle)
+    return report
 
 
 def claimed(event: WorldEvent) -> Collection[Region]:
@@ -204,7 +243,7 @@ def claimed(event: WorldEvent) -> Collection[Region]:
 def wrong_step(
     event: WorldEvent, world: RegionMap, robot: Robot, here: Pose, target: Pose
 ) -> str | None:
-    """Return the reason why an event cannot end a step from ``here`` to ``target``; None
+    """Return the reason why a well-formed event cannot end a step from ``here`` to ``target``; None
     if it can."""
     match event:
         case Arrived():
@@ -232,7 +271,8 @@ def wrong_step(
 
 
 def wrong_result(event: WorldEvent) -> str | None:
-    """Return the reason why an event does not report results of an action; None if it does."""
+    """Return the reason why a well-formed event does not report results of an action; None if it
+    does."""
     if isinstance(event, Acted):
         return None
     if isinstance(event, Failed):
