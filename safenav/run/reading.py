@@ -122,6 +122,7 @@ class RunReader:
             self._on_map(each.region),
             tuple(actions),
             values.Changes.of(first),
+            tuple(need.same for need in each.needs[1:]),
             each.ordered,
         )
 
@@ -175,6 +176,9 @@ class RunReader:
                 self._believe(line)
             case records.Charge():
                 self._robot(line.robot).charge.append((line.tick, line.percent))
+            case records.Plan():
+                for name in (name for name, path in line.robots.items() if len(path) > 1):
+                    self._robot(name).driven = True
             case records.Inputs():
                 self._switched(line)
             case records.Deadline():
@@ -266,16 +270,23 @@ class RunReader:
             case records.Met():
                 hidden = self._known(line.obstacle)
                 self._seen(line.tick, hidden)
+                if line.need < len(hidden.carried) and hidden.carried[line.need]:
+                    hidden.loads.append((line.tick, line.robots or (line.robot,)))
+                else:
+                    hidden.loads.put(line.tick, ())
                 hidden.met.put(line.tick, line.need + 1)
             case records.Resolved():
                 if line.traversable is False:
                     self._status(line.tick, line.obstacle, values.ObstacleStatus.BLOCKED)
                 hidden = self._known(line.obstacle)
                 hidden.met.put(line.tick, len(hidden.actions))
+                hidden.loads.put(line.tick, ())
                 if run.restarts_rounds(line.obstacle):  # they count from the last resolution
                     self._restart(line.tick, run.robots)
             case records.Appeared():  # it may have disappeared before
                 self._known(line.obstacle).met.put(line.tick, 0)
+            case records.Gone():
+                self._known(line.obstacle).loads.put(line.tick, ())
 
     def _known(self, obstacle: str) -> values.Hidden:
         if obstacle not in self.run.hidden:
@@ -323,6 +334,10 @@ class RunReader:
             rows[max(0, line.depth - 1) :] = [
                 values.StackRow(line.obstacle, line.requester, helpers)
             ]
+            waiting = line.requester
+            if waiting is not None and waiting in line.objectives and waiting not in helpers:
+                track = self._robot(waiting)
+                track.waits.append(track.objectives.now)
         else:
             own = [n for n, row in enumerate(rows) if row.obstacle == line.obstacle]
             ended = [n for n in own if rows[n].requester == line.requester] or own
@@ -331,7 +346,9 @@ class RunReader:
             del rows[max(0, line.depth) :]
         run.stack.append((line.tick, tuple(rows)))
         tracks = map(self._robot, new)
-        told = "; ".join(f"{track.name}: {run.doing(track.objectives.now)}" for track in tracks)
+        told = "; ".join(
+            f"{track.name}: {run.doing(track, track.objectives.now)}" for track in tracks
+        )
         text = self._wording.sentence(line) + (f" ({told})" if told else "")
         self._event(line, _KINDS[line.type], text)
 

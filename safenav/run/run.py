@@ -14,8 +14,9 @@ from safenav.errors import Outcome
 from safenav.run.tracks import RobotTrack
 from safenav.run.values import Changes, Event, Hidden, ObstacleStatus, StackRow, StoryKind
 from safenav.scenario.model import Exclusion
-from safenav.scenario.objective import Objective, describe, target_regions
+from safenav.scenario.objective import Objective, describe, station, target_regions
 from safenav.trace.records import End
+from safenav.trace.words import listed
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from
@@ -156,6 +157,17 @@ class Run(Struct):
         here = self.time(tick)
         return here + (self.time(min(tick + 1, self.last)) - here) * fraction
 
+    def loads(self, robot: str, tick: int) -> list[Hidden]:
+        """Return the obstacles that a robot carries."""
+        return [each for each in self.hidden.values() if robot in each.loads.at(tick)]
+
+    def equipment(self, track: RobotTrack, tick: int) -> str:
+        """Return the loads and the charge of a robot in words; empty if it has neither."""
+        loads = [load.label(self.map) for load in self.loads(track.name, tick)]
+        carries = [f"carries {listed(loads)}"] if loads else []
+        charge = [f"charge {track.charge.at(tick)} %"] if track.charge else []
+        return "; ".join(carries + charge)
+
     def trail(self, track: RobotTrack, tick: int) -> list[Region]:
         """Return the last regions of a robot's path, oldest first."""
         ticks = TRAIL if self.seconds is None else TRAIL * len(self.robots)
@@ -208,9 +220,14 @@ class Run(Struct):
             degrees += turn * min(1.0, 2.0 * part)  # it has turned by half the step
         return row + (to_row - row) * part, col + (to_col - col) * part, degrees
 
-    def doing(self, objective: Objective | None) -> str:
-        """Return an objective in words."""
-        return "no objective" if objective is None else describe(objective, self.map.word)
+    def doing(self, track: RobotTrack, objective: Objective | None) -> str:
+        """Return an objective of a robot in words, with a note if a joint plan moves it while it
+        waits."""
+        if objective is None:
+            return "no objective"
+        words = describe(objective, self.map.word)
+        waits = track.driven and station(objective) is not None and objective in track.waits
+        return f"{words}, unless its joint plan moves it" if waits else words
 
 
 CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}

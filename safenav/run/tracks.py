@@ -54,6 +54,10 @@ class RobotTrack(Struct):
     steps: list[LongStep] = field(default_factory=list)
     beliefs: dict[str, Changes[RobotBelief | None]] = field(default_factory=dict)
     """Its knowledge about other robots, once it is recorded."""
+    waits: list[Objective | None] = field(default_factory=list)
+    """The objectives with which it has waited for help."""
+    driven: bool = False
+    """Whether a joint plan has moved it so far."""
 
     @property
     def pose(self) -> tuple[Region, Heading | None]:

@@ -138,15 +138,18 @@ class RobotProgress(Struct, frozen=True):
 
 class Hidden(Struct):
     """A hidden obstacle and its history: the ``actions`` of its needs in order; ``met``: the number
-    of fulfilled ones."""
+    of fulfilled ones; ``loads``: the robots that carry it. ``carried``: for each need but the last,
+    whether the robots that fulfilled it carry the obstacle to the next."""
 
     name: str
     type: str
     region: Region
     actions: tuple[str, ...]
     status: Changes[ObstacleStatus]
+    carried: tuple[bool, ...] = ()
     ordered: bool = False
     met: Changes[int] = field(default_factory=lambda: Changes.of(0))
+    loads: Changes[tuple[str, ...]] = field(default_factory=lambda: Changes.of(()))
 
     def state(self, tick: int) -> str:
         """Return its status and open needs in words: ``found, needs 'unlock', then 'push'``."""

@@ -266,7 +266,16 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser) -> None:
     assert not browser.all(".shading path[class]")
 
 
-def test_the_page_shows_charges(browser: Browser) -> None:
+def test_the_page_shows_loads_and_charges(browser: Browser) -> None:
+    carriers = run_of("loads").hidden["pallet@71"].loads
+    taken = next(tick for tick, by in carriers if by)
+    for tick in (taken - 1, taken):
+        shown = tick == taken
+        browser.open(page_of("loads"), f"#tick={tick}")
+        sign = browser.one('[data-robot="carrier"] .load').get_attribute("visibility")
+        assert sign == ("visible" if shown else "hidden")
+        assert ("carries pallet@shelf" in browser.one(".robots").text) == shown
+        assert bool(browser.all('[data-obstacle="pallet@71"] rect[fill="none"]')) == shown
     browser.open(page_of("charges"), "#tick=8")  # 15 of 20, 4 more in a tick at home, 7 steps
     assert browser.one(".robots .charge").text.strip() == "60 %"
     assert browser.errors() == []

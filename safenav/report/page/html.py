@@ -14,7 +14,7 @@ length, as in ``14,3,7,2``.
 import json
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from html import escape
 from importlib.resources import files
 from typing import Any, TypeVar
@@ -148,6 +148,7 @@ def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
                 for status, mark in GLYPHS.status.items()
             },
             "event": {kind.value: path for kind, path in GLYPHS.events.items()},
+            "load": GLYPHS.obstacles["crate"],
         },
     }
 
@@ -194,7 +195,7 @@ class _Rows:
                 for step in track.steps[bisect_left(track.steps, begin - 1, key=_last) :]
             ],
             "headings": "".join(facing) if len(facing) == len(headings) else None,
-            "tasks": self._changes(track.objectives, self._task),
+            "tasks": self._changes(track.objectives, partial(self._task, track)),
             "progress": self._changes(track.progress, self._progress),
             "charge": self._changes(track.charge, lambda percent: [percent]) or None,
             "sight": [*self._seen(track)],
@@ -204,9 +205,9 @@ class _Rows:
             },
         }
 
-    def _task(self, objective: Objective | None) -> list[Any]:
+    def _task(self, track: RobotTrack, objective: Objective | None) -> list[Any]:
         avoid = () if objective is None else objective.avoid
-        words = self._run.doing(objective)
+        words = self._run.doing(track, objective)
         return [words, sorted(target_regions(objective)), sorted(avoid)]
 
     def _seen(self, track: RobotTrack) -> Iterator[list[Any]]:
@@ -227,12 +228,16 @@ class _Rows:
         return [0, -1] if held is None else [int(held.seen), self._set(sorted(held.regions))]
 
     def _obstacle(self, hidden: values.Hidden) -> dict[str, Any]:
-        if self._begin and max(hidden.status[-1][0], hidden.met[-1][0]) < self._begin:
+        histories = (hidden.status, hidden.met, hidden.loads)
+        if self._begin and max(changes[-1][0] for changes in histories) < self._begin:
             return {}
         return {
             **_obstacle(hidden, self._run.map),
             "status": self._changes(hidden.status, lambda status: [status.value], whole=True),
             "met": self._changes(hidden.met, lambda needs: [needs], whole=True),
+            "carried": self._changes(
+                hidden.loads, lambda by: [[self._index[name] for name in by]], whole=True
+            ),
         }
 
     def _stack(self, stack: Sequence[values.StackRow]) -> list[Any]:

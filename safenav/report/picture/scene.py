@@ -40,6 +40,8 @@ RING = 0.34
 """Radius of a target's ring, in cells; those of further robots are smaller."""
 ASIDE = ((0.71, -0.71), (0.71, 0.71), (-0.71, 0.71))
 """Positions of the robots' shapes on the rings of one region, from its centre, in radii."""
+BADGE = 0.96
+"""Distance of a load from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
 """Line around the regions of ``never_together``."""
 _QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP}
@@ -162,9 +164,9 @@ def _rows(run: Run, tick: int, *, brief: bool) -> Iterator[_Row]:
         if not brief:
             model = f"{track.model}, {track.layer}" if track.layer else track.model
             row.add(model, 12, colour=floor.MUTED)
-            row.add(run.doing(track.objectives.at(tick)), 12)
-            if track.charge:
-                row.add(f"charge {track.charge.at(tick)} %", 12, colour=floor.MUTED)
+            row.add(run.doing(track, track.objectives.at(tick)), 12)
+            if equipment := run.equipment(track, tick):
+                row.add(equipment, 12, colour=floor.MUTED)
         yield row
     for hidden in () if brief else run.present(tick):
         row = _Row(svg.STATUS_MARKS[hidden.status.at(tick)])
@@ -279,6 +281,8 @@ class _Drawing(Struct):
             box |= {"stroke_width": 1.2 if dashes else 2, "stroke_dasharray": dashes}
             side = cell - 2.4
             self.page.rect(x + 1.2, y + 1.2, side, side, rx=cell * 0.08, **box)
+        if hidden.loads.at(self.tick):
+            return
         radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
         middle_x, middle_y = self._centre(hidden.region)
         shape = (svg.opened_pictogram if resolved else svg.obstacle_pictogram)(hidden.type)
@@ -292,16 +296,18 @@ class _Drawing(Struct):
         self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
 
     def _trail(self, track: RobotTrack, row: float, col: float, lane: float) -> None:
-        """Draw a robot's path of the last ticks in its own lane."""
+        """Draw a robot's path of the last ticks in its own lane, newer parts stronger."""
         shift = lane * min(0.09, 0.5 / max(1, len(self.run.robots))) * self.cell
         places = [*map(self._centre, self.run.trail(track, self.tick)), self._at(row, col)]
         points = [(x + shift, y + shift) for x, y in places]
         wide = max(1.5, self.cell * 0.055)
         line = {"fill": "none", "stroke": track.look.colour, "stroke_width": wide}
-        kept = [p for k, p in enumerate(points) if k == 0 or p != points[k - 1]]
-        if len(kept) > 1:
-            more = {"stroke_linejoin": "round", "stroke_opacity": 0.45}
-            self.page.path(svg.polyline(*kept), **line, **more)
+        for i, opacity in enumerate((0.25, 0.45, 0.7)):
+            part = points[len(points) * i // 3 : len(points) * (i + 1) // 3 + 1]
+            kept = [p for k, p in enumerate(part) if k == 0 or p != part[k - 1]]
+            if len(kept) > 1:
+                more = {"stroke_linejoin": "round", "stroke_opacity": opacity}
+                self.page.path(svg.polyline(*kept), **line, **more)
 
     def _targets(self) -> None:
         """Draw a ring in the robot's colour in each of its target regions, or a line around an
@@ -353,3 +359,11 @@ class _Drawing(Struct):
         if heading is not None:
             self.page.glyph(svg.GLYPHS.nose, x, y, radius * 0.92, heading, fill=floor.INK)
         draw_body(self.page, track.look, x, y, radius)
+        if loads := self.run.loads(track.name, self.tick):
+            held_x, held_y, side = x - BADGE * radius, y - BADGE * radius, 1.4 * radius
+            corner = (held_x - side / 2, held_y - side / 2, side, side)
+            self.page.rect(
+                *corner, rx=side / 12, fill="#FFFFFF", stroke=floor.INK, stroke_width=0.8
+            )
+            shape = svg.obstacle_pictogram(loads[0].type) or svg.GLYPHS.obstacles["crate"]
+            self.page.glyph(shape, held_x, held_y, radius * 0.6, fill=floor.INK)

@@ -1,4 +1,4 @@
-/* sources 477b0569c2dcc321716891f306f87402db6e95c1da35cd2dcb801190957ada39 */
+/* sources 7a410974059e05d57fb795b8e62cbc268773621ce166456b028983dbc23179e1 */
 /* Contains @codemirror/view:
 MIT License
 

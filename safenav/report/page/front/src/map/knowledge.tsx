@@ -21,6 +21,7 @@ export const Knowledge = memo(({ run, tick, grown }: KnowledgeProps) => (
   <>
     {run.obstacles.map((obstacle) => {
       const status = at(obstacle.status, tick)[1];
+      const carried = at(obstacle.carried, tick)[1].length > 0;
       if (status === "absent") return null;
       const [col, row] = placeOf(run, obstacle.region);
       const shape = grown > MOST_GROWN ? "" : status === "resolved" ? obstacle.opened : obstacle.shape;
@@ -33,19 +34,21 @@ export const Knowledge = memo(({ run, tick, grown }: KnowledgeProps) => (
           data-status={status}
           transform={`translate(${col * CELL} ${row * CELL})`}
         >
-          <rect {...INK.boxes[status]} x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
-          {shape && (
+          <rect {...INK.boxes[status]} {...(carried && { fill: "none" })} x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
+          {!carried && shape && (
             <path {...(status === "resolved" ? INK.opened : INK.sign)} transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={shape} />
           )}
-          <path
-            {...INK.sign}
-            transform={
-              shape
-                ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
-                : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
-            }
-            d={run.marks.status[status].path}
-          />
+          {!carried && (
+            <path
+              {...INK.sign}
+              transform={
+                shape
+                  ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
+                  : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
+              }
+              d={run.marks.status[status].path}
+            />
+          )}
         </g>
       );
     })}

@@ -4,9 +4,11 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
 import { INK } from "./shapes";
 import type { Player } from "../run/player";
-import { placeOf, type Pose, poseAt, type Robot, type Run, separate, tickAt } from "../run/run";
+import { loadsOf, placeOf, type Pose, poseAt, type Robot, type Run, separate, tickAt } from "../run/run";
 
 const BODY = 0.28 * CELL;
+/** The load beside the body: the place and the radius of its plate. */
+const LOAD = { at: -0.96 * BODY, radius: 0.7 * BODY, shape: 0.6 * BODY };
 /** The least radius of a robot, in pixels. */
 const LEAST = 8.5;
 const TRAIL = 24;
@@ -27,7 +29,14 @@ export function Robots({ run, player, camera }: MotionProps) {
   useLayoutEffect(() => {
     const robots = [...root.current!.children];
     const noses = robots.map((robot) => robot.querySelector(".nose"));
+    const loads = robots.map((robot) => robot.querySelector(".load")!);
     const draw = (moment: number): void => {
+      const tick = tickAt(run, moment);
+      loads.forEach((sign, i) => {
+        const [load] = loadsOf(run, i, tick);
+        sign.setAttribute("visibility", load ? "visible" : "hidden");
+        if (load) sign.querySelector("path")!.setAttribute("d", load.shape || run.marks.load);
+      });
       const grown = growth(camera, BODY, LEAST);
       const scale = grown === 1 ? "" : ` scale(${grown.toFixed(3)})`;
       separate(run.robots.map((robot) => poseAt(run, robot, moment))).forEach((pose, i) => {
@@ -49,6 +58,10 @@ export function Robots({ run, player, camera }: MotionProps) {
           <text {...INK.letters} y={look.drop * BODY} font-size={look.size * BODY} fill={look.ink}>
             {look.letters}
           </text>
+          <g class="load" transform={`translate(${LOAD.at} ${LOAD.at})`} visibility="hidden">
+            <rect x={-LOAD.radius} y={-LOAD.radius} width={2 * LOAD.radius} height={2 * LOAD.radius} rx={2} {...INK.plate} stroke-width={0.8} />
+            <path transform={`scale(${LOAD.shape})`} {...INK.shape} />
+          </g>
         </g>
       ))}
     </g>

@@ -64,6 +64,7 @@ export const Legend = memo(({ run, marks }: { run: Run; marks: ComponentChildren
 
 export function MapMarks({ run }: { run: Run }) {
   const { look } = run.robots[0]!;
+  const load = run.obstacles.find((obstacle) => obstacle.carried.length > 1);
   return (
     <>
       <Row words="wall">
@@ -79,6 +80,10 @@ export function MapMarks({ run }: { run: Run }) {
       </Row>
       <Row words="path of a robot" width={30}>
         <path {...INK.trail} d="M1 9h28" />
+      </Row>
+      <Row words="load that the robot carries" shown={load !== undefined} viewBox="-1.2 -1.2 2.4 2.4">
+        <rect x={-1.1} y={-1.1} width={2.2} height={2.2} {...INK.plate} stroke-width={0.1} />
+        <path d={load?.shape || run.marks.load} {...INK.shape} />
       </Row>
       <Row
         words="regions that the robot of this colour avoids"

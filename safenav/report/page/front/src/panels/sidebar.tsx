@@ -4,7 +4,7 @@ import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import type { Eye } from "../map/camera";
 import type { Player } from "../run/player";
-import { areaOf, at, HEADINGS, label, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
+import { areaOf, at, HEADINGS, label, loadsOf, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
 import { EventSign, RobotSign, StatusSign } from "./shell";
 
 interface PanelProps {
@@ -29,6 +29,7 @@ export function Robots({ run, tick, eye }: RobotsProps) {
           const facing = heading ? `, facing ${HEADINGS["NESW".indexOf(heading)]}` : "";
           const role = roleOf(robot.name, frames);
           const transit = transitAt(robot, tick);
+          const loads = loadsOf(run, i, tick);
           const charge = robot.charge ? at(robot.charge, tick)[1] : null;
           const onItsWay = transit ? `, in transit to ${label(run, transit[2])}` : "";
           return (
@@ -64,6 +65,7 @@ export function Robots({ run, tick, eye }: RobotsProps) {
                   at {label(run, robot.path[tick]!).replace(", ", ",\u00a0")}
                   {onItsWay}
                   {facing}
+                  {loads.length > 0 && ` · carries ${loads.map((load) => load.label).join(", ")}`}
                 </p>
               </div>
             </li>

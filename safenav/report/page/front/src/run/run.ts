@@ -111,6 +111,8 @@ export interface Obstacle {
   status: [tick: number, status: Status][];
   /** The number of its needs that are fulfilled. */
   met: [tick: number, needs: number][];
+  /** The robots that carry it. */
+  carried: [tick: number, robots: number[]][];
 }
 
 /** Helpers: who resolves the obstacle. */
@@ -156,6 +158,8 @@ export interface Run {
   marks: {
     status: Record<(typeof STATUSES)[number], { path: string; meaning: string }>;
     event: Record<EventKind, string>;
+    /** The silhouette of a load whose type has none. */
+    load: string;
   };
 }
 
@@ -197,6 +201,11 @@ export interface Pose {
   y: number;
   /** Degrees clockwise from north, or null. */
   heading: number | null;
+}
+
+/** The obstacles that a robot carries after a tick. */
+export function loadsOf(run: Run, robot: number, tick: number): Obstacle[] {
+  return run.obstacles.filter((obstacle) => at(obstacle.carried, tick)[1].includes(robot));
 }
 
 /** The step that a robot is making after a tick. */

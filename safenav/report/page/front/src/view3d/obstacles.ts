@@ -5,10 +5,12 @@
 
 import { Color, DoubleSide, Group, MeshLambertMaterial } from "three";
 import { at, isWall, tickAt, type Obstacle, type Run, type Status } from "../run/run";
-import { box, paint, pictogram, themeColour } from "./bodies";
+import { type Body, box, paint, pictogram, themeColour } from "./bodies";
 import { centreOf, type Motion } from "./motion";
 
 const HEIGHT = 1.5;
+/** The height of a robot's sign above its body, in metres. */
+const SIGN = 0.35;
 
 /** A box with the pictogram of its type; it shrinks as it is resolved. */
 class Block {
@@ -17,11 +19,10 @@ class Block {
   protected readonly material = new MeshLambertMaterial({ side: DoubleSide });
 
   constructor(
-    x: number,
-    y: number,
+    private readonly x: number,
+    private readonly y: number,
     private readonly size: number,
   ) {
-    this.group.position.set(x, y, 0);
     this.group.add(this.solid);
   }
 
@@ -30,6 +31,12 @@ class Block {
     this.solid.add(box(size, size, size, this.material, 0, 0, size / 2));
     if (shape) this.solid.add(pictogram(shape, 0.85 * size, size + 0.01));
     return this;
+  }
+
+  /** Put it on the robot that carries it, else in its region. */
+  place(carrier: Body | undefined): void {
+    if (carrier) this.group.position.copy(carrier.group.position).setZ(carrier.group.position.z + carrier.top - SIGN);
+    else this.group.position.set(this.x, this.y, 0);
   }
 
   /** `gone` runs from 0 to 1 while it is being resolved. */
@@ -76,6 +83,7 @@ export class Obstacles {
   constructor(
     private readonly run: Run,
     private readonly motion: Motion,
+    private readonly bodies: Body[],
   ) {
     this.things = run.obstacles.map((obstacle) => this.made(obstacle));
     for (const thing of this.things) this.group.add(thing.group);
@@ -84,7 +92,9 @@ export class Obstacles {
   update(tick: number, seconds: number): void {
     this.run.obstacles.forEach((obstacle, i) => {
       const status = at(obstacle.status, tick)[1];
-      this.things[i]!.show(status, this.resolved(obstacle, status, seconds));
+      const carrier = this.bodies[at(obstacle.carried, tick)[1][0] ?? -1];
+      this.things[i]!.show(status, carrier ? 0.5 : this.resolved(obstacle, status, seconds));
+      this.things[i]!.place(carrier);
     });
   }
 
