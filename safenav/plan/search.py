@@ -24,7 +24,7 @@ Goal = Callable[[Joint], bool]
 ORDERS = FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
 MANY, ROLLS, MOST_OF_A_ROLL = 60, 8, 2
 FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
-SINGLES, PROOF, PROOF_TURN = 4_000, 60_000, 2
+FEWEST, SINGLES, PROOF, PROOF_TURN = 4, 4_000, 60_000, 2
 LEG, CHAIN, LEGS = 8, 4_000, 50
 EXTRA, TRIES = 20_000, 3
 
@@ -70,7 +70,7 @@ class Search:
         first round that it has not tried yet."""
         if self.goal(self.start):
             return [self.start]
-        few = len(self.floor.robots) <= 4
+        few = len(self.floor.robots) <= FEWEST
         if not self._turn and len(self.floor.robots) > MANY and (found := self._rolled()):
             return found
         while self._turn < until and self.work > 0:
@@ -95,7 +95,7 @@ class Search:
     def others(self) -> Iterator[list[Joint]]:
         """Yield the plans of other searches: one deep search often finds a long one."""
         self.work = min(self.work, EXTRA)
-        if len(self.floor.robots) <= 4:
+        if len(self.floor.robots) <= FEWEST:
             found = self.singles(SINGLES // 4)
             yield from () if isinstance(found, Exhausted | None) else (found,)
         for how in (STATIC, ONE) * TRIES:

@@ -5,12 +5,13 @@ from itertools import combinations, pairwise
 
 from safenav.components import explored
 from safenav.plan.order import plan_of, preview
+from safenav.plan.search import FEWEST
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
 from safenav.world.poses import Mask, bits, region_mask
 
 REPEATS, MANY = 4, 100
-FEW, FEWEST = 12, 4
+FEW = 12
 MOST_CELLS = 40_000
 MUCH, PATIENCE = 1.2, 3
 

@@ -444,7 +444,8 @@ def _end(e: Line, s: State, lost: Collection[str]) -> str:
     if what == "completed":
         often = "once" if rounds == 1 else f"{rounds} times"
         stay = [name for name, robot in s.robots.items() if robot.own.settles]
-        last = f", and {' and '.join(stay)} stay at the last target" if stay else ""
+        stays = "stays" if len(stay) == 1 else "stay"
+        last = f", and {' and '.join(stay)} {stays} at the last target" if stay else ""
         message = f"every robot has met its objective {often} after the last resolution"
         return f"The mission is completed: {message}{last}."
     if what == "tick_limit":

@@ -1,5 +1,5 @@
 """A writer of SVG elements, text widths for the layout of legends, and glyphs: marks of states and
-events, silhouettes of robots and obstacles, also of the pages.
+events, silhouettes of obstacles, also of the pages.
 
 The advance widths are those of DejaVu Sans, the font of PNG and GIF, which is wider than the
 fallback fonts of other renderers: text that fits here fits everywhere."""
