@@ -292,10 +292,8 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     if isinstance(task.objective, Ltl):
         return Diagnosis(None, confined=walkable.regions)
     solo = _solo(task, world)
-    plain = replace(task, objective=alternation(task.targets, task.objective))
-    ends = task.assignable and task.objective.settles and not _solo(plain, world).winnable
-    if solo.winnable:  # with assignable goals it must not end in a region that it cannot leave
-        return Diagnosis(NoStrategyCause.ONE_WAY if ends else None, confined=solo.regions)
+    if solo.winnable:
+        return Diagnosis(None, confined=solo.regions)
     lost = tuple(t for t in task.targets if not walkable.reaches(t))
     found = Diagnosis(NoStrategyCause.NO_WAY, lost, walkable.regions)
     if not _connected(task, world):
@@ -308,6 +306,7 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
     free = replace(task, objective=task.objective.changed(always=()))
     if task.objective.always and _solo(free, world).winnable:
         return replace(found, cause=NoStrategyCause.FORBIDDEN_WAY)
+    plain = replace(task, objective=alternation(task.targets, task.objective))
     if task.objective.strict and _solo(plain, world).winnable:
         return replace(
             found,
@@ -409,12 +408,6 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
         case NoStrategyCause.ONE_WAY:
             if found.lost:
                 return f"its mobility allows no path from {here} to {lost}"
-            if task.assignable and task.objective.settles:
-                last = world.labels(task.objective.targets[-1])
-                return (
-                    f"with 'coordination: assignable' it must be able to leave {last} again; "
-                    "with 'resynthesis' it may end there"
-                )
             return "its mobility allows it to enter a region on the path, but not to leave it"
     if isinstance(task.objective, Ltl):
         inputs = " or ".join(task.objective.inputs)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from safenav.scenario.yaml.findings import Findings
 
 OWN_VARIABLES = frozenset({"region", "heading"})
-RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "request", "wait", "assigned"}
+RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "assigned"}
 """Words of formulas, and variables that specifications declare themselves, with those of the
 following prefixes."""
 PREFIXES = ("busy_", "at_")

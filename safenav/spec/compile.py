@@ -49,7 +49,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     """
     robot = task.robot
     avoiding = bool(task.avoids)
-    own, goals = encode(task)
+    own, goals = encode(task, world)
     steered = task.assignable
     variables = [
         *(assignable.inputs(world) if steered else ()),
@@ -139,7 +139,7 @@ SOURCE_HOLD = "paper, Section VI, Patrol(s, s)"
 SOURCE_OBJECTIVE = "design, objectives"
 
 
-def encode(task: Task) -> tuple[list[Variable], list[Constraint]]:
+def encode(task: Task, world: RegionMap) -> tuple[list[Variable], list[Constraint]]:
     """Return the variables and constraints of a task's objective. While a goal is assigned to the
     robot at runtime, its own goals are excused."""
     objective, item = task.objective, f"{task.item}.objective"
@@ -156,9 +156,9 @@ def encode(task: Task) -> tuple[list[Variable], list[Constraint]]:
         goal = objective.turn if objective.remembers(task.assignable) else ""
         bounds = (0, len(objective.targets) - 1)
         following = Variable(goal, Owner.OUTPUT, bounds, "the target whose turn it is")
-        variables, found = [following] if goal else [], _pursuit(task, item, goal)
+        variables, found = [following] if goal else [], _pursuit(task, world, item, goal)
     constraints = [
-        assignable.excused(each)
+        assignable.excused(each, world)
         if task.assignable and each.section is Section.SYS_LIVENESS
         else each
         for each in found
@@ -196,7 +196,7 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
     yield from (*away, *goals)
 
 
-def _pursuit(task: Task, item: str, goal: str) -> Iterator[Constraint]:
+def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Constraint]:
     """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
     infinitely often. Without it the first target is next: a strategy takes its goals in their
     order, and a robot that is at each infinitely often is also at each in turn."""
@@ -226,7 +226,7 @@ def _pursuit(task: Task, item: str, goal: str) -> Iterator[Constraint]:
         now = f"{goal} = {last} & region = {place}" if goal else f"region = {place}"
         rule = origin("at the last one, stay" if goal else "once there, stay")
         rest = Constraint(Section.SYS_TRANS, f"{now} -> region' = {place}", rule, (place,))
-        yield assignable.excused(rest) if task.assignable else rest
+        yield assignable.excused(rest, world) if task.assignable else rest
     ordered = objective.in_turn and not goal
     recur = "at each target in turn" if goal else "at each target"
     recur += ", beginning with the next" if ordered and last else ""

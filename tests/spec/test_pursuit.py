@@ -84,7 +84,7 @@ def rules(specification: Specification, section: str, item: str = "") -> list[Tr
 
 
 def values(memory: int, region: int) -> dict[str, int]:
-    return {"region": region, "scout": memory, "goal": memory, "request": 0}
+    return {"region": region, "scout": memory, "goal": memory, "assigned": 9}
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES, ids=str)

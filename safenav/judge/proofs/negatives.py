@@ -339,8 +339,6 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         here = case.start[name]
         for target in own.targets[min(robot.progress.turn or 0, own.count - 1) :]:
             here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
-        if s.scenario.coordination != "resynthesis":  # it may be sent away, and must come back
-            here = frozenset(p for p in here if _comes_back(name, p, case))
         return bool(here)
     if own.kind == "ltl" and memory is not None:
         fresh = formulas.names and not memory
@@ -355,11 +353,6 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         turns = stale or _keeps_order(robot, case, turn)
         return turns and case.can_continue(name, case.start[name], ())
     return case.can_continue(name, case.start[name], ())
-
-
-def _comes_back(name: str, pose: Pose, case: Case) -> bool:
-    away = frozenset(to for to in case.steps[name].get(pose, ()) if to[0] != pose[0])
-    return pose in case.reach(name, away, ())
 
 
 def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:

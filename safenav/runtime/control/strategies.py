@@ -17,7 +17,7 @@ from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.model import Clock
 from safenav.scenario.objective import Objective, Word, describe, formulas_in
-from safenav.spec.assignable import assignable_regions, neutral
+from safenav.spec import assignable
 from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
 from safenav.spec.compile import compile_task
 from safenav.spec.task import (
@@ -74,8 +74,7 @@ class Controller(Struct, frozen=True, eq=False):
     @property
     def node(self) -> int | None:
         strategy = self.result.strategy
-        begins = values_of(self.task.pose) | ({"wait": 0} if self.task.assignable else {})
-        return None if strategy is None else strategy.find_initial(begins)
+        return None if strategy is None else strategy.find_initial(values_of(self.task.pose))
 
     def steps(self, node: int, heard: Mapping[str, int]) -> list[tuple[int, int | None, int]]:
         """Return the strategy's successors for these inputs: region, heading, node."""
@@ -311,14 +310,12 @@ def commanded(
     robot, member, task = state.robots[i], team.members[i], found.task
     assert robot.node is not None and found.result.strategy is not None
     before, graph = found.result.strategy.values(robot.node), member.graph
-    possible = assignable_regions(task, team.world)
-    idle, own = neutral(possible), role.objective == member.objective
-    others, shut = heard(team, state, i, task), closed(team, state, i)
+    possible = assignable.assignable_regions(task, team.world)
+    own, none = role.objective == member.objective, assignable.own(team.world)
+    others, shut, here = heard(team, state, i, task), closed(team, state, i), before["region"]
 
-    def steps(node: int, place: int | None, *, wait: bool = False) -> list[Step]:
-        signal = {"request": place is not None, "wait": wait, "assigned": idle}
-        signal |= {} if place is None else {"assigned": place}
-        return found.steps(node, others | {name: int(value) for name, value in signal.items()})
+    def steps(node: int, place: int) -> list[Step]:
+        return found.steps(node, others | {"assigned": place})
 
     def number(step: Step) -> int:
         return step[0] if step[1] is None else step[1] * team.size + step[0]
@@ -326,10 +323,10 @@ def commanded(
     free = member.floor & ~graph.on(shut) & (-1 if safe is None else safe)
     goal = _goal(team, state, i, role) & (free | 1 << robot.pose)
     if own and (not shut or goal >> robot.pose & 1):
-        return steps(robot.node, None)
+        return steps(robot.node, none)
     field = graph.distances(goal, free)
 
-    def leads(step: Step | None, place: int | None) -> bool:
+    def leads(step: Step | None, place: int) -> bool:
         """Return whether this step and the next ones of the strategy lead nearer to the goal."""
         for _ in range(MOST_STEPS):
             if step is None or not free >> number(step) & 1:
@@ -344,20 +341,20 @@ def commanded(
         return min(field[pose] for pose in bits(graph.on({region}))), region
 
     if not 0 < field[robot.pose] < FAR:
-        return steps(robot.node, None, wait=True)
-    sent = before["assigned"] if before["request"] and not before["wait"] else None
-    memory, pose = dict(robot.values), graph.pose(robot.pose)
-    places: list[int | None] = [sent]
-    if sent is None:
-        places = [r for r in sorted(possible.places, key=near) if possible.allows(pose, memory, r)]
-        places = [None, *places] if own else [*places, None]
+        return steps(robot.node, here)
+    places, now = [before["assigned"]], (graph.pose(robot.pose), robot.values)
+    if places[0] in (none, here):
+        places = [
+            place for place in sorted(possible.places, key=near) if possible.allows(now, place)
+        ]
+        places = [none, *places] if own else [*places, none]
     strategy = found.result.strategy
     for node in dict.fromkeys((robot.node, *strategy.nodes_with(strategy.values(robot.node)))):
         for place in places:
             for step in steps(node, place):
                 if leads(step, place):
                     return [step]
-    return steps(robot.node, None, wait=True)
+    return steps(robot.node, here)
 
 
 def _goal(team: Team, state: State, i: int, role: Role) -> Mask:

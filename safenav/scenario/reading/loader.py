@@ -24,7 +24,7 @@ from safenav.scenario.model import (
     Scenario,
     actions_of,
 )
-from safenav.scenario.objective import Ltl, kinds_that
+from safenav.scenario.objective import kinds_that
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
@@ -193,10 +193,6 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     return scenario
 
 
-_ASSIGNABLE = "'coordination: assignable' cannot"
-_RESYNTHESIS = "use 'coordination: resynthesis'"
-
-
 def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
     """Return the errors of a scenario that may differ from its file, without places."""
     findings = Findings(scenario.source)
@@ -217,19 +213,16 @@ def check_assignable(
 ) -> None:
     """Report settings with which 'coordination: assignable' (at ``node``) is impossible: a goal
     assigned at runtime may lie beyond a target, or be a target."""
-    for robot in team:
-        if robot.while_waiting is not None:
-            found = f"{_ASSIGNABLE} keep 'while_waiting' of {robot.name}"
-            findings.add(node, found, f"leave out the key, or {_RESYNTHESIS}")
-        if isinstance(robot.objective, Ltl) and robot.objective.inputs:
-            found = f"{_ASSIGNABLE} use inputs in 'ltl' of {robot.name}"
-            findings.add(node, found, _RESYNTHESIS)
     given = [(robot.name, robot.objective) for robot in team]
     given += [(robot.name, objective) for robot in team for _, objective in robot.when]
     given += [(change.robot, change.objective) for change in changes if change.objective]
-    for name in dict.fromkeys(n for n, o in given if o.literal):
-        found = f"{_ASSIGNABLE} keep 'form: literal' of {name}"
-        findings.add(node, found, f"leave out the form, or {_RESYNTHESIS}")
+    parts = [(robot.name, "'while_waiting'") for robot in team if robot.while_waiting is not None]
+    parts += [(robot.name, "inputs in 'ltl'") for robot in team if robot.objective.inputs]
+    parts += [(robot.name, "the battery") for robot in team if robot.model.battery is not None]
+    parts += [(name, "'form: literal'") for name, objective in given if objective.literal]
+    for name, part in dict.fromkeys(parts):
+        found = f"'coordination: assignable' cannot keep {part} of {name}"
+        findings.add(node, found, "leave it out, or use 'coordination: resynthesis'")
 
 
 def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
@@ -247,9 +240,6 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
             found = f"{robot.name} has a battery, and an objective without an order of its targets"
             hint = f"use {one_of(kinds_that(lambda kind: kind.ordered()), chr(39))}"
             report(found, hint, "robots", robot.name)
-        if scenario.coordination is Coordination.ASSIGNABLE:
-            found = f"{robot.name} has a battery, which 'coordination: assignable' does not support"
-            report(found, "use 'resynthesis'", "coordination")
         if not scenario.chargers:
             if scenario.flat is None and (item is None or item.get("chargers") is None):
                 found = f"{robot.name} has a battery, and the scenario has no charger"
