@@ -52,9 +52,10 @@ QUICK := tests/architecture tests/formula tests/judge tests/scenario tests/spec 
 quick: install lint ## lint, types and unit tests, in under a minute
 	$(BIN)/pytest -n $(JOBS) --dist worksteal -q -m "not slow" $(QUICK)
 
-golden: install ## rewrite the transcripts of commands: review the diff
-	SAFENAV_GOLDEN=1 $(BIN)/pytest -q tests/cli/test_transcripts.py tests/report/test_transcripts.py tests/slugs/test_command.py \
-	  tests/explain/test_commands.py tests/cli/test_export_bag.py tests/motion/test_motion.py tests/scenario/test_documentation.py tests/traces/test_records.py
+golden: install ## rewrite the transcripts of commands and the tallies of runs: review the diff
+	SAFENAV_GOLDEN=1 $(BIN)/pytest -q -n $(JOBS) --dist worksteal tests/cli/test_transcripts.py tests/report/test_transcripts.py tests/slugs/test_command.py \
+	  tests/explain/test_commands.py tests/cli/test_export_bag.py tests/motion/test_motion.py tests/scenario/test_documentation.py tests/traces/test_records.py \
+	  tests/runtime/test_cases.py tests/campaigns/test_campaign.py
 
 install: $(VENV)/.installed
 

@@ -116,14 +116,14 @@ def cases() -> Iterator[Any]:
                 yield pytest.param(changed, facts, id=name)
 
 
-def hold(text: str, facts: Facts) -> None:
-    """Check the facts about a scenario and its run."""
+def hold(text: str, facts: Facts) -> Run | None:
+    """Check the facts about a scenario and its run, if there is one; return the run."""
     facts = dict(facts)
     if "refused" in facts:
         with pytest.raises(SafenavError) as error:
             Mission(loaded(text))
         _has(str(error.value), facts["refused"])
-        return
+        return None
     run = staged(text, facts)
     edits = facts.pop("damaged", ())
     cut = facts.pop("cut", None)
@@ -147,6 +147,7 @@ def hold(text: str, facts: Facts) -> None:
             _has(said, () if proven is True else proven)
             for edit in forged:
                 _forged(made.path, edit)
+    return run
 
 
 def staged(text: str, facts: Facts) -> Run:

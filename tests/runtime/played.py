@@ -3,6 +3,7 @@
 import json
 import re
 import textwrap
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -59,6 +60,18 @@ class Run:
         while "(" in told:
             told = re.sub(r" \([^()]*\)", "", told)
         return told.split(", ") if told else []
+
+    @property
+    def tally(self) -> str:
+        """The outcome, when the run ended, and how many lines of each type the trace has, moves by
+        what they followed, checkpoints and syntheses apart."""
+        end = self.outcome
+        kinds = Counter(
+            " ".join(filter(None, (one["type"], one.get("by")))) for one in self.records
+        )
+        apart = ("header", "outcome", "checkpoint", "synthesis")
+        told = ", ".join(f"{kinds[kind]} {kind}" for kind in sorted(kinds) if kind not in apart)
+        return f"{end['outcome']} at {round(end.get('makespan', end['tick']), 3)}; {told}"
 
     @property
     def lines(self) -> list[str]:

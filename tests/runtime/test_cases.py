@@ -15,7 +15,9 @@ from runtime.facts import Facts, cases, hold
 from runtime.played import completed
 from runtime.worlds import Uneven
 from safenav import Clock, check_trace, load_scenario
+from support.transcripts import golden_row
 
+TALLIES = Path(__file__).with_name("tallies.txt")
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 LIVE = [
     *("case_study_2", "beam", "corridor_swap", "team_of_six"),
@@ -24,8 +26,12 @@ LIVE = [
 
 
 @pytest.mark.parametrize(("text", "facts"), [*cases()])
-def test_a_case_has_the_stated_facts(text: str, facts: Facts) -> None:
-    hold(text, facts)
+def test_a_case_has_the_stated_facts(
+    text: str, facts: Facts, request: pytest.FixtureRequest
+) -> None:
+    """A change of the tally is one of a behaviour: `make golden` shows which runs it reaches."""
+    if run := hold(text, facts):
+        golden_row(request.node.callspec.id, run.tally, TALLIES)
 
 
 @pytest.mark.slow

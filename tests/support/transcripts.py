@@ -13,6 +13,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from once import FOLDER, locked
+
 Run = Callable[[list[str], Mapping[str, str]], tuple[int, str]]
 """Runs a command with more variables; returns its exit status and all its output."""
 
@@ -72,6 +74,16 @@ def golden(found: str, file: Path) -> None:
     if os.environ.get("SAFENAV_GOLDEN"):
         file.write_text(found, encoding="utf-8")
     assert found == file.read_text(encoding="utf-8")
+
+
+def golden_row(name: str, found: str, file: Path) -> None:
+    """Assert that a table has this row, ``NAME: FOUND``, or rewrite it."""
+    with locked(Path(os.environ[FOLDER]) / f"{file.parent.name}.lock"):
+        rows = dict(row.rpartition(": ")[::2] for row in file.read_text().splitlines())
+        if os.environ.get("SAFENAV_GOLDEN"):
+            rows[name] = found
+            file.write_text("".join(f"{key}: {rows[key]}\n" for key in sorted(rows)))
+    assert found == rows.get(name)
 
 
 def rounded(data: Any, digits: int = 5) -> Any:
