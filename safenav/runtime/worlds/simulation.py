@@ -207,11 +207,11 @@ class SimulatedWorld:
 
     def _changes(self, i: int) -> tuple[tuple[int, Stage], ...]:
         pairs = enumerate(zip(self._team.obstacles, self._state.obstacles, strict=True))
-        there = ((k, each) for k, (each, now) in pairs if now.known)
+        there = ((k, each, now.stage.need) for k, (each, now) in pairs if now.known)
         known = [
             k
-            for k, each in there
-            if each.name in self.cleared or not any(need.takes for need in each.needs)
+            for k, each, number in there
+            if each.name in self.cleared or not each.needs[number].takes
         ]
         return acts_on(self._team, self._state, self._regions, i, known)
 
