@@ -156,14 +156,14 @@ def starving(team: Team, state: State) -> bool:
     """Return whether a robot that waits off the chargers has to go to one now, since it has less
     charge than its plan foresees, or the plan has ended."""
     plan = state.plan
-    if plan is None or not plan.charges:
+    if plan is not None and not plan.charges:
         return False
     for i in team.charged:
         spare, robot = _spare(team, state, i), state.robots[i]
         ready = spare is not None and robot.idle and robot.active
         if spare is None or not ready or next_step(team, state, i) is not None:
             continue
-        late = robot.charge < _foreseen(plan, state, i)
+        late = plan is None or robot.charge < _foreseen(plan, state, i)
         if late and -_slack(team, i) <= spare <= EARLY:  # it still reaches a charger
             return True
     return False
