@@ -11,28 +11,33 @@ from safenav.judge.state import State
 def listed(e: Line, s: State) -> Iterator[str]:
     """In a simulated world, an obstacle that the scenario does not list appears during the run; in
     a live run it may also represent a lost robot, or something unknown that blocks a layer."""
-    layers = {robot.data.layer for robot in s.robots.values()}
-    made = {f"lost_{name}" for name in s.names} | {f"unknown_{layer}" for layer in layers}
-    fits = s.external or (s.live and e.obstacle.type.name in made)
+    fits = s.external or (s.live and _is_made(e.obstacle.type.name, s))
     if e.obstacle.appears is None and not fits:
         yield f"the scenario has no {e.obstacle.name}"
 
 
+def _is_made(kind: str, s: State) -> bool:
+    """Return whether obstacles of a type represent failures of robots."""
+    layers = {robot.data.layer for robot in s.robots.values()}
+    return kind in {f"lost_{n}" for n in s.names} | {f"unknown_{layer}" for layer in layers}
+
+
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered by the scenario, by a user, or by a world
-    that is not simulated; none that a scenario or a user adds appears where a robot is."""
+    """Obstacles appear, disappear and are ordered by the scenario, by a user, or by a world that is
+    not simulated; none that a scenario or a user adds appears where a robot is. Their truths change
+    only as they appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         if not one.there or one.blocks or not (one.ordered or s.external or e.cause == "user"):
             yield f"{one.name} is not an order of the scenario"
         return
-    if e.cause == "world" and not (s.external or s.live):
+    fails = s.live and (_is_made(one.type, s) or s.operated == e.tick)
+    if e.cause == "world" and not (s.external or fails):
         yield f"a simulated world changes {one.name}, which the scenario does not"
     if e.kind == "truth":
-        again = [each for each in s.scenario.obstacles if each.name == one.name]
-        stated = (each.traversable for each in again if (each.appears or now + 1) <= now)
-        if e.cause == "scenario" and e.traversable not in stated:
+        stated = e.traversable == one.truth if e.cause == "scenario" else one.since == e.tick
+        if not (s.external or (stated and one.there)):
             yield f"the scenario does not state that {one.name} is {e.traversable} at {now:g}"
         return
     if (e.kind == "appeared") is one.present:
@@ -150,22 +155,28 @@ def _taken(region: int, now: float, s: State) -> bool:
     return any(one.open and not one.ordered for one in s.at[region])
 
 
+def listed_times(s: State) -> list[float]:
+    """Return the times at which the scenario may change something."""
+    spans = ((one.appears, one.goes) for one in s.scenario.obstacles)
+    return _certain_times(s) + [float(t) for span in spans for t in span if t is not None]
+
+
+def _certain_times(s: State) -> list[float]:
+    spans = (span for each in s.scenario.inputs for span in each.spans)
+    times = [one.at for one in s.scenario.changes]
+    return [float(t) for t in (*times, *(t for a, b in spans for t in (a, b + 1)))]
+
+
 def later_change(e: Line, s: State) -> float | None:
     """Return the next time at which the scenario certainly changes something, within its limits."""
-    now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
-    times = [float(change.at) for change in s.scenario.changes if change.at > now]
+    now = (e.t or s.time) if s.live else s.tick
+    times = [t for t in _certain_times(s) if t > now]
     for change in s.changes:
         applied = change.active is not s.robots[change.robot].out and change.objective is None
         times += [now] * (change.at == now and not applied)
-    for each in s.scenario.inputs:
-        times += [float(t) for span in each.spans for t in (span[0], span[1] + 1) if t > now]
-    listed = [one.name for one in s.scenario.obstacles]
-    for one in s.obstacles.values():
-        if one.goes is not None and one.goes > now and one.present and listed.count(one.name) == 1:
-            times.append(float(one.goes))
-    last = (limits.seconds if s.live else None) or limits.ticks
-    times = [t for t in times if last is None or t <= last]
-    return None if s.external else min(times, default=None)
+    goes = [one.goes for one in s.obstacles.values() if one.goes is not None and one.present]
+    times += [float(t) for t in goes if t > now]
+    return None if s.external else min((t for t in times if t <= s.limit), default=None)
 
 
 @rule("move", "depart")

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from safenav.judge.changes import later_change
+from safenav.judge.changes import later_change, listed_times
 from safenav.judge.lines import Line
 from safenav.judge.proofs.bounds import lost_problems, refused_problems
 from safenav.judge.proofs.negatives import negative_problems, shut_problems
@@ -10,14 +10,11 @@ from safenav.judge.rules import NotJudged, rule
 from safenav.judge.state import Robot, State
 from safenav.judge.world import TooLargeError
 
-SLOWEST = 20
-"""Seconds per tick of the limit, for a simulated live run without one in seconds."""
-
 
 @rule("header")
 def header(_: Line, s: State) -> Iterator[str]:
     """The scenario is consistent: free starts, robots in conflict at different ones, headings where
-    needed, and entries of one obstacle that agree."""
+    needed, batteries at most full, and entries of one obstacle that agree."""
     for name, robot in s.robots.items():
         region = robot.pose[0]
         if region not in s.world.free:
@@ -33,6 +30,8 @@ def header(_: Line, s: State) -> Iterator[str]:
                     yield f"{name} and {other} start together in {sorted(regions)}"
         if region in robot.own.avoid:
             yield f"{name} starts in {s.show(region)}, which it avoids"
+        if robot.data.battery and robot.data.battery.start > robot.data.battery.capacity:
+            yield f"{name} starts with more charge than its battery has"
         for one in s.closing(name, region):
             yield f"{name} starts at {s.show(region)} with {one.name}"
     for data in s.scenario.obstacles:
@@ -59,14 +58,16 @@ def time(e: Line, s: State) -> Iterator[str]:
 
 @rule("goal")
 def goal(e: Line, s: State) -> Iterator[str]:
-    """A robot that meets a target is in its region; the goals of formulas are met by its last step,
-    or by staying, with some possible memory. In lockstep, a step meets each goal once, and of goals
-    in turn only one."""
+    """A robot that meets a target is in its region, and not lost; the goals of formulas are met by
+    its last step, or by staying, with some possible memory. In lockstep, a step meets each goal
+    once, and of goals in turn only one."""
     robot = s.robots[e.robot]
     own, given, here = robot.own, robot.given, robot.pose[0]
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
         return
+    if robot.lost:
+        yield f"{e.robot} is lost"
     if robot.bound is not None:
         yield f"{e.robot} is in transit to {s.show(robot.bound)}"
     if own.kind == "ltl" and given.serves(own) and not own.formulas.goals:
@@ -86,25 +87,37 @@ def goal(e: Line, s: State) -> Iterator[str]:
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
-    can meet it; an obstacle is excused once it need not be resolved."""
-    one, due = s.obstacles.get(e.of), (s.kept if e.verdict == "kept" else s.past | s.dues).get(e.of)
+    can meet it; an obstacle is excused once it need not be resolved, a round if the robot did
+    something else in it or the one before."""
+    due = (s.kept if e.verdict == "kept" else s.past | s.dues).get(e.of)
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
     elif e.due != due and e.verdict != "excused":
         yield f"{e.of} is due in {'no tick' if due is None else f'tick {due}'}, not {e.due}"
     elif e.verdict == "lost":
         yield from _proven(lost_problems(e, s))
-    elif e.verdict == "excused" and (one.open and not one.shut if one else e.of == "mission"):
+    elif e.verdict == "excused" and not _is_excused(e.of, s):
         yield f"{e.of} is still due"
+    elif e.verdict == "late" and e.of in s.robots and _is_excused(e.of, s):
+        yield f"{e.of} is excused"
     elif e.verdict == "late" and e.due >= e.tick:
         yield f"the deadline of {e.of} is in tick {e.due}, so it is not missed in tick {e.tick}"
     elif e.verdict == "kept" and e.tick > e.due:
         yield f"the deadline of {e.of} was in tick {e.due}, so it is not kept in tick {e.tick}"
 
 
+def _is_excused(of: str, s: State) -> bool:
+    """Return whether a deadline need not be kept."""
+    if robot := s.robots.get(of):
+        return robot.away or robot.was_away
+    one = s.obstacles.get(of)
+    return one is not None and (one.shut or not one.open)
+
+
 @rule("outcome")
 def deadlines(e: Line, s: State) -> Iterator[str]:
-    """The outcome lists each missed deadline, and no other."""
+    """The outcome lists each missed deadline, and no other; the deadline of the mission is kept as
+    it is completed."""
     late, over = {*(e.late or ())}, s.overdue(e.tick)
     missed = s.missed | over if e.outcome == "completed" else s.missed - over
     if forgotten := missed - late:
@@ -112,6 +125,8 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
     if more := late - missed - over:
         yield f"no deadline of {', '.join(sorted(more))} was missed"
     stops = not s.live and s.scenario.late == "stop"
+    if s.promised is not None and (e.outcome != "completed" or s.promised != e.tick):
+        yield f"the mission was not completed in tick {s.promised}"
     if e.outcome == "late" and not (stops and late):
         yield "no missed deadline ends the run"
     yield from _proven(refused_problems(e, s)) if e.refused else ()
@@ -121,8 +136,9 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as the scenario requires since the
     last resolution, and each robot with a last target is there; a live run states the rounds of a
-    stay there. A run ends at a limit when it reaches it, not earlier or later."""
-    limits, wanted = s.scenario.limits, s.scenario.until.rounds
+    stay there. It has no cause to fail. A run ends at a limit when it reaches it, not earlier or
+    later."""
+    wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)
         if s.live and robot.own.settles and rounds:
@@ -145,19 +161,22 @@ def end(e: Line, s: State) -> Iterator[str]:
         undone, later = sorted(n for n in s.orders if s.obstacles[n].open), later_change(e, s)
         if undone and later is not None:
             yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
-        last = limits.seconds if s.live else limits.ticks
-        to_come = [one for one in s.coming if one.ordered and (last is None or one.appears <= last)]
+        to_come = [one for one in s.coming if one.ordered and one.appears <= s.limit]
         if to_come and not s.external:
             yield f"{to_come[0].name} is still to be ordered"
-    limit = limits.seconds if s.live else limits.ticks
+        if e.cause or e.proof or e.unrealizable or e.refused:
+            yield "a completed run has no cause to fail"
     if not s.live and e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
         yield f"the run ends in tick {e.tick}, not {e.ticks}"
-    if e.outcome == "tick_limit" and (s.live or e.tick != limit):
-        yield f"the limit of {limit} ticks is not reached"
-    if not s.live and s.tick > limits.ticks + 1:
-        yield f"the limit is {limits.ticks} ticks"
-    if s.live and not s.external and s.time > (most := limits.seconds or limits.ticks * SLOWEST):
-        yield f"the limit is {most:g} s"
+    if e.outcome == "tick_limit" and (s.live or e.tick != s.limit):
+        yield f"the limit of {s.limit} ticks is not reached"
+    moves = any(robot.bound is not None or robot.acts for robot in s.robots.values())
+    if e.outcome == "time_limit" and s.live and not s.external and moves and e.t < s.limit:
+        yield f"the limit of {s.limit:g} s is not reached"
+    if not s.live and s.tick > s.limit + 1:
+        yield f"the limit is {s.limit} ticks"
+    if s.live and not s.external and s.time > s.limit:
+        yield f"the limit is {s.limit:g} s"
     if e.outcome == "unrealizable":
         if s.moves:
             yield "unrealizable is for runs that never begin, but robots have moved"
@@ -168,21 +187,26 @@ def end(e: Line, s: State) -> Iterator[str]:
             yield NotJudged(f"whether {names} is unrealizable (a bundle proves it)")
 
 
-@rule("outcome", "waiting")
+@rule("assumption", "outcome", "waiting")
 def assumption(e: Line, s: State) -> Iterator[str]:
-    """A run that ends or waits because other robots have violated an assumption records that."""
-    if e.outcome == "assumption_violated" and not s.assumptions:
+    """A run that ends or waits because other robots have violated an assumption records that. Only
+    a robot whose strategy observes others has one."""
+    if e.kind == "assumption" and not s.robots[e.robot].observes:
+        yield f"the strategy of {e.robot} observes no robot"
+    elif e.outcome == "assumption_violated" and not s.assumptions:
         yield "no line records a violated assumption"
 
 
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission, and the
-    scenario changes nothing more."""
+    scenario changes nothing more; one that waits for a change has one."""
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
         yield from _proven(negative_problems(e, s))
+    if e.until is not None and e.until not in listed_times(s):
+        yield f"the run waits, but the scenario changes nothing at {e.until:g}"
 
 
 @rule("blocked")

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from safenav.judge.ends import counts
 from safenav.judge.lines import Line, Reader
-from safenav.judge.rules import RULES, NotJudged, Rule, charge_after
+from safenav.judge.rules import RULES, NotJudged, Rule, charge_after, is_empty
 from safenav.judge.state import Obstacle, Progress, Robot, State
 
 BATTERY = "battery"
@@ -19,6 +19,7 @@ def after(e: Line, s: State) -> None:
     s.tick, s.time = e.tick, s.time if e.t is None else e.t
     by_hand = e.cause in ("user", "world") and e.kind != "order"
     s.hands += bool(by_hand or e.user or e.kind == "operator")
+    s.operated = e.tick if e.kind == "operator" else s.operated
     if e.robot is not None:
         _robot(e, s.robots[e.robot], s)
     if isinstance(e.obstacle, str):
@@ -39,6 +40,8 @@ def after(e: Line, s: State) -> None:
             s.dues.pop(e.of, None)
             s.past.pop(e.of, None)
             s.missed |= {e.of} if e.verdict == "late" else set()
+        case "deadline" if e.verdict == "kept" and e.of == "mission":
+            s.promised = e.tick if s.promised is None else s.promised
         case "waiting":
             s.lost_before = dict(s.unrealizable)
         case "outcome":
@@ -103,7 +106,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             if e.verdict == "unrealizable":
                 s.unrealizable[e.robot] = e.spec
             elif e.node is not None and e.places is None:
-                robot.given = e.objective
+                robot.given, robot.observes = e.objective, bool(e.knowledge)
                 if e.objective == robot.own and e.memory:
                     robot.first = next(iter(e.memory.values()))
                 if robot.memories is not None and e.memory and e.objective == robot.own:
@@ -248,9 +251,11 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 _order(e, one, s)  # even if its line is missing, the order is due
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
-                one.goes = listed[0].goes
+                one.goes, one.truth = listed[0].goes, listed[0].traversable
             if e.cause == BATTERY:
-                name = next((n for n, r in s.robots.items() if r.pose[0] == one.region), None)
+                here = (r for r in s.robots.values() if r.pose[0] == one.region)
+                empty = (r.name for r in here if is_empty(r, s, s.now(e)))
+                name = next((n for n in empty if n not in s.flat.values()), None)
                 s.flat |= {one.name: name} if name else {}
                 one.known = True
         case "order":

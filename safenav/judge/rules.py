@@ -102,11 +102,10 @@ def pace(e: Line, s: State) -> Iterator[str]:
     robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing
     if e.tick != robot.moved + 1:
         yield f"{e.robot} moves in tick {e.tick} after its move of tick {robot.moved}"
-    begun = robot.began if robot.bound is not None else e.tick
-    took, strays = e.tick - begun + 1, s.step(e).strays
-    ends = e.to != e.start and e.toward is None
-    if ends and not strays and took < takes:
-        yield f"a step of {e.robot} takes {took} ticks, not {takes}"
+    step, begun = s.step(e), robot.began if robot.bound is not None else e.tick
+    took, lasts = e.tick - begun + 1, step.bound is not None
+    if step.to != step.start and not step.strays and lasts is not (took < takes):
+        yield f"a step of {e.robot} takes {took}{' or more' * lasts} ticks, not {takes}"
 
 
 def _holds(e: Line, s: State, other: str) -> tuple[frozenset[int], frozenset[int]]:
@@ -170,7 +169,7 @@ def in_time(e: Line, s: State) -> Iterator[str]:
     """A robot departs into the region of an obstacle that is being resolved only if it is resolved
     in the same tick."""
     for robot, name, tick in s.entering:
-        if tick < e.tick:
+        if tick < e.tick or e.kind == "outcome":
             yield f"{robot} has departed into the region of {name}, which is not resolved"
 
 
@@ -250,7 +249,7 @@ def charge_after(e: Line, robot: Robot, s: State) -> float:
 
 @rule("act", "acted", "met", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
-    """In a live run an obstacle is resolved by a robot that acts, in service and not in transit,
+    """In a live run an obstacle is resolved by robots that act, in service and not in transit,
     unless the world is the user's."""
     robot = s.robots[e.robot]
     if e.kind == "act":
@@ -318,6 +317,8 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
     if e.kind == "met" and e.action != need.action:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
     there = frozenset(n for n in need.able if s.robots[n].pose[0] in need.regions)
+    if s.live and one.known and not s.external:
+        there = frozenset(n for n in there if s.robots[n].acts or s.robots[n].acted == s.tick)
     parts = there if need.together else there | (one.rest.done & need.able)
     many = who if e.robots else parts | who
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there:

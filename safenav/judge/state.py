@@ -15,6 +15,8 @@ EXTERNAL = (
     "A world of the user's ran it: what it reports is trusted, what it never showed may be absent."
 )
 """The reservation about a run whose world is not simulated."""
+SLOWEST = 20
+"""Seconds per tick of the limit, for a simulated live run without one in seconds."""
 
 
 @dataclass
@@ -68,7 +70,7 @@ class Robot:
     battery was replaced; ``kept``: its progress with the objective that it resumes after an input;
     ``first``: the target with which its strategy begins; ``acts``: the action in which it takes
     part, ``acted``: when one ended last; ``met``: the goals that its last step has met, each with
-    its tick."""
+    its tick; ``observes``: its strategy observes other robots."""
 
     name: str
     data: Line
@@ -98,6 +100,7 @@ class Robot:
     acts: Line | None = None
     acted: int | None = None
     met: dict[int, int] = field(default_factory=dict)
+    observes: bool = False
 
     @property
     def faces(self) -> bool:
@@ -244,11 +247,12 @@ class State:
     """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the obstacles that the
     scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: open
     deadlines of obstacles and the mission, ``past``: those that this tick misses; ``missed``: all
-    that have passed; ``kept``: the
-    last one of each robot and obstacle that was met; ``switched``: when an input changed last;
-    ``entering``: live, steps into the region of an obstacle on which some robot acts, with their
-    ticks; ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user
-    or the world."""
+    that have passed; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
+    when an input changed last; ``entering``: live, steps into the region of an obstacle on which
+    some robot acts, with their ticks; ``limit``: ticks (live: seconds); ``operated``: the tick of
+    the last intervention of an operator; ``promised``: that in which the deadline of the mission is
+    kept; ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user or
+    the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
@@ -257,6 +261,9 @@ class State:
         self.show = self.world.show
         self.cells: tuple[frozenset[int], ...] = header.cells or ()
         self.tick, self.time = 0, 0.0
+        self.limit = (h.limits.seconds or h.limits.ticks * SLOWEST) if self.live else h.limits.ticks
+        self.operated: int | None = None
+        self.promised: int | None = None
         self.robots = {data.name: self._robot(data) for data in h.robots}
         self.names = [*self.robots]
         self.obstacles: dict[str, Obstacle] = {}
