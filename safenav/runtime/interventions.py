@@ -48,18 +48,38 @@ LINES = {
     "input": "input NAME on|off",
     "give_up": "give_up",
 }
+KEYS = {
+    "close": "type region truth?",
+    "open": "obstacle",
+    "resolved": "obstacle",
+    "permanent": "obstacle",
+    "put_back": "robot region heading?",
+    "service": "robot active",
+    "objective": "robot objective",
+    "order": "type region",
+    "input": "input on",
+    "give_up": "",
+}
+"""The keys of the data of each kind; one with ``?`` may be missing."""
 
 
 def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> Intervention:
     """Return the intervention of a line of words, or of data that a page sends, read like the parts
     of a scenario. Raises UsageError for an impossible one, with the expected form."""
     data = _data(wanted) if isinstance(wanted, str) else wanted
+    kind = data.get("kind") if isinstance(data, Mapping) else None
+    if not isinstance(kind, str) or kind not in KEYS:
+        raise UsageError(f"unknown change; known: {', '.join(KEYS)}")
+    keys = KEYS[kind].split()
+    known = [key.rstrip("?") for key in keys]
+    if unknown := [f"'{str(key)[:40]}'" for key in data if key not in ("kind", *known)]:
+        raise UsageError(f"'{kind}' has no key {unknown[0]}; known: {', '.join(known) or 'none'}")
+    if missing := [key for key in keys if key[-1] != "?" and data.get(key) is None]:
+        raise UsageError(f"'{kind}' needs '{missing[0]}'; known: {', '.join(known)}")
     reading = Reading("the change", world=scenario.map, reachable=False)
     found = _read(data, scenario, reading)
     reading.refuse_if_any()
-    if found is None:
-        known = "close, open, order, objective, service, input, resolved, permanent"
-        raise UsageError(f"unknown change; known: {known}, put_back, give_up")
+    assert found is not None, "a change without an error is read"
     return found
 
 
@@ -113,10 +133,13 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
             if name not in types:
                 raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
             region = reading.region(_node(data.get("region"), reading), "'region'")
-            truth = _flag({"truth": True, **data}, "truth") if types[name].has_truth else None
+            truth = _flag({"truth": True, **data}, "truth") if kind == "close" else True
+            if not (truth or types[name].has_truth):
+                raise UsageError(f"'truth': {name} has none")
             if region is None:
                 return None
-            new = Obstacle(types[name], region, truth, ordered=kind == "order")
+            revealed = truth if types[name].has_truth else None
+            new = Obstacle(types[name], region, revealed, ordered=kind == "order")
             return Intervention(kind, new.name, obstacle=new)
         case "input":
             return Intervention("input", str(data.get("input")), _flag(data, "on"))
