@@ -366,12 +366,13 @@ class RunReader:
 
     def _goal(self, line: records.Goal) -> None:
         track = self._robot(line.robot)
-        before, objective = track.progress.now, track.objectives.now
+        (last, before), objective = track.progress[-1], track.objectives.now
         settles = objective is not None and objective.settles
         rounds = 0 if settles else line.round  # a round per held tick is not shown
         reached = values.RobotProgress(rounds, self._on_map(line.region))
         track.progress.append((line.tick, reached))
-        if settles and before.reached == line.region:  # continued holding is not an event
+        stays = settles or (before.rounds and line.tick <= last + 1)
+        if stays and before.reached == line.region:  # a round per tick there is not an event
             return
         new = 0 if line.round == before.rounds else line.round  # reported with its last target
         shown, does = replace(line, round=0 if line.robot in self._modes else new), "reaches"
