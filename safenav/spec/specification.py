@@ -18,7 +18,7 @@ from enum import StrEnum
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import Diagnostic, InputError
+from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.files import HINT, foreign_character
 from safenav.formula.parser import MAX_NUMBER
 from safenav.formula.syntax import one_of
@@ -89,6 +89,11 @@ class Constraint(Struct, frozen=True):
     formula: str
     origin: Origin
     regions: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.section, Section) and isinstance(self.formula, str)):
+            found = f"{type(self.section).__name__} and {type(self.formula).__name__}"
+            raise UsageError(f"a Constraint takes a Section and a formula, not {found}")
 
 
 class Specification(Struct, frozen=True):

@@ -7,9 +7,10 @@ from random import Random
 
 import pytest
 
-from safenav import Heading, Pose, RegionMap
+from safenav import Heading, Pose, RegionMap, SafenavError
 from safenav.explain.explanation import play
 from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit
+from safenav.spec.specification import Constraint, Origin, Section
 from safenav.spec.task import Memory, ObjectiveForm, Weakening, can_keep, concession, forms
 from safenav.world.poses import Mobility, PoseGraph, region_mask
 
@@ -126,3 +127,8 @@ def test_obstacles_and_mobility_are_named_if_they_are_the_reason() -> None:
     narrow = PoseGraph(floor("....."), Mobility.HEADING)
     (form,) = forms(patrol, 0, Pose(3, Heading.EAST), narrow)
     assert form.weakening is Weakening.MOBILITY
+
+
+def test_a_constraint_with_swapped_arguments_is_refused() -> None:
+    with pytest.raises(SafenavError, match="takes a Section and a formula, not str and Section"):
+        Constraint("region = 1", Section.SYS_INIT, Origin("robots.a", "its start"))  # type: ignore[arg-type]
