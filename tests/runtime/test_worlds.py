@@ -194,6 +194,14 @@ def test_a_clock_that_returns_no_time_is_reported(clock: Callable[[], Any], told
         Mission(scenario, world=world).run()
 
 
+def test_a_defect_of_the_simulation_is_not_a_failure_of_a_robot() -> None:
+    scenario = loaded(RING)
+    world = LiveSimulation(scenario)
+    world.start = broken  # type: ignore[method-assign]
+    with pytest.raises(RuntimeError, match="the radio is off"):
+        Mission(scenario, world=world).run()
+
+
 def test_a_robot_is_lost_although_its_world_cannot_cancel_the_command() -> None:
     class Deaf(Faulty):
         def cancel(self, robot: Robot) -> None:

@@ -214,14 +214,16 @@ class Commands:
     def _send(
         self, robot: Robot, here: Pose, word: str, send: Callable[[], protocol.WorldEvent | None]
     ) -> None:
-        """Give the world the command that has just begun; an exception of the world ends that
-        command."""
+        """Give the world the command that has just begun; an exception of a user's world ends
+        that command."""
         command = self._open[robot.name]
         try:
             event = send()
             if not isinstance(event, protocol.WorldEvent | None):
                 raise TypeError(f"it returned {event!r}, neither None nor an event")
         except Exception as error:
+            if type(self.world) is LiveSimulation:
+                raise  # a defect, not a failure of the robot
             reason, number = f"{word}: {error}", command.command
             event = protocol.Failed(self.now(), robot.name, here, reason, True, command=number)
         if event is not None:
