@@ -19,7 +19,8 @@ from safenav.scenario.model import (
 )
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
-from safenav.scenario.yaml.keys import MOST_NUMBER, Beside, Item, Key, OneOf, key, version
+from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, key, version
+from safenav.strict_json import MOST_NUMBER
 from safenav.world.poses import Mobility
 
 VERSION = 1

@@ -45,13 +45,13 @@ Change = Callable[[Node, Findings], Node]
 """A change of a document before it is read: a variation is checked like the text of a file."""
 
 
-def load_scenario(path: str | Path, *, reachable: bool = True) -> Scenario:
-    """Return the scenario in a file. ``reachable``: report targets that a robot cannot reach.
+def load_scenario(path: str | Path) -> Scenario:
+    """Return the scenario in a file.
 
     Raises InputError with every diagnostic, in file order, if the file cannot be read or is not a
     valid scenario.
     """
-    return load_scenario_text(scenario_text(Path(path)), str(path), reachable=reachable)
+    return load_scenario_text(scenario_text(Path(path)), str(path))
 
 
 def scenario_text(path: Path) -> str:

@@ -33,14 +33,13 @@ from msgspec.structs import replace
 
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped
+from safenav.strict_json import MOST_NUMBER
 
 if TYPE_CHECKING:
     from safenav.scenario.yaml.findings import Findings
 
 MOST = 2**31 - 1
 """The largest whole number, unless a key sets another limit."""
-MOST_NUMBER = 2**53 - 1
-"""The largest number that a trace holds (``safenav.strict_json``)."""
 MOST_OF_A_NAME = 100
 NAME = "[A-Za-z_][A-Za-z0-9_-]{0,99}"
 IDENTIFIER = "[A-Za-z_][A-Za-z0-9_]{0,99}"
