@@ -56,6 +56,23 @@ def continuity(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} departs while it takes part in an action"
 
 
+@rule("operator")
+def placed(e: Line, s: State) -> Iterator[str]:
+    """An operator puts a robot that rests, or is lost, in a free region that no obstacle closes."""
+    if e.region is None or e.robot is None:
+        return
+    robot = s.robots[e.robot]
+    if e.region not in s.world.free:
+        yield f"{e.robot} is put in {s.show(e.region)}, which is not free"
+    for one in s.closing(e.robot, e.region):
+        if one.known and one.type != f"lost_{e.robot}":
+            yield f"{e.robot} is put in {s.show(e.region)} with {one.name}"
+    if robot.bound is not None or robot.acts is not None:
+        yield f"{e.robot} is put in {s.show(e.region)} while it executes a command"
+    if robot.faces is (e.heading is None):
+        yield f"{e.robot} has {'no' if robot.faces else 'a'} heading"
+
+
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
     """A robot stays or steps to a free neighbouring region, with a heading never backwards. A step
