@@ -11,7 +11,6 @@ from safenav.cli import options, warn_of
 from safenav.errors import ExitCode, UsageError
 from safenav.files import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
-from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.reading.map import Division, load_map, map_lines
 
 SCHEMAS = ("scenario", "trace", "fleet")
@@ -25,7 +24,6 @@ NEW_EPILOG = "\n".join(
         "Examples:",
         "  safenav new lab.yaml && safenav run lab.yaml",
         "  safenav new - --template minimal",
-        "  safenav new fleet.yaml --fleet lab.yaml",
         "  safenav new safenav.schema.json --schema",
         "  safenav new --catalogue",
         "With your own map (image, ROS, MovingAI; extra 'maps'):",
@@ -49,7 +47,6 @@ def new(
     cols: options.Cols,
     side: options.Side,
     share: options.Share,
-    fleet: Annotated[options.InputOption, "--fleet SCENARIO", "Write its fleet file."],
     schema: Annotated[
         str | None,
         click.Choice(SCHEMAS),
@@ -62,9 +59,9 @@ def new(
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml; -: standard output), which runs
     unchanged; or what an option names."""
-    wanted = [template, map_file, fleet, schema, catalogue or None]
+    wanted = [template, map_file, schema, catalogue or None]
     if len(wanted) - wanted.count(None) > 1:
-        raise UsageError("give one of --template, --map, --fleet, --schema and --catalogue")
+        raise UsageError("give one of --template, --map, --schema and --catalogue")
     division = Division(rows, cols, side, share)
     if map_file is None:
         options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "--map"))
@@ -72,23 +69,15 @@ def new(
         text = _catalogue() if catalogue else _schema(schema)
         write_out(file or Path("-"), text, replace=force)
         return ExitCode.OK
-    file = file or Path("scenario.yaml" if fleet is None else "fleet.yaml")
+    file, template = file or Path("scenario.yaml"), template or DEFAULT
+    text, about = template_text(template), TEMPLATES[template]
+    if map_file is not None:
+        text, about = _on_map(map_file, file, division), f"two robots on {map_file}"
     name = quote(str(file))
-    if fleet is not None:
-        from safenav.fleet.file import template_text as fleet_text
-
-        text, about = fleet_text(load_scenario(fleet)), f"how to reach the robots of {fleet}"
-        drive = f"safenav drive {quote(str(fleet))} --fleet {name}"
-        steps = [f"rehearse:   {drive} --rehearse", f"drive:      {drive}"]
-    else:
-        template = template or DEFAULT
-        text, about = template_text(template), TEMPLATES[template]
-        if map_file is not None:
-            text, about = _on_map(map_file, file, division), f"two robots on {map_file}"
-        steps = [f"draw it:    safenav draw {name}", f"run it:     safenav run {name}"]
-        place = file.parent / "safenav.schema.json"
-        if not place.exists():
-            steps.append(f"in editors: safenav new {quote(str(place))} --schema")
+    steps = [f"draw it:    safenav draw {name}", f"run it:     safenav run {name}"]
+    place = file.parent / "safenav.schema.json"
+    if not place.exists():
+        steps.append(f"in editors: safenav new {quote(str(place))} --schema")
     write_out(file, text, echo=False, replace=force)
     if str(file) != "-":
         click.echo("\n    ".join([f"{file}: {about}", *steps]), err=True)

@@ -153,7 +153,7 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
 
 DRIVE_EPILOG = """\b
 Examples:
-  safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
+  safenav new lab.yaml && printf 'safenav-fleet: 1\\ntransport: ros2\\n' > fleet.yaml
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
   safenav drive lab.yaml --fleet fleet.yaml --live
   head -120 lab.jsonl > part.jsonl                   # as if that drive had been killed

@@ -6,7 +6,6 @@ simulation, whose contacts are the judge.
 
 import json
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -279,14 +278,8 @@ def test_an_obstacle_declared_resolved_may_still_be_there(tmp_path: Path) -> Non
 def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path) -> None:
     """A lidar would take the gate for a pulled door, which no robot opens by pulling."""
     night = (SCENARIOS / "night_round.yaml").read_text()
-    drive = files(tmp_path, night.replace("map:\n", "map:\n  resolution: 2.0\n"), "")
-    template = safenav("new", "-", "--fleet", tmp_path / "hall.yaml").stdout
-    assert "scan:" not in template and "cannot distinguish gate and pulled_door" in template
-    told = template.replace("transport: ros2 ", "simulation: {pace: 1000}\ntransport: simulation ")
-    (tmp_path / "fleet.yaml").write_text(
-        re.sub(r"^network:\n(  .*\n)+", "", told, flags=re.MULTILINE)
-    )
-    done = safenav(*drive)
+    fleet = SIMULATION + "defaults: {report: seen, act: {pull: pull, unlock: key, push: push}}\n"
+    done = safenav(*files(tmp_path, night.replace("map:\n", f"map:\n{SIDE}"), fleet))
     assert done.returncode == 0, done.stderr
     lines = lines_of(tmp_path / "t.jsonl")
     resolved = {line["obstacle"] for line in lines if line["type"] == "resolved"}

@@ -50,47 +50,11 @@ def test_fleet_files_of_the_documentation_load(page: str, tmp_path: Path) -> Non
         assert done.returncode in (0, 3), done.stderr
 
 
-@pytest.mark.parametrize("side", [2.0, 1.0, 0.6])
-def test_by_the_template_robots_arrive_inside_their_regions(side: float, tmp_path: Path) -> None:
-    """A robot as large as a region reaches into the next one whatever the tolerance."""
-    (scenario := tmp_path / "plan.yaml").write_text(f"""
-safenav: 1
-map: {{resolution: {side}, grid: ["####", "#..#", "####"]}}
-catalogue: {{robots: {{cart: {{mobility: free, layer: ground, size: 0.6, speed: 1}}}}}}
-robots: {{a: {{model: cart, start: 5, objective: {{visit: [6, 5]}}}}}}
-""")
-    done = rehearsed(safenav("new", "-", "--fleet", scenario).stdout, tmp_path, scenario)
-    assert done.returncode in (0, 3), done.stderr
-    assert ("into the next one" in done.stderr) is (side == 0.6)
-
-
-@pytest.mark.parametrize("name", ["case_study_1", "beam", "hospital"])
-def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> None:
-    """It names the service of each action, the obstacles that a lidar sees, and all inputs."""
-    scenario = SCENARIOS / f"{name}.yaml"
-    text = safenav("new", "-", "--fleet", scenario).stdout
-    done = rehearsed(text, tmp_path, scenario)
-    assert done.returncode in (0, 3) and "no service" not in done.stderr, done.stderr
-    data, plan = from_yaml(text), from_yaml(scenario.read_text())
-    assert {*data["robots"]} == {*plan["robots"]}
-    assert {*data.get("inputs", {})} == {*plan.get("inputs", {})}
-    jsonschema.validate(data, json.loads(safenav("new", "-", "--schema", "fleet").stdout))
-    stations = [data.get("defaults", {}) | (own or {}) for own in data["robots"].values()]
-    scans = {(station.get("scan") or {}).get("obstacle") for station in stations}
-    assert scans == {{"case_study_1": "door", "beam": "beam"}.get(name)}
-
-
 @pytest.mark.parametrize("case", FILES["mistakes"], ids=lambda case: case["told"])
 def test_an_error_is_reported_with_its_position(case: dict[str, str], tmp_path: Path) -> None:
     done = rehearsed(case["file"] if "file" in case else HEAD + case["text"], tmp_path)
     assert done.returncode == 2 and case["told"] in done.stderr
     assert "fleet.yaml" in done.stderr
-
-
-def test_new_writes_a_fleet_file(tmp_path: Path) -> None:
-    done = safenav("new", "--fleet", CASE, cwd=tmp_path)
-    assert done.returncode == 0 and "--fleet fleet.yaml --rehearse" in done.stderr
-    assert rehearsed((tmp_path / "fleet.yaml").read_text(), tmp_path).returncode == 3
 
 
 SERVED = (

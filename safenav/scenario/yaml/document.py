@@ -271,7 +271,7 @@ def _build(events: Iterator[Any]) -> Document:
         if isinstance(event, yaml.NodeEvent):
             root, _ = builder.node(event)
     if root is None or (isinstance(root, Scalar) and root.value is None):
-        hint = "safenav new FILE writes a scenario, with --fleet SCENARIO a fleet file"
+        hint = "safenav new FILE writes a scenario; docs/drive.md has a fleet file"
         raise DocumentError(Place(), "the file is empty", hint)
     return Document(root, tuple(builder.flaws))
 
