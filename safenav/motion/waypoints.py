@@ -24,9 +24,10 @@ _DECIMALS = 6
 
 
 class Waypoint(Struct, frozen=True):
-    """``tick``: the tick at whose end the robot is there, 0 for the start; ``t``: seconds, in a run
-    with a clock or a motion; ``yaw``: None for a robot without a heading. A motion also gives the
-    height ``z`` and the ``speed`` with which the robot passes there, 0 where it comes to rest."""
+    """``tick``: the tick (in a live run: the moment) at whose end the robot is there, 0 for the
+    start; ``t``: seconds, in a run with a clock or a motion; ``yaw``: None for a robot without a
+    heading. A motion also gives the height ``z`` and the ``speed`` with which the robot passes
+    there, 0 where it comes to rest."""
 
     robot: str
     tick: int
@@ -37,11 +38,6 @@ class Waypoint(Struct, frozen=True):
     yaw: float | None
     speed: float | None
     region: int
-
-
-TICKS = ("robot", "tick", "x", "y", "yaw", "region")
-CLOCKED = ("robot", "t", "x", "y", "yaw", "region")
-"""The columns of waypoints without a motion."""
 
 
 def frame_of(trace: Trace, resolution: float | None = None) -> Frame:
@@ -116,13 +112,7 @@ def _pose(motion: Motion, piece: Moving, since: float) -> tuple[float, ...]:
     return row[0], row[1], row[2], row[9], hypot(row[3], row[4])
 
 
-def _columns(found: Sequence[Waypoint]) -> tuple[str, ...]:
-    if any(waypoint.speed is not None for waypoint in found):
-        return Waypoint.__struct_fields__
-    return CLOCKED if any(waypoint.t is not None for waypoint in found) else TICKS
-
-
 def as_csv(found: Sequence[Waypoint]) -> str:
-    """Return a line for each waypoint, below a line of headings; no yaw is an empty field."""
-    columns = _columns(found)
+    """Return a line for each waypoint, below a line of headings; an unknown field is empty."""
+    columns = Waypoint.__struct_fields__
     return csv_text(columns, ([getattr(one, column) for column in columns] for one in found))
