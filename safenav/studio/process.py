@@ -151,7 +151,7 @@ def _serve(order: RunOrder, requests: IO[str], say: Any) -> None:
         data = json.loads(line or "{}")
         if data.get("do") == "change":
             try:
-                mission.intervene(data)
+                mission.intervene({key: value for key, value in data.items() if key != "do"})
             except UsageError as error:
                 say({"type": REFUSED, "message": str(error)})
             continue
