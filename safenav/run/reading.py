@@ -174,6 +174,8 @@ class RunReader:
                 self._given(line.tick, line.robot, line.objective)
             case records.Belief():
                 self._believe(line)
+            case records.Service():
+                self._robot(line.robot).out.put(line.tick, not line.active)
             case records.Charge():
                 self._robot(line.robot).charge.append((line.tick, line.percent))
             case records.Plan():

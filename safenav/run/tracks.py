@@ -51,6 +51,8 @@ class RobotTrack(Struct):
     progress: Changes[RobotProgress] = field(default_factory=lambda: Changes.of(RobotProgress()))
     vision: float | None = None
     charge: Changes[int] = field(default_factory=Changes)
+    out: Changes[bool] = field(default_factory=lambda: Changes.of(False))
+    """Whether it is out of service."""
     steps: list[LongStep] = field(default_factory=list)
     beliefs: dict[str, Changes[RobotBelief | None]] = field(default_factory=dict)
     """Its knowledge about other robots, once it is recorded."""

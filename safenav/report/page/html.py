@@ -198,6 +198,7 @@ class _Rows:
             "tasks": self._changes(track.objectives, partial(self._task, track)),
             "progress": self._changes(track.progress, self._progress),
             "charge": self._changes(track.charge, lambda percent: [percent]) or None,
+            "out": self._changes(track.out, lambda out: [out]),
             "sight": [*self._seen(track)],
             "beliefs": {
                 self._index[of]: self._changes(beliefs, self._belief)

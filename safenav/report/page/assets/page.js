@@ -1,4 +1,4 @@
-/* sources 7a410974059e05d57fb795b8e62cbc268773621ce166456b028983dbc23179e1 */
+/* sources ca2fc7c6023f0f1c6e01ae55ddca70054448915194c11ea82019cbb699b08049 */
 /* Contains preact:
 The MIT License (MIT)
 

@@ -187,15 +187,7 @@ function hintOf(tool: Tool): string {
 
 /** Return the robots that are out of service after a tick. */
 export function outOfService(run: Run, tick: number): Set<string> {
-  const found = new Set<string>();
-  for (const [when, kind, text, robot] of run.events) {
-    if (when > tick) break;
-    if (kind !== "service" || robot < 0) continue;
-    const { name } = run.robots[robot]!;
-    if (text.includes("is out of service")) found.add(name);
-    else found.delete(name);
-  }
-  return found;
+  return new Set(run.robots.filter(({ out }) => at(out, tick)[1]).map(({ name }) => name));
 }
 
 /** Return why the run waits for an operator; null if it does not. */

@@ -114,7 +114,7 @@ export interface News extends Pick<Run, "last" | "times" | "stack" | "events" | 
   since: number;
   /** The number of sets before the new ones. */
   known: number;
-  robots: Pick<Robot, "path" | "steps" | "headings" | "tasks" | "progress" | "charge" | "sight" | "beliefs">[];
+  robots: Pick<Robot, "path" | "steps" | "headings" | "tasks" | "progress" | "charge" | "out" | "sight" | "beliefs">[];
   /** The changed ones, with all their entries. */
   obstacles: Obstacle[];
 }
@@ -131,6 +131,7 @@ export function merged(run: Run, news: News): Run {
     renew(robot.tasks, told.tasks);
     renew(robot.progress, told.progress);
     renew(robot.charge, told.charge);
+    renew(robot.out, told.out);
     renew(robot.sight, told.sight);
     for (const [of, changes] of Object.entries(told.beliefs)) renew((robot.beliefs[Number(of)] ??= [[0, 0, -1]]), changes);
     return { ...robot, headings: robot.headings && robot.headings.slice(0, since) + told.headings };

@@ -85,6 +85,8 @@ export interface Robot {
   progress: Progress[];
   /** The charge of a robot with a battery, in percent of its capacity. */
   charge: [tick: number, percent: number][] | null;
+  /** Whether it is out of service, from ticks on. */
+  out: [tick: number, out: boolean][];
   /** What it sees, if its vision has a radius: places in `Run.sets`. */
   sight: [tick: number, set: number][];
   /** By index of the other robot. */

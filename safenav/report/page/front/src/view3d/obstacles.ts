@@ -6,7 +6,9 @@
 import { Color, DoubleSide, Group, MeshLambertMaterial } from "three";
 import { at, isWall, tickAt, type Obstacle, type Run, type Status } from "../run/run";
 import { type Body, box, paint, pictogram, themeColour } from "./bodies";
-import { centreOf, type Motion } from "./motion";
+import { centreOf, type Motion, sampleAt, type Sampled } from "./motion";
+
+type Action = Motion["actions"][number];
 
 const HEIGHT = 1.5;
 /** The height of a robot's sign above its body, in metres. */
@@ -47,18 +49,19 @@ class Block {
   }
 }
 
-/** A leaf between two posts, across the gap; it stays when it is resolved. */
+/** A leaf between two posts, across the gap; it swings away from the robot that pushes it, and stays. */
 class Door extends Block {
   private readonly hinge = new Group();
+  private swing = 1;
 
   /** `turned`: across the gap. */
   constructor(
-    x: number,
-    y: number,
+    private readonly east: number,
+    private readonly north: number,
     side: number,
     private readonly turned: number,
   ) {
-    super(x, y, side);
+    super(east, north, side);
     const width = side * 0.92;
     const frame = paint(0x7b828c);
     for (const end of [-1, 1]) this.solid.add(box(0.12, 0.12, HEIGHT, frame, (end * width) / 2, 0, HEIGHT / 2));
@@ -68,10 +71,16 @@ class Door extends Block {
     this.solid.add(this.hinge);
   }
 
+  /** A robot pushes it from there. */
+  push(x: number, y: number): void {
+    const beyond = (y - this.north) * Math.cos(this.turned) - (x - this.east) * Math.sin(this.turned);
+    this.swing = beyond > 0 ? -1 : 1;
+  }
+
   override show(status: Status, gone: number): void {
     super.show(status, 0);
     this.solid.rotation.z = this.turned;
-    this.hinge.rotation.z = gone * 1.5;
+    this.hinge.rotation.z = this.swing * gone * 1.5;
     if (gone >= 1) this.material.color = new Color(0xb08a5a);
   }
 }
@@ -83,6 +92,7 @@ export class Obstacles {
   constructor(
     private readonly run: Run,
     private readonly motion: Motion,
+    private readonly robots: Sampled[],
     private readonly bodies: Body[],
   ) {
     this.things = run.obstacles.map((obstacle) => this.made(obstacle));
@@ -91,10 +101,16 @@ export class Obstacles {
 
   update(tick: number, seconds: number): void {
     this.run.obstacles.forEach((obstacle, i) => {
+      const thing = this.things[i]!;
       const status = at(obstacle.status, tick)[1];
       const carrier = this.bodies[at(obstacle.carried, tick)[1][0] ?? -1];
-      this.things[i]!.show(status, carrier ? 0.5 : this.resolved(obstacle, status, seconds));
-      this.things[i]!.place(carrier);
+      const action = this.resolving(obstacle, seconds);
+      if (action && thing instanceof Door) {
+        const { x, y } = sampleAt(this.motion, this.robots[action[0]]!, action[3]);
+        thing.push(x!, y!);
+      }
+      thing.show(status, carrier ? 0.5 : share(status, action, seconds));
+      thing.place(carrier);
     });
   }
 
@@ -107,11 +123,16 @@ export class Obstacles {
     return new Door(x, y, motion.side, northSouth ? 0 : Math.PI / 2);
   }
 
-  /** The share of its resolution: it opens during the action that resolves it. */
-  private resolved(obstacle: Obstacle, status: Status, seconds: number): number {
-    if (status === "resolved") return 1;
+  /** The last action that resolves it, if it has begun. */
+  private resolving(obstacle: Obstacle, seconds: number): Action | undefined {
     const resolves = (to: number): boolean => at(obstacle.status, tickAt(this.run, to + 0.002))[1] === "resolved";
-    const now = this.motion.actions.find(([, name, , from, to]) => name === obstacle.name && from <= seconds && seconds < to && resolves(to));
-    return now === undefined ? 0 : (seconds - now[3]) / Math.max(0.01, now[4] - now[3]);
+    return this.motion.actions.filter(([, name, , from, to]) => name === obstacle.name && from <= seconds && resolves(to)).at(-1);
   }
+}
+
+/** The share of a resolution: an obstacle opens during the action that resolves it. */
+function share(status: Status, action: Action | undefined, seconds: number): number {
+  if (status === "resolved") return 1;
+  if (!action || seconds >= action[4]) return 0;
+  return (seconds - action[3]) / Math.max(0.01, action[4] - action[3]);
 }

@@ -122,7 +122,7 @@ export class RunScene implements Eye {
     this.floor.position.set((run.cols * side) / 2, (run.rows * side) / 2, 0);
     this.trails = new Trails(motion, robots, run.robots.map((robot) => robot.look.colour));
     this.bodies = robots.map(({ track }, i) => bodyOf(track.kind, track.size, run.robots[i]!));
-    this.obstacles = new Obstacles(run, motion, this.bodies);
+    this.obstacles = new Obstacles(run, motion, robots, this.bodies);
     this.signs = run.robots.map(({ name }, i) => new Sign(name, this.bodies[i]!.top));
     this.stems = robots.map(({ track }, i) => (track.kind === "flyer" ? stem(run.robots[i]!.look.colour) : null));
     this.stems.forEach((line, i) => line && this.signs[i]!.anchor.add(line));
