@@ -85,10 +85,8 @@ def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
             inner = {
                 moment for child in syntax.children(tree) for moment in _jumps(child, recording)
             }
-            sign = 1 if operator in syntax.PAST else -1
             ends = [end for end in (window.begin, window.end) if end < np.inf]
-            edge = 0.0 if operator in syntax.PAST else recording.end
-            moved = {moment + sign * end for moment in {*inner, edge} for end in ends}
+            moved = {moment - end for moment in {*inner, recording.end} for end in ends}
             kept = {t for t in moved if -SPIKE <= t <= recording.end + SPIKE}
             return kept | inner if len(operands) == 2 else kept
         case _:
@@ -118,8 +116,8 @@ class _Evaluation:
                 return self._joined(operator, self.of(left), self.of(right))
             case syntax.Compound(operator, (operand,), window):
                 return self._windowed(operator, window, self.of(operand))
-            case syntax.Compound(operator, (left, right), window):
-                return self._until(operator, window, self.of(left), self.of(right))
+            case syntax.Compound("until", (left, right), window):
+                return self._until(window, self.of(left), self.of(right))
         raise AssertionError(tree)
 
     def _term(self, tree: syntax.Node) -> tuple[Array, float]:
@@ -144,12 +142,11 @@ class _Evaluation:
 
     def _windowed(self, operator: str, window: syntax.Window, inner: _Values) -> _Values:
         low, high = inner.low, inner.high
-        if operator not in syntax.UNIVERSAL:
+        if operator == "eventually":
             low, high = -high, -low
-        low, high = (self._least(values, window, operator in syntax.PAST) for values in (low, high))
-        if operator not in syntax.PAST:
-            low[self._behind(window)] = -np.inf
-        if operator not in syntax.UNIVERSAL:
+        low, high = self._least(low, window), self._least(high, window)
+        low[self._behind(window)] = -np.inf
+        if operator == "eventually":
             low, high = -high, -low
         return _Values(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
 
@@ -160,40 +157,32 @@ class _Evaluation:
         behind: NDArray[np.bool_] = self._times + window.end > self._times[-1] + _NEAR
         return behind
 
-    def _least(self, values: Array, window: syntax.Window, past: bool) -> Array:
+    def _least(self, values: Array, window: syntax.Window) -> Array:
         """Return the minimum over the recorded part of each sample's window; +inf if there is
         none."""
         times = self._times
-        if past:
-            values, times = values[::-1], -times[::-1]
         begin, end, first, last = _bounds(times, window)
         found = _least_of(values, first, last)
         for edge in (begin, end):
             inside = (edge <= times[-1]) & (begin <= end)
             at = _between(times, values, edge[inside])
             found[inside] = np.minimum(found[inside], at)
-        return found[::-1] if past else found
+        return found
 
-    def _until(
-        self, operator: str, window: syntax.Window, left: _Values, right: _Values
-    ) -> _Values:
-        past = operator in syntax.PAST
-        low = self._reached(left.low, right.low, window, past)
-        high = self._reached(left.high, right.high, window, past)
-        if not past:  # after the record `right` may hold, if `left` holds up to its end
-            behind = self._behind(window)
-            rest = np.minimum.accumulate(left.high[::-1])[::-1]
-            high[behind] = np.maximum(high[behind], rest[behind])
+    def _until(self, window: syntax.Window, left: _Values, right: _Values) -> _Values:
+        low = self._reached(left.low, right.low, window)
+        high = self._reached(left.high, right.high, window)
+        behind = self._behind(window)  # there `right` may hold, if `left` holds up to its end
+        rest = np.minimum.accumulate(left.high[::-1])[::-1]
+        high[behind] = np.maximum(high[behind], rest[behind])
         slope = max(left.slope, right.slope)
         error = max(left.error, right.error) + slope * self._gap
         return _Values(low, high, error, slope)
 
-    def _reached(self, holds: Array, then: Array, window: syntax.Window, past: bool) -> Array:
+    def _reached(self, holds: Array, then: Array, window: syntax.Window) -> Array:
         """Return the maximum over the instants t' of each window of the lesser of ``then`` at t'
         and the minimum of ``holds`` before t'."""
         times = self._times
-        if past:
-            holds, then, times = holds[::-1], then[::-1], -times[::-1]
         begin, end, first, last = _bounds(times, window)
         at_begin, at_end = (
             _between(times, then, np.minimum(edge, times[-1])) for edge in (begin, end)
@@ -204,8 +193,7 @@ class _Evaluation:
         found = np.minimum(before, at_begin)
         later = np.maximum(np.minimum(before, inside), np.minimum(up_to_end, at_end))
         found = np.where(last >= first, np.maximum(found, later), found)
-        found = np.where(begin > end, -np.inf, found)
-        return found[::-1] if past else found
+        return np.where(begin > end, -np.inf, found)
 
 
 def _bounds(

@@ -1,7 +1,7 @@
 """Formulas of signal temporal logic (docs/motion.md, "Requirements on the motion"), and a parser.
 
 Operators, from the one that binds most tightly: ``*``; ``+ -``; comparisons; ``not`` and the
-temporal operators of one operand; ``and``; ``or``; ``until`` and ``since``; ``->`` (to the right).
+temporal operators of one operand; ``and``; ``or``; ``until``; ``->`` (to the right).
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Window(Struct, frozen=True):
 
 class Compound(Struct, frozen=True):
     """Formulas joined by an operator: ``not``, ``and``, ``or``; within a window ``always``,
-    ``eventually``, ``until`` of the future, ``historically``, ``once``, ``since`` of the past."""
+    ``eventually``, ``until``."""
 
     operator: str
     operands: tuple[Requirement, ...]
@@ -76,9 +76,6 @@ class Compound(Struct, frozen=True):
 SignalTerm = RobotSignal | Literal | Arithmetic
 Requirement = Margin | Happens | Compound
 Node = SignalTerm | Requirement
-
-PAST = frozenset({"once", "historically", "since"})
-UNIVERSAL = frozenset({"always", "historically"})
 
 
 def children(tree: Node) -> tuple[Node, ...]:
@@ -124,14 +121,13 @@ _HINTS = {
     "<->": "write two implications, joined by 'and'",
     "/": "there is no division: multiply by a number",
 }
-_WORDS = {"G": "always", "F": "eventually", "U": "until", "S": "since", "H": "historically"}
-_WORDS |= {"O": "once", "globally": "always", "finally": "eventually", "AND": "and", "OR": "or"}
-_WORDS |= {"NOT": "not", "implies": "->"}
-_UNARY = ("not", "always", "eventually", "once", "historically")
+_WORDS = {"G": "always", "F": "eventually", "U": "until", "globally": "always"}
+_WORDS |= {"finally": "eventually", "AND": "and", "OR": "or", "NOT": "not", "implies": "->"}
+_UNARY = ("not", "always", "eventually")
 _RELATIONS = (">=", ">", "<=", "<")
 _OPERAND = 5
 """How tightly an operator of one operand binds."""
-_RESERVED = {word: word for word in (*_UNARY, "until", "since", "and", "or", "inf")}
+_RESERVED = {word: word for word in (*_UNARY, "until", "and", "or", "inf")}
 
 
 def parse_requirement(text: str) -> Requirement:
@@ -144,7 +140,7 @@ def parse_requirement(text: str) -> Requirement:
 
 class _Parser(FormulaParser[Node]):
     levels: ClassVar = {
-        **{"->": 1, "until": 2, "since": 2, "or": 3, "and": 4, "+": 7, "-": 7, "*": 8},
+        **{"->": 1, "until": 2, "or": 3, "and": 4, "+": 7, "-": 7, "*": 8},
         **dict.fromkeys(_RELATIONS, 6),
     }
     misplaced: ClassVar = {word: f"write '{meant}'" for word, meant in _WORDS.items()}
@@ -163,7 +159,7 @@ class _Parser(FormulaParser[Node]):
             more, less = (first, second) if text[0] == ">" else (second, first)
             return Margin(Arithmetic("-", more, less))
         held = _condition(left, begin)
-        window = self._window() if text in ("until", "since") else Window()
+        window = self._window() if text == "until" else Window()
         after = self.peek()
         then = _condition(self.expression(level + (text != "->")), after)
         if text == "->":

@@ -77,9 +77,8 @@ def formula(chance: random.Random, depth: int, step: float, events: bool) -> stl
     if kind == 1:
         return stl.Compound(chance.choice(("and", "or")), (below(), below()))
     if kind == 2:
-        return stl.Compound(chance.choice(("until", "since")), (below(), below()), window)
-    word = chance.choice(("always", "eventually", "once", "historically"))
-    return stl.Compound(word, (below(),), window)
+        return stl.Compound("until", (below(), below()), window)
+    return stl.Compound(chance.choice(("always", "eventually")), (below(),), window)
 
 
 def defined(
@@ -100,12 +99,11 @@ def defined(
                 return a + b if operator == "+" else a - b
         raise AssertionError(node)
 
-    def reach(window: stl.Window, t: float, past: bool) -> tuple[list[float], bool]:
+    def reach(window: stl.Window, t: float) -> tuple[list[float], bool]:
         """The points in the window, and whether it continues after the record."""
-        sign = -1 if past else 1
-        inside = [p for p in points if window.begin <= sign * (p - t) <= window.end]
+        inside = [p for p in points if window.begin <= p - t <= window.end]
         unknown = not record.finished if window.end == math.inf else t + window.end > end
-        return inside, unknown and not past
+        return inside, unknown
 
     @cache
     def at(node: stl.Requirement, t: float) -> tuple[float, float]:
@@ -120,24 +118,22 @@ def defined(
             case stl.Compound("and" | "or" as operator, (left, right)):
                 pick = min if operator == "and" else max
                 return tuple(map(pick, at(left, t), at(right, t)))  # type: ignore[return-value]
-            case stl.Compound("always" | "historically", (operand,), window):
-                inside, unknown = reach(window, t, node.operator == "historically")
+            case stl.Compound("always", (operand,), window):
+                inside, unknown = reach(window, t)
                 found = [at(operand, p) for p in inside]
                 high = min((high for _, high in found), default=math.inf)
                 low = min((low for low, _ in found), default=math.inf)
                 return (-math.inf if unknown else low), high
-            case stl.Compound(operator, (operand,), window):
-                word = "always" if operator == "eventually" else "historically"
-                dual = stl.Compound(word, (stl.Compound("not", (operand,)),), window)
+            case stl.Compound("eventually", (operand,), window):
+                dual = stl.Compound("always", (stl.Compound("not", (operand,)),), window)
                 return at(stl.Compound("not", (dual,)), t)
-            case stl.Compound(operator, (left, right), window):
-                past = operator == "since"
-                inside, unknown = reach(window, t, past)
+            case stl.Compound("until", (left, right), window):
+                inside, unknown = reach(window, t)
                 bounds = []
                 for side in (0, 1):
                     best = -math.inf
                     for p in inside:
-                        between = [q for q in points if (p < q <= t if past else t <= q < p)]
+                        between = [q for q in points if t <= q < p]
                         held = min((at(left, q)[side] for q in between), default=math.inf)
                         best = max(best, min(held, at(right, p)[side]))
                     bounds.append(best)
@@ -160,9 +156,9 @@ def slack(tree: stl.Node, record: Made, grid: float) -> float:
 
 
 def sharp(chance: random.Random) -> stl.Requirement:
-    """A formula whose value by definition over quarters of seconds is exact: until and since of
-    events, or one temporal operator over one signal."""
-    words = ("always", "eventually", "once", "historically")
+    """A formula whose value by definition over quarters of seconds is exact: until of events, or
+    one temporal operator over one signal."""
+    words = ("always", "eventually")
 
     def window(begins: int, lasts: int, least: float = 0.0) -> stl.Window:
         begin = 0.5 * chance.randrange(begins)
@@ -178,15 +174,14 @@ def sharp(chance: random.Random) -> stl.Requirement:
     over = (
         window(6, 6) if chance.random() < 0.8 else stl.Window(0.5 * chance.randrange(6), math.inf)
     )
-    pair = chance.choice(("until", "since"))
     match chance.randrange(4):
         case 0:
-            return stl.Compound(pair, (event(), event()), over)
+            return stl.Compound("until", (event(), event()), over)
         case 1:
-            inner = stl.Compound(pair, (event(), event()), over)
+            inner = stl.Compound("until", (event(), event()), over)
             return stl.Compound(chance.choice(words), (inner,), window(3, 4, 1.0))
         case 2:
-            return stl.Compound(pair, (stl.Margin(stl.Literal(50.0)), signal), over)
+            return stl.Compound("until", (stl.Margin(stl.Literal(50.0)), signal), over)
     return stl.Compound(chance.choice(words), (signal,), over)
 
 
