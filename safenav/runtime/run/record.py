@@ -309,6 +309,8 @@ class Recorder:
             at = stages if first else floors.put(stages, g, now.Stage(number))
             able = floor.able(g, at)
             group = [j for j in able if need.regions >> state.robots[j].pose % size & 1]
+            acting = [j for j in group if state.robots[j].acting == i]
+            group = acting if len(acting) >= need.robots else group  # else unknown to the team
         return tuple(map(self._robot, group)) if len(group) > 1 else None
 
     def _appeared(self, k: int, truth: bool | None, cause: ChangeCause) -> None:
