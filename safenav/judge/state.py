@@ -170,6 +170,11 @@ class Rest(NamedTuple):
         """Return the robots that met the last need and must meet the next one."""
         return self.left[0].able if self.left and self.left[0].same else frozenset()
 
+    def laden(self) -> frozenset[str]:
+        """Return the robots that carry it, or a part of it, and so can take no other load."""
+        shares = self.takes() and not self.left[0].together
+        return self.carriers() | (self.done if shares else frozenset())
+
     def advanced(self, group: Iterable[str]) -> Rest:
         """Return the rest after a group and those that have done their part met the next need."""
         left, met = self.left[1:], self.done.union(group)

@@ -25,7 +25,7 @@ class Case:
     """The team in a state: for each robot its ``steps`` outside permanent obstacles, and the poses
     where each of its ``targets`` is met. ``hopeful``: every robot counts as in service; ``memory``:
     the number of the memory of each robot whose poses are followed with it; ``laden``: robots with
-    a load that no robot can ever put down."""
+    a load, or a part of one, that no robot can ever put down."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class Case:
         self.out = frozenset(n for n, r in s.robots.items() if r.out and not hopeful)
         every = s.obstacles.values()
         self.shut = [one for one in every if one.there and one.shut]
-        self.laden = frozenset[str]().union(*(x.rest.carriers() for x in self.shut if x.open))
+        self.laden = frozenset[str]().union(*(x.rest.laden() for x in self.shut if x.open))
         self.at: dict[str, Any] = {name: s.destination(name) for name in s.names}
         self.steps: dict[str, Graph] = {}
         self.targets: dict[str, list[Poses]] = {}
@@ -126,12 +126,8 @@ class Case:
         return all(self.can_continue(name, sets[name], obstacles) for name in self.names)
 
     def full(self, obstacles: Iterable[Rest]) -> frozenset[str]:
-        """Return the robots that carry a load, or a part of one, and so can take no other."""
-        full = self.laden
-        for one in obstacles:
-            shares = one.done if one.takes() and not one.left[0].together else frozenset[str]()
-            full |= one.carriers() | shares
-        return full
+        """Return the robots that can take no other load."""
+        return self.laden.union(*(one.laden() for one in obstacles))
 
     def _standing(self, name: str, regions: frozenset[int]) -> Poses:
         return frozenset(pose for pose in self.steps[name] if pose[0] in regions)
