@@ -269,6 +269,8 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
         case "met" if e.need == one.stage:
             one.group = frozenset(e.robots or [e.robot])
             one.rest = one.rest._replace(done=frozenset()).advanced(one.group)
+            together = one.rest.left and one.rest.left[0].together
+            one.begun = e.tick + 1 if together else e.tick  # robots that have had their turn
             _stood(e.robot, s)  # its action continues with the next need
         case "resolved":
             one.there = one.resolved = one.known = True

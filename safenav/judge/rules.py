@@ -286,7 +286,8 @@ def done(e: Line, s: State) -> Iterator[str]:
     in its regions."""
     first = e.robot == s.names[0] or e.outcome == "completed"
     for one in s.obstacles.values() if first and not (s.live or s.external) else ():
-        if one.open and one.since < e.tick and one.rest.left and not one.rest.takes():
+        begun = max(one.since, one.begun) < e.tick
+        if one.open and begun and one.rest.left and not one.rest.takes():
             need = one.rest.left[0]
             there = {n for n in need.able if s.robots[n].pose[0] in need.regions}
             if len(there if need.together else one.rest.done & need.able) >= need.robots:
@@ -329,6 +330,8 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
     if one.stage > number:  # all its needs are met
         if e.kind == "met" or e.robot not in one.group:
             yield f"need {number + 1} of {one.name} is met already"
+        elif e.at != s.robots[e.robot].pose[0]:
+            yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, where it is not"
         return
     need = one.needs[number] if s.external else one.rest.left[0]
     if e.kind == "met" and e.action != need.action:

@@ -193,7 +193,8 @@ class Rest(NamedTuple):
 class Obstacle:
     """An obstacle. ``rest``: its unmet needs; ``group``: those that met the last one; ``there``: it
     is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team knows of it;
-    ``declared``: by an operator."""
+    ``declared``: by an operator; ``begun``: the tick in which all robots can do their part of the
+    next need."""
 
     name: str
     type: str
@@ -212,6 +213,7 @@ class Obstacle:
     known: bool = False
     declared: bool = False
     since: int = 1
+    begun: int = 1
 
     @property
     def open(self) -> bool:
