@@ -195,8 +195,8 @@ class Battery(Struct, frozen=True):
     capacity: SomeCharge
     charge: SomeCharge
     start: Charge
-    move: Charge = 1
-    stay: Seconds = 0
+    move: Charge
+    stay: Seconds
 
     def stepped(self, charge: float) -> float:
         """Return the charge after a step."""
