@@ -12,7 +12,7 @@ import warm
 from children import ran
 from once import SCENARIOS, trace_of_shipped
 from runtime.facts import Facts, cases, hold
-from runtime.played import completed
+from runtime.played import Run, completed
 from runtime.worlds import Uneven
 from safenav import Clock, check_trace, load_scenario
 from support.transcripts import golden_row
@@ -42,6 +42,8 @@ def test_the_audit_accepts_the_run_of_each_shipped_scenario(name: str) -> None:
     audit = check_trace(trace_of_shipped(name))
     assert audit.findings == (), "\n".join(map(str, audit.findings))
     assert audit.complete
+    lines = map(json.loads, trace_of_shipped(name).read_text().splitlines())
+    golden_row(f"shipped {name}", Run(lines).tally, TALLIES)
 
 
 @pytest.mark.parametrize("name", LIVE)
