@@ -326,6 +326,7 @@ class World:
             stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
                 number(run.team, run.state, obstacle): stage
                 for obstacle, stage in self.truth.parts(team.members[i].robot)
+                if self.truth.stands(obstacle)  # else it has disappeared in this instant
             }
         else:
             stages |= self._unnoticed(run, i)
