@@ -278,6 +278,17 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     return True
 
 
+def awaited(team: Team, state: State) -> frozenset[int]:
+    """Return the obstacles whose needs the next steps of a plan wait for."""
+    plan = state.plan
+    assert plan is not None
+    found = set[int]()
+    for i in team.sharing:
+        for waypoint in plan.ways[i][state.robots[i].at + 1 : state.robots[i].at + 2]:
+            found |= {k for k, n in waypoint.needs if state.obstacles[k].stage.need < n}
+    return frozenset(found)
+
+
 def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
     """Return the joint state after each tick of a run of the plan without surprises, in which
     robots move in turn, each as soon as it may; None if it does not reach its end."""

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock, Found, Unserved, lost
-from safenav.plan.order import at_end, charges_now, joint_now, starving, stuck
+from safenav.plan.order import at_end, awaited, charges_now, joint_now, starving, stuck
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.ends import (
     End,
@@ -48,7 +48,8 @@ class Control(Struct, frozen=True):
     """Intentions of the team. ``new``: the robots that have just been synthesized; ``pending``:
     those that wait for a strategy, because of ``asked``; ``thinks``: the plan is still being
     computed; ``helped``: a change may have made a failed resolution possible. ``vain``: obstacles
-    that a robot was to resolve without a strategy for that, by these ``failed`` syntheses."""
+    that a robot was to resolve without a strategy for that, by these ``failed`` syntheses.
+    ``left``: those that joint plans leave to robots with strategies, though others were to help."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -62,6 +63,7 @@ class Control(Struct, frozen=True):
     helped: bool = False
     failed: tuple[Controller, ...] = ()
     vain: tuple[int, ...] = ()
+    left: frozenset[int] = frozenset()
 
     def controller(self, i: int) -> Controller | None:
         return self.controllers[i] if self.controllers else None
@@ -122,6 +124,9 @@ def coordinate(
     if control.end is None:
         try:
             end = _out_of_service(team, state, control)
+            if end is None and (left := _left(team, state, control)):
+                control = replace(control, question=None, left=control.left | left)
+                return _again(team, state, control, answers, decided, coming)
             control = replace(control, end=end or _planned(team, state, control, answers, decide))
         except Pending:
             return replace(control, thinks=True), decided
@@ -211,7 +216,11 @@ def _settled(
             helping[g] = (*helping.get(g, ()), i)
     aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
     lone = frozenset(range(len(poses))).difference(team.sharing)
-    found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
+    pairs = ((i, k) for i in team.sharing for k in before.left)
+    fewer = replace(floor, barred=floor.barred.union(pairs)) if before.left else floor
+    found = solve.settle(solve.Solver(fewer), poses, stages, aside, helping, lone)
+    if found.hopeless and before.left:
+        found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
     never: End | None = None
     if found.hopeless:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
@@ -291,6 +300,26 @@ def _meanwhile(
     )
 
 
+def _helped(team: Team, control: Control) -> frozenset[int]:
+    """Return the obstacles that robots with strategies are to resolve."""
+    helps = (control.roles[i].helps for i in team.lone)
+    return frozenset(k for k in helps if k is not None)
+
+
+def _left(team: Team, state: State, control: Control) -> frozenset[int]:
+    """Return obstacles that a plan, which cannot continue, leaves to robots with strategies, though
+    none of these is to help: the chosen helpers may have no way past other robots."""
+    if state.plan is None or not (waits := awaited(team, state) - control.left):
+        return frozenset()
+    if not stuck(team, state, _helped(team, control)):
+        return frozenset()
+    floor = floor_now(team, state)
+    stages = stages_of(floor, state)
+    open_ = {floor.gates[g]: g for g in floor.open(stages)}
+    lone = frozenset(team.lone)
+    return frozenset(k for k in waits if k in open_ and lone & {*floor.able(open_[k], stages)})
+
+
 def _planned(
     team: Team, state: State, control: Control, answers: Answers, decide: Decide
 ) -> End | None:
@@ -298,8 +327,7 @@ def _planned(
     there is none. Raises Pending."""
     if not team.sharing:
         return None
-    helps = (control.roles[i].helps for i in team.lone)
-    helped = frozenset(k for k in helps if k is not None)
+    helped = _helped(team, control)
     goes_on = orders_ahead(team, state) or not is_complete(team, state, control)
     starves = goes_on and starving(team, state)
     ends = state.plan is None or (
