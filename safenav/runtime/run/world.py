@@ -308,7 +308,7 @@ class World:
     def _acted(self, run: Running, i: int, event: protocol.Acted) -> Iterator[now.Event]:
         """Yield the results of an action: earlier needs follow from where robots stand, the last
         one only from what the world reports."""
-        self._works.pop(i, None)
+        begun = self._works.pop(i, ())
         for obstacle, _ in event.found:
             yield from _introduced(run, obstacle)
         team, truths = run.team, dict[int, bool | None]()
@@ -321,7 +321,11 @@ class World:
             and result is ActResult.DONE
         )
         reported = {k: result for k, result in reported.items() if k not in again}
-        stages = {k: stage for k, stage in self._changes(run, i) if k not in again}
+        acts = self._acts(run, i)
+        if begun:  # meanwhile it may have been sent for another load
+            loads = [k for k in begun if run.state.obstacles[k].known and _takes(run, k)]
+            acts = [k for k in acts if not _takes(run, k)] + loads
+        stages = {k: stage for k, stage in self._changes(run, i, acts) if k not in again}
         if self.truth is not None:
             stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
                 number(run.team, run.state, obstacle): stage
@@ -413,10 +417,10 @@ class World:
     def _acts(self, run: Running, i: int) -> list[int]:
         """Return the known obstacles on which a robot acts. A robot that is sent for a load leaves
         other loads. (A joint plan decides which loads its robots take.)"""
-        obstacles, roles = run.team.obstacles, run.control.roles
+        roles = run.control.roles
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
         known = [k for k in known if not self._is_met(run, i, k)]
-        taken = [k for k in known if obstacles[k].needs[run.state.obstacles[k].stage.need].takes]
+        taken = [k for k in known if _takes(run, k)]
         sent = roles[i].helps if roles and not run.team.members[i].planned else None
         return [k for k in known if k not in taken or k == sent] if sent in taken else known
 
@@ -457,6 +461,11 @@ class World:
         orders = [each.source.appears or 0 for each in run.team.obstacles if each.ordered]
         times = (*self.commands.times(), *map(float, (*listed, *switches, *orders)))
         return min((time for time in times if run.state.time < time <= most), default=None)
+
+
+def _takes(run: Running, k: int) -> bool:
+    """Return whether a robot takes a load by the next need of an obstacle."""
+    return run.team.obstacles[k].needs[run.state.obstacles[k].stage.need].takes
 
 
 def _is_early(
