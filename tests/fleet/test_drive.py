@@ -276,9 +276,10 @@ def test_an_obstacle_declared_resolved_may_still_be_there(tmp_path: Path) -> Non
 
 
 def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path) -> None:
-    """A lidar would take the gate for a pulled door, which no robot opens by pulling."""
+    """A lidar would take the gate for a pulled door, which no robot opens by pulling. One service
+    performs two actions."""
     night = (SCENARIOS / "night_round.yaml").read_text()
-    fleet = SIMULATION + "defaults: {report: seen, act: {pull: pull, unlock: key, push: push}}\n"
+    fleet = SIMULATION + "defaults: {report: seen, act: {pull: arm, unlock: key, push: arm}}\n"
     done = safenav(*files(tmp_path, night.replace("map:\n", f"map:\n{SIDE}"), fleet))
     assert done.returncode == 0, done.stderr
     lines = lines_of(tmp_path / "t.jsonl")

@@ -57,8 +57,11 @@ class SimulationTransport:
         kind, region, which = name_parts(obstacle)
         brought = Obstacle(self._types[kind], int(region), number=which)
         self.physics.bring(brought)
-        actions = {service: name for name, service in self._stations[robot].act.items()}
-        self.physics.perform(robot, actions[action], number)
+        # One service may perform several actions.
+        actions = [name for name, one in self._stations[robot].act.items() if one == action]
+        there = self.physics.standing.get(obstacle)
+        due = there.need.action if there is not None else ""
+        self.physics.perform(robot, due if due in actions else actions[0], number)
 
     def close(self) -> None:
         """Stop all robots: the simulation does not advance from now on."""
