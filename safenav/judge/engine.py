@@ -72,8 +72,9 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             s.barred = {pair for pair in s.barred if pair[0] != robot.name}
             s.stand(robot)
         case "act":
+            unknown = frozenset(name for name, one in s.obstacles.items() if not one.known)
             for name in e.robots:
-                s.robots[name].acts = e
+                s.robots[name].acts, s.robots[name].passes = e, unknown
         case "acted":
             _acted(e, robot, s)
         case "goal":

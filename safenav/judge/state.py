@@ -69,8 +69,9 @@ class Robot:
     last step; ``stands``: live, since when it uses its ``charge`` without a step; ``filled``: its
     battery was replaced; ``kept``: its progress with the objective that it resumes after an input;
     ``first``: the target with which its strategy begins; ``acts``: the action in which it takes
-    part, ``acted``: when one ended last; ``met``: the goals that its last step has met, each with
-    its tick; ``observes``: its strategy observes other robots."""
+    part, ``acted``: when one ended last; ``passes``: the obstacles unknown when it began, on which
+    idle robots may act as well; ``met``: the goals that its last step has met, each with its tick;
+    ``observes``: its strategy observes other robots."""
 
     name: str
     data: Line
@@ -99,6 +100,7 @@ class Robot:
     first: int | None = None
     acts: Line | None = None
     acted: int | None = None
+    passes: frozenset[str] = frozenset()
     met: dict[int, int] = field(default_factory=dict)
     observes: bool = False
 

@@ -362,16 +362,16 @@ def goals(team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = 
 
 def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
     """Return the goals of a robot's own objective; on a duty only those that are remembered."""
-    if on_own(team, state, i) or _remembers(team, i):
+    if on_own(team, state, i) or _remembers(team, state, i):
         robot, own = _begun(team, state, i), team.members[i].objective
         yield from _met(own, _counts(team, robot, i, own, robot.own, team.rounds, ticks))
 
 
-def _remembers(team: Team, i: int) -> bool:
-    """Return whether a robot's plan or strategy remembers the targets of its own objective met on
-    a duty."""
-    member = team.members[i]
-    return member.planned or (team.assignable(i) and member.objective.formulas is None)
+def _remembers(team: Team, state: State, i: int) -> bool:
+    """Return whether a robot's own targets count on a duty; not again where it was sent from."""
+    member, robot = team.members[i], state.robots[i]
+    assigned = team.assignable(i) and member.objective.formulas is None
+    return member.planned or (assigned and not (robot.fresh and robot.own.held))
 
 
 def _met(objective: Objective, counts: Iterable[Counted]) -> Goals:
@@ -451,7 +451,7 @@ def _counted(team: Team, state: State, i: int, ticks: int | None, duty: bool) ->
     """Count goals of a robot's own objective and of its ``duty``; a resolution restarts both."""
     robot, member = _begun(team, state, i), team.members[i]
     mine, own, task = robot.objective == member.objective, robot.own, robot.task
-    if mine or _remembers(team, i):
+    if mine or _remembers(team, state, i):
         for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
             own = step[1]
     other = duty and not mine

@@ -90,6 +90,7 @@ def coordinate(
         _give_up(team, state, decide)
         try:
             control = _settled(team, state, before, answers, coming)
+            control = replace(control, left=before.left)
         except Pending as wait:
             return replace(control, pending=wait.robots, asked=question), []
         except solve.BudgetError:

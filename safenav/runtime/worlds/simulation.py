@@ -211,7 +211,7 @@ class SimulatedWorld:
         known = [
             k
             for k, each, number in there
-            if each.name in self.cleared or not each.needs[number].takes
+            if each.name in self.cleared or not any(n.takes for n in each.needs[: number + 1])
         ]
         return acts_on(self._team, self._state, self._regions, i, known)
 
