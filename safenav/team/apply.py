@@ -368,7 +368,7 @@ def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
 
 
 def _remembers(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot's own targets count on a duty; not again where it was sent from."""
+    """Return whether own targets of a robot on a duty count; not again where it was sent from."""
     member, robot = team.members[i], state.robots[i]
     assigned = team.assignable(i) and member.objective.formulas is None
     return member.planned or (assigned and not (robot.fresh and robot.own.held))
