@@ -1,5 +1,6 @@
 """What no picture of this machine shows: fonts and packages of other machines, films too large."""
 
+import re
 import sys
 from io import BytesIO
 from pathlib import Path
@@ -50,6 +51,12 @@ def test_a_caption_does_not_stay_until_the_next_event() -> None:
     captions = {tick: text for tick, _, text, _ in Film(run_of("door"), range(46))._captioned()}
     told = next(tick for tick, text in captions.items() if "resolves door" in text)
     assert captions[told + 8] == captions[told] and not captions[told + 9]
+
+
+def test_a_caption_that_is_too_long_ends_in_dots() -> None:
+    svg = svg_of(run_of("door"), 3, caption="one gate " * 60)
+    lines = re.findall(r">([^<]*gate[^<]*)</text>", svg)
+    assert len(lines) == 3 and [line.endswith(" ...") for line in lines] == [False, False, True]
 
 
 def test_white_stays_white_in_a_large_gif(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

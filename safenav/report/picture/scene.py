@@ -26,7 +26,7 @@ NARROWEST = 260.0
 LINE = 18.0
 """Height of a line of the caption."""
 CAPTION_LINES = 3
-"""Number of lines of a film's caption, even if it is empty."""
+"""Number of lines of a film's caption, even if it is empty; a longer one ends in dots."""
 SPOKEN = 6
 """Maximum number of events in the caption of a picture."""
 ROBOT = 0.28
@@ -85,6 +85,8 @@ def svg_of(
     film = caption is not None
     says = [caption or ""] if film else [f"{event.text}." for event in told]
     lines = [line for text in says for line in svg.wrapped(text, 13, inner)]
+    if film and len(lines) > CAPTION_LINES:
+        lines[CAPTION_LINES - 1 :] = [f"{lines[CAPTION_LINES - 1].rpartition(' ')[0]} ..."]
     spoken = LINE * (CAPTION_LINES if film else len(lines))
     below = top + height + (spoken + 14 if spoken else 0.0)
     columns = _columns([*_rows(run, tick, brief=film)], inner)
@@ -99,7 +101,7 @@ def svg_of(
                 row.draw(page, MARGIN + i * (WIDTH + GAP), below + 20 + _height(column[:n]))
     if moment:
         page.text(MARGIN, top - 9, words, 13, fill=floor.MUTED)
-        for i, line in enumerate(lines[: CAPTION_LINES if film else None]):
+        for i, line in enumerate(lines):
             page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=floor.INK)
     inside = "g"  # clipping costs a third of the time, and only the ground needs it
     if ground:
