@@ -15,7 +15,8 @@ import click
 from mkdocs.structure.files import File, Files
 
 import safenav
-from safenav.cli import COMMANDS, command_of, group
+from safenav.cli import COMMANDS, HELP
+from safenav.cli.options import command_of
 
 ROOT = Path(__file__).resolve().parents[1]
 _BESIDE = ("slugs/", "benchmarks/", "proof/", "CHANGELOG", "CITATION", "CONTRIBUTING", "LICENSE")
@@ -45,7 +46,7 @@ def _home() -> str:
 
 def _commands() -> str:
     """The help of every command."""
-    parts = ["# The command line", "", "```text", _help(group, "safenav"), "```"]
+    parts = ["# The command line", "", "```text", HELP + "```"]
     for name in COMMANDS:
         parts += ["", f"## safenav {name}", "", "```text"]
         parts += [_help(command_of(name), f"safenav {name}"), "```"]

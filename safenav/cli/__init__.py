@@ -3,7 +3,6 @@
 ``main`` is the only place that turns an exception into an exit status.
 """
 
-import importlib
 import io
 import os
 import signal
@@ -13,9 +12,6 @@ import warnings
 from collections.abc import Iterable
 from typing import Any
 
-import click
-
-import safenav
 from safenav.errors import (
     FULL_DISK,
     WRONG_NAMES,
@@ -53,55 +49,35 @@ EXTRAS = {
 }
 """The extra of each package that only some commands need, by its import name."""
 
-EPILOG = """\b
-Exit codes:
-  0  as expected: completed, realizable   2  bad input or usage
-  1  a proven negative: operator needed, unrealizable, expectation not met
-  3  a resource limit: ticks, time, memory   4  internal or synthesizer failure
-  130  interrupted
-Environment:
-  SAFENAV_SLUGS  another slugs binary to use
-  SAFENAV_CACHE  directory of the synthesis cache, or 'off'
-  NO_COLOR       no colours
+_NAMES = "\n".join(f"  {name:7}  {words}" for name, (_, words) in COMMANDS.items())
+HELP = f"""\
+Usage: safenav [OPTIONS] COMMAND [ARGS]...
+
+  Correct-by-construction controllers for teams of heterogeneous robots.
+
+  A scenario (YAML) holds a map, robots, their objectives and obstacles
+  unknown to them. Each robot gets a synthesized controller.
+
+  Examples:
+    safenav new lab.yaml && safenav run lab.yaml
+
+Options:
+  --version   Show the version and exit.
+  -h, --help  Show this message and exit.
+
+Commands:
+{_NAMES}
+
+  Exit codes:
+    0  as expected: completed, realizable   2  bad input or usage
+    1  a proven negative: operator needed, unrealizable, expectation not met
+    3  a resource limit: ticks, time, memory   4  internal or synthesizer failure
+    130  interrupted
+  Environment:
+    SAFENAV_SLUGS  another slugs binary to use
+    SAFENAV_CACHE  directory of the synthesis cache, or 'off'
+    NO_COLOR       no colours
 """
-
-
-class _Commands(click.Group):
-    """The group of all commands, which imports a command's module only when it is used."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        del ctx
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        del ctx
-        return command_of(cmd_name) if cmd_name in COMMANDS else None
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        del ctx
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, words) for name, (_, words) in COMMANDS.items()])
-
-
-def command_of(name: str) -> click.Command:
-    """Return the command of this name, from its module."""
-    module = importlib.import_module(f"safenav.cli.{COMMANDS[name][0]}")
-    command: click.Command = getattr(module, name)
-    return command
-
-
-@click.group(cls=_Commands, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(safenav.__version__, prog_name="safenav")
-def group() -> None:
-    """Correct-by-construction controllers for teams of heterogeneous robots.
-
-    A scenario (YAML) holds a map, robots, their objectives and obstacles
-    unknown to them. Each robot gets a synthesized controller.
-
-    \b
-    Examples:
-      safenav new lab.yaml && safenav run lab.yaml
-    """
 
 
 def main() -> None:
@@ -116,6 +92,11 @@ def main() -> None:
             if signal.getsignal(number) is signal.SIG_DFL:
                 signal.signal(number, signal.default_int_handler)
         warnings.showwarning = lambda message, *_, **__: warn(message)
+        if sys.argv[1:] in (["-h"], ["--help"]):  # without click, whose import takes 20 ms
+            print(HELP, end="", flush=True)
+            sys.exit(ExitCode.OK)
+        from safenav.cli.options import group
+
         words = sys.argv[1:] or ["--help"]
         status = group.main(words, "safenav", standalone_mode=False, color=_coloured())
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
@@ -130,6 +111,8 @@ def main() -> None:
 
 def _ending(error: BaseException) -> tuple[str, ExitCode]:
     """Return the message and the exit code of a command that an error has ended."""
+    import click
+
     if follows_an_interruption(error) or isinstance(error, click.exceptions.Abort):
         return "interrupted", ExitCode.INTERRUPTED
     match error:
@@ -185,17 +168,21 @@ def _coloured() -> bool | None:
 
 def warn(message: Warning | str) -> None:
     """Print a warning."""
+    import click
+
     click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {message}", err=True)
 
 
 def warn_of(lines: Iterable[str]) -> None:
     """Print warnings, each with the indented lines that belong to it."""
     for line in lines:
-        click.echo(line, err=True) if line.startswith(" ") else warn(line)
+        print(line, file=sys.stderr) if line.startswith(" ") else warn(line)
 
 
 def report_error(message: str) -> None:
     """Print an error."""
+    import click
+
     from safenav.files import printable
 
     line = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"

@@ -7,6 +7,7 @@ lost.
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import os
@@ -18,11 +19,41 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type
 import click
 from click.core import ParameterSource
 
+import safenav
+from safenav.cli import COMMANDS, HELP
 from safenav.errors import ExitCode, InputError, UsageError
 from safenav.files import MOST_BYTES, decoded, kind_of, read_input, try_folder, try_out
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario
+
+
+class _Commands(click.Group):
+    """The group of all commands, which imports a command's module only when it is used."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        del ctx
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        del ctx
+        return command_of(cmd_name) if cmd_name in COMMANDS else None
+
+    def get_help(self, ctx: click.Context) -> str:
+        del ctx
+        return HELP.rstrip()
+
+
+group = click.version_option(safenav.__version__, prog_name="safenav")(
+    _Commands("safenav", context_settings={"help_option_names": ["-h", "--help"]})
+)
+
+
+def command_of(name: str) -> click.Command:
+    """Return the command of this name, from its module."""
+    module = importlib.import_module(f"safenav.cli.{COMMANDS[name][0]}")
+    command: click.Command = getattr(module, name)
+    return command
 
 
 def command(epilog: str) -> Callable[[Callable[..., int]], click.Command]:

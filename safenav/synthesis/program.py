@@ -13,18 +13,19 @@ import contextlib
 import os
 import re
 import signal
-import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 from msgspec import Struct
 
 from safenav.errors import ResourceLimitError, SynthesizerError
+
+if TYPE_CHECKING:
+    import subprocess
 
 _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _MOST_OUTPUT = 2 << 30
@@ -124,6 +125,8 @@ class ProcessGroup:
     def _start(
         self, binary: Path, options: Sequence[str], out: IO[bytes], err: IO[bytes]
     ) -> subprocess.Popen[bytes]:
+        import subprocess  # most results come from the cache
+
         with self._lock:
             if self._dismissed:
                 raise DismissedError
@@ -157,7 +160,9 @@ def _file() -> IO[bytes]:
     millisecond of each synthesis."""
     if sys.platform == "linux":
         return os.fdopen(os.memfd_create("synthesizer"), "w+b")
-    return tempfile.TemporaryFile()
+    from tempfile import TemporaryFile
+
+    return TemporaryFile()
 
 
 def _bound(pid: int, output: int) -> None:

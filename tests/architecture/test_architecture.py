@@ -167,7 +167,7 @@ FORBIDDEN = {
 }
 OF_A_TABLE = {
     "safenav": "homes[name]",
-    "safenav.cli": "f'safenav.cli.{COMMANDS[name][0]}'",
+    "safenav.cli.options": "f'safenav.cli.{COMMANDS[name][0]}'",
     "safenav.motion.mover": "module",
 }
 """Modules that import by a name: one of a table in the same module."""

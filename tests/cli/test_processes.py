@@ -82,15 +82,15 @@ def test_a_terminal_that_is_closed_ends_the_program_as_interrupted() -> None:
 
 
 FAILING = """
-import sys, safenav.cli, safenav.errors
+import sys, safenav.cli.options, safenav.errors
 def failing(*_, **__):
     try:
         raise KeyboardInterrupt
     except KeyboardInterrupt as interruption:
         raise {}
-safenav.cli.group.main = failing"""
+safenav.cli.options.group.main = failing"""
 AT_START = """
-import signal, sys, safenav.cli
+import signal, sys, safenav.cli.options
 def interrupted(*_, **__):
     raise KeyboardInterrupt
 {} = interrupted"""
@@ -101,7 +101,11 @@ def interrupted(*_, **__):
     [
         *map(
             AT_START.format,
-            ("signal.getsignal", "safenav.cli.group.main", "safenav.cli._open_closed_streams"),
+            (
+                "signal.getsignal",
+                "safenav.cli.options.group.main",
+                "safenav.cli._open_closed_streams",
+            ),
         ),
         *map(
             FAILING.format,

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 
 from safenav import SafenavError
-from safenav.cli import group
+from safenav.cli.options import group
 
 
 def invoke(*words: object) -> tuple[int, str, str]:
