@@ -178,9 +178,6 @@ class RunReader:
                 self._robot(line.robot).out.put(line.tick, not line.active)
             case records.Charge():
                 self._robot(line.robot).charge.append((line.tick, line.percent))
-            case records.Plan():
-                for name in (name for name, path in line.robots.items() if len(path) > 1):
-                    self._robot(name).driven = True
             case records.Inputs():
                 self._switched(line)
             case records.Deadline():
@@ -336,10 +333,6 @@ class RunReader:
             rows[max(0, line.depth - 1) :] = [
                 values.StackRow(line.obstacle, line.requester, helpers)
             ]
-            waiting = line.requester
-            if waiting is not None and waiting in line.objectives and waiting not in helpers:
-                track = self._robot(waiting)
-                track.waits.append(track.objectives.now)
         else:
             own = [n for n, row in enumerate(rows) if row.obstacle == line.obstacle]
             ended = [n for n in own if rows[n].requester == line.requester] or own
@@ -348,9 +341,7 @@ class RunReader:
             del rows[max(0, line.depth) :]
         run.stack.append((line.tick, tuple(rows)))
         tracks = map(self._robot, new)
-        told = "; ".join(
-            f"{track.name}: {run.doing(track, track.objectives.now)}" for track in tracks
-        )
+        told = "; ".join(f"{track.name}: {run.doing(track.objectives.now)}" for track in tracks)
         text = self._wording.sentence(line) + (f" ({told})" if told else "")
         self._event(line, _KINDS[line.type], text)
 

@@ -14,12 +14,9 @@ from safenav.errors import Outcome
 from safenav.run.tracks import RobotTrack
 from safenav.run.values import Changes, Event, Hidden, ObstacleStatus, StackRow, StoryKind
 from safenav.scenario.model import Exclusion
-from safenav.scenario.objective import Objective, describe, station, target_regions
+from safenav.scenario.objective import Objective, describe, target_regions
 from safenav.trace.records import End
-from safenav.trace.words import listed
 from safenav.world.map import Region, RegionMap
-from safenav.world.poses import bits
-from safenav.world.sight import Visibility, visible_from
 
 AHEAD = 400
 """Maximum number of ticks of the path ahead that is shown."""
@@ -63,8 +60,6 @@ class Run(Struct):
     interrupts: str | None = None
     """The type of obstacle whose resolution does not restart the rounds: a flat battery."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict)
-    _views: dict[tuple[float, frozenset[Region]], Visibility] = field(default_factory=dict)
-    """Lines of sight by radius and closed regions: pages need them for every tick."""
 
     @property
     def last(self) -> int:
@@ -124,25 +119,10 @@ class Run(Struct):
         """Return whether resolving an obstacle restarts the rounds."""
         return self.interrupts is None or self.hidden[obstacle].type != self.interrupts
 
-    def closed(self, tick: int) -> list[Hidden]:
-        """Return the known obstacles that are not resolved."""
-        return [each for each in self.hidden.values() if each.status.at(tick) in CLOSED]
-
     def present(self, tick: int) -> list[Hidden]:
         """Return the obstacles that have appeared and are still there."""
         absent = ObstacleStatus.ABSENT
         return [each for each in self.hidden.values() if each.status.at(tick) is not absent]
-
-    def sight(self, track: RobotTrack, tick: int) -> list[Region] | None:
-        """Return the regions, ascending, that a robot sees after ``tick``; None without a
-        radius."""
-        if track.vision is None:
-            return None
-        closed = frozenset(hidden.region for hidden in self.closed(tick))
-        key = (track.vision, closed)
-        if key not in self._views:
-            self._views[key] = visible_from(self.map, *key)
-        return [*bits(self._views[key].mask(track.regions[tick]))]
 
     def stage(self, tick: int, fraction: float = 0.0) -> str:
         """Return a tick in words, the last one with the outcome: ``tick 46 of 46: completed``."""
@@ -160,13 +140,6 @@ class Run(Struct):
     def loads(self, robot: str, tick: int) -> list[Hidden]:
         """Return the obstacles that a robot carries."""
         return [each for each in self.hidden.values() if robot in each.loads.at(tick)]
-
-    def equipment(self, track: RobotTrack, tick: int) -> str:
-        """Return the loads and the charge of a robot in words; empty if it has neither."""
-        loads = [load.label(self.map) for load in self.loads(track.name, tick)]
-        carries = [f"carries {listed(loads)}"] if loads else []
-        charge = [f"charge {track.charge.at(tick)} %"] if track.charge else []
-        return "; ".join(carries + charge)
 
     def trail(self, track: RobotTrack, tick: int) -> list[Region]:
         """Return the last regions of a robot's path, oldest first."""
@@ -220,14 +193,9 @@ class Run(Struct):
             degrees += turn * min(1.0, 2.0 * part)  # it has turned by half the step
         return row + (to_row - row) * part, col + (to_col - col) * part, degrees
 
-    def doing(self, track: RobotTrack, objective: Objective | None) -> str:
-        """Return an objective of a robot in words, with a note if a joint plan moves it while it
-        waits."""
-        if objective is None:
-            return "no objective"
-        words = describe(objective, self.map.word)
-        waits = track.driven and station(objective) is not None and objective in track.waits
-        return f"{words}, unless its joint plan moves it" if waits else words
+    def doing(self, objective: Objective | None) -> str:
+        """Return an objective in words."""
+        return "no objective" if objective is None else describe(objective, self.map.word)
 
 
 CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}

@@ -36,9 +36,8 @@ class LongStep(Struct, frozen=True):
 
 class RobotTrack(Struct):
     """One robot and its history: ``regions[t]`` and ``headings[t]`` after tick t; a robot that has
-    had its turn in an incomplete tick has one more of them. ``vision``: its radius in regions, None
-    if unlimited; ``steps``: those of more than one tick, in order; ``charge``: that of its battery,
-    in percent of its capacity; empty if it has none."""
+    had its turn in an incomplete tick has one more of them. ``steps``: those of more than one tick,
+    in order; ``charge``: that of its battery, in percent of its capacity; empty if it has none."""
 
     name: str
     model: str
@@ -49,17 +48,12 @@ class RobotTrack(Struct):
     headings: list[Heading | None]
     objectives: Changes[Objective | None]
     progress: Changes[RobotProgress] = field(default_factory=lambda: Changes.of(RobotProgress()))
-    vision: float | None = None
     charge: Changes[int] = field(default_factory=Changes)
     out: Changes[bool] = field(default_factory=lambda: Changes.of(False))
     """Whether it is out of service."""
     steps: list[LongStep] = field(default_factory=list)
     beliefs: dict[str, Changes[RobotBelief | None]] = field(default_factory=dict)
     """Its knowledge about other robots, once it is recorded."""
-    waits: list[Objective | None] = field(default_factory=list)
-    """The objectives with which it has waited for help."""
-    driven: bool = False
-    """Whether a joint plan has moved it so far."""
 
     @property
     def pose(self) -> tuple[Region, Heading | None]:
@@ -114,8 +108,6 @@ def tracks_of(scenario: Scenario) -> dict[str, RobotTrack]:
     style = looks([robot.name for robot in scenario.robots])
     for robot, look in zip(scenario.robots, style, strict=True):
         model, (region, heading) = robot.model, (robot.start.region, robot.start.heading)
-        if model.vision is not None and model.vision < 1:
-            raise ContradictionError(f"{robot.name} does not even see the next region")
         track = RobotTrack(
             robot.name,
             model.name,
@@ -125,7 +117,6 @@ def tracks_of(scenario: Scenario) -> dict[str, RobotTrack]:
             [region],
             [heading],
             Changes.of(robot.objective),
-            vision=model.vision,
         )
         if model.battery is not None:
             track.charge = Changes.of(model.battery.percent(model.battery.start))

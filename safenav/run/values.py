@@ -16,7 +16,7 @@ from msgspec import Struct, field
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Word, number_word
 from safenav.trace import records
-from safenav.trace.words import listed, obstacle_words
+from safenav.trace.words import obstacle_words
 from safenav.world.map import Region, RegionMap
 
 T = TypeVar("T")
@@ -151,15 +151,6 @@ class Hidden(Struct):
     met: Changes[int] = field(default_factory=lambda: Changes.of(0))
     loads: Changes[tuple[str, ...]] = field(default_factory=lambda: Changes.of(()))
 
-    def state(self, tick: int) -> str:
-        """Return its status and open needs in words: ``found, needs 'unlock', then 'push'``."""
-        status = self.status.at(tick)
-        unknown = self.ordered and status is ObstacleStatus.HIDDEN
-        words = "not ordered yet" if unknown else status.meaning
-        resolved = status is ObstacleStatus.RESOLVED
-        needs = "" if resolved else self.open_needs(self.met.at(tick))
-        return f"{words}, needs {needs}" if needs else words
-
     def open_needs(self, met: int) -> str:
         """Return its needs after the first ``met`` in words."""
         named = ("an operator" if a == OPERATOR_ACTION else f"'{a}'" for a in self.actions[met:])
@@ -180,16 +171,6 @@ class StackRow(Struct, frozen=True):
     def about(self, word: Word = number_word) -> str:
         """Return ``door@47``; ``word`` names regions."""
         return obstacle_words(self.obstacle, word)
-
-    @property
-    def roles(self) -> str:
-        """``quad waits, digit helps``"""
-        if self.helpers == (self.requester,):
-            return f"{self.requester} resolves it itself"
-        parts = [] if self.requester in (None, *self.helpers) else [f"{self.requester} waits"]
-        if self.helpers:
-            parts.append(f"{listed(self.helpers)} {'helps' if len(self.helpers) == 1 else 'help'}")
-        return ", ".join(parts) or "no robot helps yet"
 
 
 class Look(Struct, frozen=True):

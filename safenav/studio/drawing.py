@@ -10,7 +10,6 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.report.page.html import encoded
-from safenav.report.picture.svg import obstacle_pictogram
 from safenav.run.run import Run
 from safenav.run.tracks import RobotTrack
 from safenav.run.values import Changes, Hidden, ObstacleStatus, looks
@@ -99,7 +98,6 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
         "obstacles": [
             {
                 "name": kind.name,
-                "shape": obstacle_pictogram(kind.name),
                 "actions": [*dict.fromkeys(need.action for need in kind.needs)],
                 "truth": kind.has_truth,
                 "blocks": kind.blocks is None or len(kind.blocks) > 0,

@@ -63,8 +63,6 @@ def test_the_state_of_a_tick_is_that_of_the_trace(browser: Browser) -> None:
             for where in (".knowledge", ".obstacles"):
                 shown = browser.one(f'{where} [data-obstacle="{obstacle.name}"]')
                 assert shown.get_attribute("data-status") == status
-        frames = [item.text for item in browser.all(".stack li b")]
-        assert frames == [frame.about() for frame in reversed(run.stack.at(tick))]
         for track in run.robots:
             row, col = run.map.position(track.regions[tick])
             assert browser.centre(track.name) == pytest.approx((col, row), abs=0.3)
@@ -244,7 +242,7 @@ def test_failed_and_truncated_runs_are_shown(browser: Browser, tmp_path: Path) -
     assert browser.one(".badge").text == "cut off"
 
 
-def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser) -> None:
+def test_the_page_hatches_beliefs(browser: Browser) -> None:
     """Those of the selected robot."""
     browser.open(page_of("meeting"), "#tick=1")
     (belief,) = browser.all(".shading .belief")
@@ -252,7 +250,6 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser) -> None:
     assert belief.get_attribute("data-of") == "east"
     (area, _) = belief.find_elements("css selector", "path")
     assert (area.get_attribute("d") or "").count("M") == 3  # rows of the room
-    assert [s.get_attribute("data-viewer") for s in browser.all(".shading .sight")] == ["west"]
     for _ in range(2):
         browser.press(Keys.ARROW_RIGHT)
     assert "seen" in (browser.one(".shading .belief").get_attribute("class") or "")
@@ -260,9 +257,8 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser) -> None:
     browser.press(Keys.ARROW_LEFT)
     for selected, viewer in ((1, "east"), (0, "west")):
         browser.run("arguments[0].click()", browser.all(".robots .go")[selected])
-        for kind in ("sight", "belief"):
-            shown = [e.get_attribute("data-viewer") for e in browser.all(f".shading .{kind}")]
-            assert shown == [viewer]
+        shown = [e.get_attribute("data-viewer") for e in browser.all(".shading .belief")]
+        assert shown == [viewer]
     assert not browser.all(".shading path[class]")
 
 

@@ -7,6 +7,7 @@ import re
 import shutil
 import zlib
 from base64 import b64decode
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from children import ran
 from report.runs import changed, data_of, page_of, paged, run_of, trace_of
 from safenav import motion_of, read_trace
 from safenav.motion.columns import columns_at, times_of
+from safenav.report.picture.svg import obstacle_pictogram
+from safenav.scenario.reading.catalogue import built_in
 
 PAGE = Path(__file__).parents[2] / "safenav" / "report" / "page"
 FRONT = PAGE / "front"
@@ -53,8 +56,16 @@ def test_a_page_is_small_and_names_no_other_file(solid: tuple[str, ...]) -> None
 def test_a_page_stores_each_set_of_regions_once() -> None:
     """With beliefs, pages of long runs took many megabytes."""
     data = data_of(page_of("meeting"))
-    changes = [change for robot in data["robots"] for change in robot["sight"]]
-    assert len(changes) > len(data["sets"]) == len({*data["sets"]}) > 1
+    told = [held for robot in data["robots"] for held in robot["beliefs"].values()]
+    assert len([*chain(*told)]) > len(data["sets"]) == len({*data["sets"]}) > 1
+
+
+def test_every_obstacle_has_a_silhouette_also_under_a_longer_name() -> None:
+    for name in built_in().obstacles:
+        own, *longer = map(obstacle_pictogram, (name, f"my_{name}", f"my-{name}"))
+        assert longer == [own, own] and own
+    assert not obstacle_pictogram("trapdoor")
+    assert obstacle_pictogram("my_door") != obstacle_pictogram("my_pulled_door")
 
 
 def test_embedded_data_survives_and_cannot_end_its_element(tmp_path: Path) -> None:

@@ -66,7 +66,6 @@ DEPARTED = STEP | {"type": "depart", "from": 14, "to": 15, "heading": None, "by"
         ({"line": ["move"]}, "the next move of quad is that of tick 1, not of tick 2"),
         ({"line": ["move", {"robot": "digit"}], "every": True}, "digit has no move in tick 1"),
         ({"line": ["move"], "insert": DEPARTED}, "a run without a clock has no steps in seconds"),
-        ({"line": 1, "fields": {"scenario.robots.quad.model.vision": 0.5}}, "the next region"),
         ({"line": ["violation"], "fields": {"obstacle": "door@48"}}, "no obstacle door@48"),
         ({"line": ["move"], "fields": {"tick": "soon"}}, "`tick`"),
         ({"line": 1}, "header"),
@@ -113,16 +112,6 @@ def test_a_robot_whose_step_fails_turns_back(tmp_path: Path) -> None:
     run = read_run(tmp_path / "told.jsonl")
     rows = [run.place(run.track("quad"), *run.moment(time)) for time in (1.25, 1.5, 1.75, 2.0)]
     assert [round(col - 1, 3) for _, col, _ in rows] == [0.2, 0.4, 0.2, 0.0]
-
-
-def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) -> None:
-    seeing = {"line": 1, "fields": {"scenario.robots.quad.model.vision": 4}}
-    run = read_run(changed("door", [seeing], tmp_path))
-    quad = run.track("quad")
-    assert quad.regions[10] == quad.regions[11] == 46
-    before, found, after = (run.sight(quad, tick) or [] for tick in (10, 11, 16))
-    assert 48 in before and 48 not in found and 48 in after
-    assert 47 in found, "the closed doorway itself is seen"
 
 
 def failure(obstacle: str) -> list[damage.Line]:

@@ -1,7 +1,6 @@
 """An edit of the drawing changes only its own part of the text."""
 
 import difflib
-import json
 import os
 import random
 from collections.abc import Iterator
@@ -11,7 +10,7 @@ import pytest
 
 from once import SCENARIOS, beside, from_yaml
 from report.runs import own
-from safenav import InputError, built_in, load_scenario_text
+from safenav import InputError, load_scenario_text
 from studio.serving import Page, Served
 
 DOOR = (SCENARIOS / "case_study_1.yaml").read_text()
@@ -79,17 +78,6 @@ def test_an_edit_changes_only_its_lines(case: dict[str, Any], desk: Desk) -> Non
     told = [*difflib.unified_diff(text.splitlines(), desk.text.splitlines(), n=0, lineterm="")][2:]
     changed = [line for line in told if line[0] != "@"]
     assert changed == case.get("lines", "").splitlines()
-
-
-def test_every_obstacle_has_a_silhouette_also_under_a_longer_name(desk: Desk) -> None:
-    names = built_in().obstacles
-    more = [f"{before}{name}" for name in names for before in ("my_", "my-")]
-    obstacles = {name: {"action": "push"} for name in [*names, *more, "trapdoor"]}
-    desk.write(f"{SMALL}catalogue: {json.dumps({'obstacles': obstacles})}\n")
-    shapes = {one["name"]: one["shape"] for one in desk.shown["palette"]["obstacles"]}
-    for name in names:
-        assert shapes[name] == shapes[f"my_{name}"] == shapes[f"my-{name}"] != ""
-    assert shapes["trapdoor"] == "" and shapes["my_door"] != shapes["my_pulled_door"]
 
 
 def something(drawing: dict[str, Any], chance: random.Random) -> dict[str, Any]:

@@ -13,8 +13,8 @@ length, as in ``14,3,7,2``.
 
 import json
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache, partial
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 from html import escape
 from importlib.resources import files
 from typing import Any, TypeVar
@@ -195,31 +195,19 @@ class _Rows:
                 for step in track.steps[bisect_left(track.steps, begin - 1, key=_last) :]
             ],
             "headings": "".join(facing) if len(facing) == len(headings) else None,
-            "tasks": self._changes(track.objectives, partial(self._task, track)),
+            "tasks": self._changes(track.objectives, self._task),
             "progress": self._changes(track.progress, self._progress),
             "charge": self._changes(track.charge, lambda percent: [percent]) or None,
             "out": self._changes(track.out, lambda out: [out]),
-            "sight": [*self._seen(track)],
             "beliefs": {
                 self._index[of]: self._changes(beliefs, self._belief)
                 for of, beliefs in track.beliefs.items()
             },
         }
 
-    def _task(self, track: RobotTrack, objective: Objective | None) -> list[Any]:
+    def _task(self, objective: Objective | None) -> list[Any]:
         avoid = () if objective is None else objective.avoid
-        words = self._run.doing(track, objective)
-        return [words, sorted(target_regions(objective)), sorted(avoid)]
-
-    def _seen(self, track: RobotTrack) -> Iterator[list[Any]]:
-        """Yield the changes of what a robot sees."""
-        begin = self._begin
-        before = self._run.sight(track, begin - 1) if begin else None
-        for tick in range(begin, self._run.last + 1):
-            view = self._run.sight(track, tick)
-            if view is not None and view != before:
-                yield [tick, self._set(view)]
-            before = view
+        return [self._run.doing(objective), sorted(target_regions(objective)), sorted(avoid)]
 
     def _set(self, regions: Iterable[Region]) -> int:
         """Return the number of a set of regions (ascending)."""
@@ -243,7 +231,7 @@ class _Rows:
 
     def _stack(self, stack: Sequence[values.StackRow]) -> list[Any]:
         word = self._run.map.word
-        return [[[row.about(word), row.roles, row.requester, [*row.helpers]] for row in stack]]
+        return [[[row.about(word), row.requester, [*row.helpers]] for row in stack]]
 
     @staticmethod
     def _progress(done: values.RobotProgress) -> list[Any]:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import io
-import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from functools import cached_property
+from collections.abc import Callable, Iterable
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from safenav.errors import UsageError, missing_package
-from safenav.report.picture.scene import svg_of
-from safenav.report.picture.svg import SvgWriter, png_of, size_of, text_width
+from safenav.report.picture.scene import Layer, sprites, svg_of
+from safenav.report.picture.svg import png_of, size_of
 from safenav.run.run import Run
 from safenav.run.values import StoryKind
 
@@ -36,12 +35,6 @@ MOST_COLOURS = 1 << 18
 many."""
 CAPTION = 8
 """Ticks for which a caption stays, unless another one follows; later it would be out of date."""
-Box = tuple[int, int, int, int]
-"""Left, upper, right and lower edge, in pixels."""
-_NUMBER = re.compile(r"-?\d+\.?\d*")
-_ATTRIBUTE = re.compile(r' ([\w-]+)="([^"]*)"')
-_AXES = re.compile(r"[MLH](-?\d+\.?\d*)"), re.compile(r"[,V](-?\d+\.?\d*)")
-"""The indices of points in the data of a path."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
@@ -51,8 +44,8 @@ class Film:
 
     def __init__(self, run: Run, ticks: range, speed: float = 4.0, width: int = 720) -> None:
         self._run, self._ticks, self._width = run, ticks, width
-        self._marks: dict[str, Box] = {}
-        """The elements of the last frame, each with the pixels that it may cover."""
+        self._still: tuple[tuple[int, str], Image.Image] | None = None
+        """The picture without the robots of a tick and its caption."""
         self._halts = {e.tick for e in run.events if e.kind in _HALTS and e.tick in ticks}
         begin, pause = run.time(ticks[0]), PAUSE * speed
         count = int((run.time(ticks[-1]) - begin) / pause + 1e-9) + 1
@@ -91,29 +84,24 @@ class Film:
 
     def _frame(self, tick: int, part: float, caption: str) -> Image.Image:
         """Return the frame of a moment: ``part`` is the elapsed fraction from ``tick`` to the next
-        one. Only the places where it differs from the last frame are drawn, since the time goes
-        into pixels."""
-        ground, before = self._ground, self._marks
-        moment = svg_of(self._run, tick, part, caption=caption, ground=False)
-        zoom = ground.width / self._size[0], ground.height / self._size[1]
-        self._marks = {mark: _pixels(box, zoom, ground.size) for mark, box in _boxed(moment)}
-        changed = before.keys() ^ self._marks.keys()
-        for place in _apart((before | self._marks)[mark] for mark in changed):
-            group = f"translate({-place[0]} {-place[1]}) scale({zoom[0]} {zoom[1]})"
-            inside = (mark for mark, box in self._marks.items() if _overlap(box, place))
-            image = ground.crop(place)
-            page = SvgWriter([f'<g transform="{group}">', *inside, "</g>"])
-            image.alpha_composite(_drawn(page.document(*image.size, "", ""), image.width))
-            self._shown.paste(image, place)
-        return self._shown.convert("RGB")
+        one. Pictures are drawn once per tick; between two ticks, robots are placed on them."""
+        (ground, zoom), at = self._ground, (tick, caption)
+        if self._still is None or self._still[0] != at:
+            marks = svg_of(self._run, tick, caption=caption, layers=[Layer.MARKS])
+            image = ground.copy()
+            image.alpha_composite(_drawn(marks, self._width))
+            self._still = at, image
+        frame = self._still[1].copy()
+        for drawing, x, y in sprites(self._run, tick, part):
+            image = _sprite(drawing, max(1, round(zoom * size_of(drawing)[0])))
+            frame.alpha_composite(image, (max(0, round(zoom * x)), max(0, round(zoom * y))))
+        return frame.convert("RGB")
 
     @cached_property
-    def _ground(self) -> Image.Image:
-        """The ground, which takes most of the time of a picture: it is drawn once."""
-        ground = svg_of(self._run, self._ticks[0], caption="", moment=False)
-        self._size, image = size_of(ground), _drawn(ground, self._width)
-        self._shown = image.copy()
-        return image
+    def _ground(self) -> tuple[Image.Image, float]:
+        """The ground, and the pixels per unit of pictures."""
+        ground = svg_of(self._run, self._ticks[0], caption="", layers=[Layer.GROUND])
+        return _drawn(ground, self._width), self._width / size_of(ground)[0]
 
     def _captioned(self) -> Iterable[tuple[int, float, str, int]]:
         """Yield the moments of the frames, with caption and duration in milliseconds."""
@@ -166,58 +154,4 @@ def _drawn(svg: str, width: int) -> Image.Image:
     return Image.open(io.BytesIO(png_of(svg, width))).convert("RGBA")
 
 
-def _boxed(moment: str) -> Iterator[tuple[str, tuple[float, ...]]]:
-    """Yield the elements of a moment, each with the box that it may cover in the picture."""
-    words, _, rest = moment.partition("<g ")
-    group, _, drawing = rest.partition(">\n")
-    for element in words.splitlines()[3:]:  # after the titles
-        yield element, _box(element)
-    dx, dy = map(float, _NUMBER.findall(group))
-    for element in drawing.splitlines()[:-2]:
-        left, upper, right, lower = _box(element)
-        yield f"<g {group}>{element}</g>", (left + dx, upper + dy, right + dx, lower + dy)
-
-
-def _box(element: str) -> tuple[float, ...]:
-    """Return left, upper, right and lower edge of an element with its line, in its group."""
-    of = dict(_ATTRIBUTE.findall(element))
-
-    def value(*names: str) -> float:
-        return sum(float(of.get(name, 0)) for name in names)
-
-    x, y, wide, high = value("x", "cx"), value("y", "cy"), value("width"), value("height")
-    around = 1 + value("r", "stroke-width")
-    if place := of.get("transform"):  # a glyph
-        x, y, *_, around = map(float, _NUMBER.findall(place))
-        around *= 2
-    elif data := of.get("d"):
-        xs, ys = (sorted(map(float, axis.findall(data))) for axis in _AXES)
-        x, y, wide, high = xs[0], ys[0], xs[-1] - xs[0], ys[-1] - ys[0]
-    elif size := value("font-size"):
-        wide, high = text_width(element.partition(">")[2], size, bold=True), 1.5 * size
-        x, y = x - wide / 2 * ("text-anchor" in of), y - size
-    return x - around, y - around, x + wide + around, y + high + around
-
-
-def _pixels(box: tuple[float, ...], zoom: tuple[float, float], size: tuple[int, int]) -> Box:
-    """Return the pixels of a box in a picture of a ``size``."""
-    left, upper = (max(0, int(edge * by)) for edge, by in zip(box[:2], zoom, strict=True))
-    ends = zip(box[2:], zoom, size, strict=True)
-    right, lower = (min(most, int(edge * by) + 1) for edge, by, most in ends)
-    return left, upper, right, lower
-
-
-def _overlap(one: Box, other: Box) -> bool:
-    return all(one[k] < other[k + 2] and other[k] < one[k + 2] for k in (0, 1))
-
-
-def _apart(boxes: Iterable[Box]) -> list[Box]:
-    """Return boxes of all these pixels, which do not overlap."""
-    found: list[Box] = []
-    for box in boxes:
-        while near := [other for other in found if _overlap(box, other)]:
-            found.remove(near[0])
-            left, upper, right, lower = zip(box, near[0], strict=True)
-            box = min(left), min(upper), max(right), max(lower)
-        found.append(box)
-    return found
+_sprite = lru_cache(maxsize=4096)(_drawn)

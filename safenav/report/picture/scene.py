@@ -1,14 +1,15 @@
-"""A moment of a run as a vector picture for papers: the map, the events of the moment, robots and
-obstacles in words. The marks are those of the page, whose legend explains them.
+"""A moment of a run as a vector picture for papers: the map, the events of the moment, the robots'
+names. The marks are those of the page, whose legend explains them.
 
 Everything is placed by arithmetic on known text widths, so that nothing overlaps and nothing
 is cut off whatever the names and the size of the map. PNG and GIF are made from this SVG. The map
 is cropped to half a region around its free regions.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from enum import Enum, auto
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 from safenav.report.picture import floor, svg
 from safenav.run.reading import run_of
@@ -29,6 +30,8 @@ CAPTION_LINES = 3
 """Number of lines of a film's caption, even if it is empty; a longer one ends in dots."""
 SPOKEN = 6
 """Maximum number of events in the caption of a picture."""
+WIDTH, GAP, ICON, ROW = 170.0, 24.0, 30.0, 24.0
+"""Widths of a robot's sign with its name, of the space beside it, of the sign, and its height."""
 ROBOT = 0.28
 """Radius of a robot's body, in cells."""
 LEAST_ROBOT = 8.0
@@ -40,6 +43,8 @@ RING = 0.34
 """Radius of a target's ring, in cells; those of further robots are smaller."""
 ASIDE = ((0.71, -0.71), (0.71, 0.71), (-0.71, 0.71))
 """Positions of the robots' shapes on the rings of one region, from its centre, in radii."""
+REACH = 2.2
+"""Most distance of a robot's nose and load from its middle, in radii of its body."""
 BADGE = 0.96
 """Distance of a load from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
@@ -47,14 +52,42 @@ EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 
 _QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP}
 
 
+class Layer(Enum):
+    """A part of a picture: ``GROUND`` never changes, ``MARKS`` change from tick to tick."""
+
+    GROUND = auto()
+    MARKS = auto()
+    ROBOTS = auto()
+
+
 def svg_of_scenario(scenario: Scenario) -> str:
     """Return the picture of a scenario: starts, objectives and hidden obstacles."""
     run = run_of(unstarted(scenario))
-    for track in run.robots:
-        track.charge = Changes()
     for hidden in run.hidden.values():
         hidden.status = Changes.of(ObstacleStatus.HIDDEN)
     return svg_of(run, 0, words="before the run")
+
+
+class Layout(Struct, frozen=True):
+    """The places of a picture: the side of a region, the shown part of the map, the width below the
+    title, and the top of the map."""
+
+    cell: float
+    left: float
+    upper: float
+    width: float
+    height: float
+    inner: float
+    title: tuple[str, ...]
+    top: float
+
+    @classmethod
+    def of(cls, run: Run) -> "Layout":
+        cell = floor.cell_size(run.map)
+        left, upper, width, height = (side * cell for side in floor.window(run.map))
+        inner = max(width, NARROWEST)
+        title = tuple(svg.wrapped(run.name, 17, inner, bold=True))
+        return cls(cell, left, upper, width, height, inner, title, MARGIN + 21 * len(title) + 22)
 
 
 def svg_of(
@@ -64,60 +97,74 @@ def svg_of(
     *,
     words: str = "",
     caption: str | None = None,
-    ground: bool = True,
-    moment: bool = True,
+    layers: Collection[Layer] = tuple(Layer),
 ) -> str:
     """Return the moment after ``tick``, or at a ``part`` of the time to the next one. Knowledge is
     that of ``tick``; only positions are interpolated.
 
-    ``words`` describe the moment. ``caption`` (for the frames of a film) replaces them below the
-    map, always at the same height, with the robots' names alone. Without the ``ground`` (all that
-    never changes) the picture is transparent and ends below the caption; without the ``moment`` it
-    lacks all that changes."""
-    cell = floor.cell_size(run.map)
-    left, upper, width, height = (side * cell for side in floor.window(run.map))
-    inner = max(width, NARROWEST)
-    title = svg.wrapped(run.name, 17, inner, bold=True)
-    top = MARGIN + 21 * len(title) + 22
+    ``words`` describe the moment. ``caption`` (for the frames of a film) replaces the events below
+    the map, always at the same height. Without the ground the picture is transparent and ends below
+    the caption."""
+    of = Layout.of(run)
     words = words or run.stage(tick, part)
     told = [event for event in run.happened(tick) if event.kind not in _QUIET]
     told = sorted(told, key=lambda event: event.kind is not StoryKind.OUTCOME)[:SPOKEN]
     film = caption is not None
     says = [caption or ""] if film else [f"{event.text}." for event in told]
-    lines = [line for text in says for line in svg.wrapped(text, 13, inner)]
+    lines = [line for text in says for line in svg.wrapped(text, 13, of.inner)]
     if film and len(lines) > CAPTION_LINES:
         lines[CAPTION_LINES - 1 :] = [f"{lines[CAPTION_LINES - 1].rpartition(' ')[0]} ..."]
     spoken = LINE * (CAPTION_LINES if film else len(lines))
-    below = top + height + (spoken + 14 if spoken else 0.0)
-    columns = _columns([*_rows(run, tick, brief=film)], inner)
-    end = below + max(map(_height, columns)) + 20 + MARGIN
-    page = svg.SvgWriter()
+    below = of.top + of.height + (spoken + 14 if spoken else 0.0)
+    columns = max(1, int((of.inner + GAP) // (WIDTH + GAP)))
+    end = below + 20 + ROW * -(-len(run.robots) // columns) + MARGIN
+    ground, page = Layer.GROUND in layers, svg.SvgWriter()
     if ground:
-        page.rect(0, 0, inner + 2 * MARGIN, end, fill="#FFFFFF")
-        for i, line in enumerate(title):
+        page.rect(0, 0, of.inner + 2 * MARGIN, end, fill="#FFFFFF")
+        for i, line in enumerate(of.title):
             page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=floor.INK)
-        for i, column in enumerate(columns):
-            for n, row in enumerate(column):
-                row.draw(page, MARGIN + i * (WIDTH + GAP), below + 20 + _height(column[:n]))
-    if moment:
-        page.text(MARGIN, top - 9, words, 13, fill=floor.MUTED)
+        for i, track in enumerate(run.robots):
+            x, y = MARGIN + i % columns * (WIDTH + GAP), below + 20 + ROW * (i // columns)
+            draw_body(page, track.look, x + 12, y + 11, 10.0)
+            name, *more = svg.wrapped(track.name, 13, WIDTH - ICON, bold=True)
+            name += " ..." * bool(more)
+            page.text(x + ICON, y + 16, name, 13, bold=True, fill=floor.INK)
+    if Layer.MARKS in layers:
         for i, line in enumerate(lines):
             page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=floor.INK)
+    if Layer.ROBOTS in layers:
+        page.text(MARGIN, of.top - 9, words, 13, fill=floor.MUTED)
     inside = "g"  # clipping costs a third of the time, and only the ground needs it
     if ground:
-        inside, box = "svg", f"{left:g} {upper:g} {width:g} {height:g}"
-        page.open(inside, x=MARGIN, y=top, width=width, height=height, viewBox=box)
+        inside, box = "svg", f"{of.left:g} {of.upper:g} {of.width:g} {of.height:g}"
+        page.open(inside, x=MARGIN, y=of.top, width=of.width, height=of.height, viewBox=box)
     else:
-        page.open(inside, transform=f"translate({MARGIN - left:g} {top - upper:g})")
-    drawing = _Drawing(page, run, tick, part, cell, floor.placed_names(run.map, cell))
+        page.open(inside, transform=f"translate({MARGIN - of.left:g} {of.top - of.upper:g})")
+    drawing = _Drawing(page, run, tick, part, of.cell, floor.placed_names(run.map, of.cell))
     if ground:
         drawing.ground()
-    if moment:
-        drawing.moment(told)
+    if Layer.MARKS in layers:
+        drawing.marks(told)
+    if Layer.ROBOTS in layers:
+        drawing.robots()
     page.close(inside)
-    described = _described(run, tick, words)
     lowest = end if ground else below
-    return page.document(inner + 2 * MARGIN, lowest, run.name, described)
+    return page.document(of.inner + 2 * MARGIN, lowest, run.name, _described(run, tick, words))
+
+
+def sprites(run: Run, tick: int, part: float) -> Iterator[tuple[str, float, float]]:
+    """Yield all that moves between two ticks as pictures of their own, each with its upper left
+    corner: the words of the moment and the robots. Headings are those of the nearest of 24."""
+    of, page = Layout.of(run), svg.SvgWriter()
+    page.text(0, 14, run.stage(tick, part), 13, fill=floor.MUTED)
+    yield page.document(of.inner, 20, "", ""), MARGIN, of.top - 23
+    drawing = _Drawing(page, run, tick, part, of.cell, [])
+    reach = REACH * drawing.radius
+    for track, x, y, heading in drawing.placed():
+        drawing.page = svg.SvgWriter()
+        drawing.robot(track, reach, reach, None if heading is None else round(heading / 15) * 15)
+        corner = MARGIN - of.left + x - reach, of.top - of.upper + y - reach
+        yield drawing.page.document(2 * reach, 2 * reach, "", ""), *corner
 
 
 def _described(run: Run, tick: int, words: str) -> str:
@@ -126,71 +173,6 @@ def _described(run: Run, tick: int, words: str) -> str:
     obstacles = ", ".join(f"{each.name} {each.status.at(tick).value}" for each in there)
     size = f"A map of {run.map.rows} by {run.map.cols} regions, {words}"
     return f"{size}: {robots or 'no robots'}; obstacles: {obstacles or 'none'}."
-
-
-WIDTH, GAP, ICON = 270.0, 24.0, 30.0
-"""Widths of a column of words, of the space beside the column, and of its signs."""
-
-
-class _Row(Struct):
-    """The sign of a robot, or the mark of an obstacle, and lines of text: words, size, bold,
-    colour."""
-
-    sign: Look | svg.Mark
-    lines: list[tuple[str, float, bool, str]] = field(default_factory=list)
-
-    def add(self, words: str, size: float, bold: bool = False, colour: str = floor.INK) -> None:
-        for line in svg.wrapped(words, size, WIDTH - ICON, bold):
-            self.lines.append((line, size, bold, colour))
-
-    @property
-    def height(self) -> float:
-        return max(24.0, sum(size * 1.32 for _, size, _, _ in self.lines) + 6)
-
-    def draw(self, page: svg.SvgWriter, x: float, y: float) -> None:
-        if isinstance(self.sign, Look):
-            draw_body(page, self.sign, x + 12, y + 11, 10.0)
-        else:
-            page.glyph(self.sign.path, x + 12, y + 11, 8, fill=self.sign.colour)
-        baseline = y + 3.0
-        for words, size, bold, colour in self.lines:
-            baseline += size * 1.32
-            page.text(x + ICON, baseline - size * 0.28, words, size, bold=bold, fill=colour)
-
-
-def _rows(run: Run, tick: int, *, brief: bool) -> Iterator[_Row]:
-    """Yield the robots and obstacles in words; ``brief``: the robots' names alone."""
-    for track in run.robots:
-        row = _Row(track.look)
-        row.add(track.name, 13, bold=not brief)
-        if not brief:
-            model = f"{track.model}, {track.layer}" if track.layer else track.model
-            row.add(model, 12, colour=floor.MUTED)
-            row.add(run.doing(track, track.objectives.at(tick)), 12)
-            if equipment := run.equipment(track, tick):
-                row.add(equipment, 12, colour=floor.MUTED)
-        yield row
-    for hidden in () if brief else run.present(tick):
-        row = _Row(svg.STATUS_MARKS[hidden.status.at(tick)])
-        row.add(hidden.label(run.map), 13, bold=True)
-        row.add(hidden.state(tick), 12, colour=floor.MUTED)
-        yield row
-
-
-def _columns(rows: Sequence[_Row], width: float) -> list[list[_Row]]:
-    """Return rows in reading order, in as many columns as fit below the map."""
-    count = max(1, int((width + GAP) // (WIDTH + GAP)))
-    limit = _height(rows) / count + 30
-    columns: list[list[_Row]] = [[]]
-    for row in rows:
-        if columns[-1] and _height([*columns[-1], row]) > limit and len(columns) < count:
-            columns.append([])
-        columns[-1].append(row)
-    return columns
-
-
-def _height(rows: Sequence[_Row]) -> float:
-    return sum(row.height for row in rows)
 
 
 def draw_body(page: svg.SvgWriter, look: Look, x: float, y: float, radius: float) -> None:
@@ -224,41 +206,49 @@ class _Drawing(Struct):
             self.page.glyph(svg.GLYPHS.charger, *place, 0.11 * cell, fill="#B87900")
         floor.draw_numbers(self.page, run.map, cell, self.names)
 
-    def moment(self, told: Sequence[Event]) -> None:
-        """Draw all that changes from tick to tick."""
+    @property
+    def radius(self) -> float:
+        """The radius of a robot's body."""
+        return max(ROBOT * self.cell, LEAST_ROBOT)
+
+    def marks(self, told: Sequence[Event]) -> None:
+        """Draw what the team knows and intends: obstacles, paths and targets."""
         run = self.run
-        places = [run.place(track, self.tick, self.part) for track in run.robots]
-        for i, (track, (row, col, _)) in enumerate(zip(run.robots, places, strict=True)):
-            self._trail(track, row, col, i - (len(run.robots) - 1) / 2)
+        for i, track in enumerate(run.robots):
+            self._trail(track, i - (len(run.robots) - 1) / 2)
         for hidden in run.present(self.tick):
             self._obstacle(hidden)
-        for track, (row, col, _) in zip(run.robots, places, strict=True):
-            self._intention(track, row, col)
+        for track in run.robots:
+            self._intention(track)
         self._targets()
         self._spoken_of(told)
         floor.draw_names(self.page, self.names, floor.INK)
+
+    def placed(self) -> Iterator[tuple[RobotTrack, float, float, float | None]]:
+        """Yield the robots with the middles of their bodies and their headings."""
+        places = [self.run.place(track, self.tick, self.part) for track in self.run.robots]
         shifts = svg.separated([(row, col) for row, col, _ in places])
         for track, (row, col, heading), (down, right) in zip(
-            run.robots, places, shifts, strict=True
+            self.run.robots, places, shifts, strict=True
         ):
-            self._robot(track, row + down, col + right, heading)
+            yield track, *self._at(row + down, col + right), heading
 
-    def _intention(self, track: RobotTrack, row: float, col: float) -> None:
-        """Draw the regions that a robot occupies or avoids, and its way to its next target."""
+    def robots(self) -> None:
+        for placed in self.placed():
+            self.robot(*placed)
+
+    def _intention(self, track: RobotTrack) -> None:
+        """Draw the regions that a robot avoids, and its way to its next target."""
         world, cell = self.run.map, self.cell
         wide = max(1.5, cell * 0.05)
         line = {"stroke": track.look.colour, "stroke_width": wide, "fill": "none"}
-        if step := track.transit(self.tick):
-            taken = frozenset({track.regions[self.tick], step.toward})
-            border = floor.outline(world, taken, cell, 0.06 * cell)
-            self.page.path(border, stroke_linecap="round", **line)
         objective = track.objectives.at(self.tick)
         if objective is not None and objective.avoid:
             border = floor.outline(world, objective.avoid, cell, wide)
             self.page.path(border, stroke_dasharray=f"{wide} {2 * wide}", **line)
         _, way = self.run.ahead(track, self.tick)
         if len(way) > 1:
-            ahead = svg.polyline(self._at(row, col), *map(self._centre, way[1:]))
+            ahead = svg.polyline(*map(self._centre, way))
             thin = line | {"stroke_width": max(1.2, cell * 0.035)}
             self.page.path(ahead, stroke_dasharray="3 3", stroke_linejoin="round", **thin)
 
@@ -297,19 +287,15 @@ class _Drawing(Struct):
             radius, middle_x, middle_y = cell * 0.11, x + cell * 0.83, y + cell * 0.17
         self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
 
-    def _trail(self, track: RobotTrack, row: float, col: float, lane: float) -> None:
-        """Draw a robot's path of the last ticks in its own lane, newer parts stronger."""
-        shift = lane * min(0.09, 0.5 / max(1, len(self.run.robots))) * self.cell
-        places = [*map(self._centre, self.run.trail(track, self.tick)), self._at(row, col)]
-        points = [(x + shift, y + shift) for x, y in places]
-        wide = max(1.5, self.cell * 0.055)
-        line = {"fill": "none", "stroke": track.look.colour, "stroke_width": wide}
-        for i, opacity in enumerate((0.25, 0.45, 0.7)):
-            part = points[len(points) * i // 3 : len(points) * (i + 1) // 3 + 1]
-            kept = [p for k, p in enumerate(part) if k == 0 or p != part[k - 1]]
-            if len(kept) > 1:
-                more = {"stroke_linejoin": "round", "stroke_opacity": opacity}
-                self.page.path(svg.polyline(*kept), **line, **more)
+    def _trail(self, track: RobotTrack, lane: float) -> None:
+        """Draw a robot's path of the last ticks in its own lane."""
+        shift = lane * min(0.09, 0.5 / len(self.run.robots)) * self.cell
+        trail = self.run.trail(track, self.tick)
+        kept = [region for i, region in enumerate(trail) if region != trail[i - 1] or i == 0]
+        if len(kept) > 1:
+            points = [(x + shift, y + shift) for x, y in map(self._centre, kept)]
+            line = {"stroke": track.look.colour, "stroke_width": max(1.5, self.cell * 0.055)}
+            self.page.path(svg.polyline(*points), fill="none", stroke_opacity=0.45, **line)
 
     def _targets(self) -> None:
         """Draw a ring in the robot's colour in each of its target regions, or a line around an
@@ -355,9 +341,9 @@ class _Drawing(Struct):
             frame = {"fill": "none", "stroke": floor.INK, "stroke_width": 1.2}
             self.page.rect(x + 3, y + 3, self.cell - 6, self.cell - 6, rx=2, **frame)
 
-    def _robot(self, track: RobotTrack, row: float, col: float, heading: float | None) -> None:
-        x, y = self._at(row, col)
-        radius = max(ROBOT * self.cell, LEAST_ROBOT)
+    def robot(self, track: RobotTrack, x: float, y: float, heading: float | None) -> None:
+        """Draw a robot with its load around a point."""
+        radius = self.radius
         if heading is not None:
             self.page.glyph(svg.GLYPHS.nose, x, y, radius * 0.92, heading, fill=floor.INK)
         draw_body(self.page, track.look, x, y, radius)

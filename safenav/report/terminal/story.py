@@ -72,7 +72,7 @@ class Story:
         run = self._run
         self._echo(click.style(run.name, bold=True))
         for track in run.robots:
-            doing = run.doing(track, track.objectives.now)
+            doing = run.doing(track.objectives.now)
             start = f"{track.name} ({track.model}) from {run.map.stance(*track.pose)}"
             self._echo(f"  {track.look.letters:2} {start}: {doing}")
         if self._maps:
@@ -132,7 +132,7 @@ class Story:
             self._echo(f"             {count} robots assume: {rule}")
         for each in found:
             if each.allows:
-                doing = self._run.doing(self._run.track(each.robot), each.objective)
+                doing = self._run.doing(each.objective)
                 self._echo(f"             {each.robot}: {doing} ({shortened(each.allows)})")
             for assumption in map(shortened, () if together else each.assumptions):
                 self._echo(f"             {each.robot} assumes: {assumption}")

@@ -4,7 +4,7 @@ import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import { Playback } from "./panels/timeline";
 import { actionsOf, Header, type Keys, KEYS, listenToKeys, withKeys } from "./panels/shell";
-import { Events, Obstacles, Robots, Stack } from "./panels/sidebar";
+import { Events, Obstacles, Robots } from "./panels/sidebar";
 import { Legend } from "./panels/legend";
 import type { Player } from "./run/player";
 import { type Ending, EVENTS, eventsAfter, eventsAt, type Run, type RunEvent, useRedraw, when } from "./run/run";
@@ -99,7 +99,6 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
         <aside aria-label="State of the run">
           <div class="state">
             <Robots run={run} tick={tick} eye={eye} />
-            <Stack run={run} tick={tick} />
             <Obstacles run={run} tick={tick} />
           </div>
           <Events run={run} player={player} tick={tick} eye={eye} />

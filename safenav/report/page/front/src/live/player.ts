@@ -114,7 +114,7 @@ export interface News extends Pick<Run, "last" | "times" | "stack" | "events" | 
   since: number;
   /** The number of sets before the new ones. */
   known: number;
-  robots: Pick<Robot, "path" | "steps" | "headings" | "tasks" | "progress" | "charge" | "out" | "sight" | "beliefs">[];
+  robots: Pick<Robot, "path" | "steps" | "headings" | "tasks" | "progress" | "charge" | "out" | "beliefs">[];
   /** The changed ones, with all their entries. */
   obstacles: Obstacle[];
 }
@@ -132,7 +132,6 @@ export function merged(run: Run, news: News): Run {
     renew(robot.progress, told.progress);
     renew(robot.charge, told.charge);
     renew(robot.out, told.out);
-    renew(robot.sight, told.sight);
     for (const [of, changes] of Object.entries(told.beliefs)) renew((robot.beliefs[Number(of)] ??= [[0, 0, -1]]), changes);
     return { ...robot, headings: robot.headings && robot.headings.slice(0, since) + told.headings };
   });

@@ -1,7 +1,7 @@
-/** Knowledge at a tick: obstacles, targets, occupied regions, refused steps. */
+/** Knowledge at a tick: obstacles, targets, next steps, beliefs. */
 
 import { memo } from "preact/compat";
-import { aimAt, at, type BeliefChange, placeOf, regionsOf, type Robot, type Run, transitAt } from "../run/run";
+import { aimAt, at, type BeliefChange, placeOf, regionsOf, type Robot, type Run } from "../run/run";
 import { CELL } from "./camera";
 import { centreOf, filled, INK, outline } from "./shapes";
 
@@ -52,35 +52,10 @@ export const Knowledge = memo(({ run, tick, grown }: KnowledgeProps) => (
         </g>
       );
     })}
-    <Taken run={run} tick={tick} />
     <Intentions run={run} tick={tick} />
     <Targets run={run} tick={tick} grown={grown} />
   </>
 ));
-
-/** Frame around both regions that a robot occupies during a step of several ticks. */
-function Taken({ run, tick }: { run: Run; tick: number }) {
-  return (
-    <>
-      {run.robots.map((robot) => {
-        const transit = transitAt(robot, tick);
-        if (transit === null) return null;
-        const [from, to] = [placeOf(run, robot.path[tick]!), placeOf(run, transit[2])];
-        const start = (axis: 0 | 1): number => Math.min(from[axis], to[axis]) * CELL + 2.5;
-        const size = (axis: 0 | 1): number => (Math.abs(from[axis] - to[axis]) + 1) * CELL - 5;
-        return (
-          <rect
-            class="taken"
-            {...INK.taken}
-            data-robot={robot.name}
-            style={{ "--colour": robot.look.colour }}
-            {...{ x: start(0), y: start(1), width: size(0), height: size(1), rx: 8 }}
-          />
-        );
-      })}
-    </>
-  );
-}
 
 /** Rings that mark targets: the radius of the first, and the difference of those of several robots, in cells. */
 const RING = 0.34;
@@ -162,9 +137,9 @@ const ANGLES = [45, -45, 15, -75, 75, -15];
 /** Distance of the lines. */
 const PITCH = 6.5;
 
-/** Return the robots that have sight or beliefs to shade. */
+/** Return the robots that have beliefs to shade. */
 export function viewersOf(run: Run): Robot[] {
-  return run.robots.filter(({ sight, beliefs }) => sight.length > 0 || Object.keys(beliefs).length > 0);
+  return run.robots.filter(({ beliefs }) => Object.keys(beliefs).length > 0);
 }
 
 export function Hatch({ run, of, id }: { run: Run; of: number; id: string }) {
@@ -185,7 +160,7 @@ export function Hatch({ run, of, id }: { run: Run; of: number; id: string }) {
 interface ShadingProps {
   run: Run;
   tick: number;
-  /** The selected robot, or null: what it sees and believes is shown, else that of the first robot; what others believe of it, and what it believes, is hatched. */
+  /** The selected robot, or null: what it believes is shown, else that of the first robot; what others believe of it, and what it believes, is hatched. */
   selected: number | null;
 }
 
@@ -200,7 +175,6 @@ export const Shading = memo(({ run, tick, selected }: ShadingProps) => {
           <Hatch run={run} of={i} id={`hatch-${i}`} />
         ))}
       </defs>
-      <Sight run={run} robot={robot} tick={tick} />
       {Object.entries(robot.beliefs).map(([of, told]) => (
         <Believed run={run} robot={robot} of={Number(of)} told={at(told, tick)} hatched={[Number(of), run.robots.indexOf(robot)].includes(selected ?? -1)} />
       ))}
@@ -217,17 +191,6 @@ function shapeOf(run: Run, set: number): { area: string; border: string } {
 }
 
 const drawn = new WeakMap<number[], { area: string; border: string }>();
-
-function Sight({ run, robot, tick }: { run: Run; robot: Robot; tick: number }) {
-  if (robot.sight.length === 0) return null;
-  const { area, border } = shapeOf(run, at(robot.sight, tick)[1]);
-  return (
-    <g class="sight" data-viewer={robot.name} style={{ "--colour": robot.look.colour }}>
-      <path {...INK.sight} d={area} />
-      <path {...INK.sightEdge} d={border} />
-    </g>
-  );
-}
 
 interface BelievedProps {
   run: Run;

@@ -1,25 +1,20 @@
 /**
  * The map, in drawings over one another so that a browser repaints only what changes: the floor
- * (never), shading of what robots see and believe (at ticks), trails (every frame), obstacles and
- * targets (at ticks), robots (every frame). Motion per frame bypasses
- * the component tree.
+ * (never), shading of what robots believe (at ticks), obstacles and targets (at ticks), robots (every
+ * frame). Motion per frame bypasses the component tree.
  */
 
 import type { ComponentChildren, ComponentType } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { Button, resized } from "../panels/shell";
 import type { Player } from "../run/player";
-import { at, clamp, isWall, label, placeOf, poseAt, type Run, transitAt, useRedraw, when } from "../run/run";
+import { at, isWall, label, placeOf, poseAt, type Run, transitAt, useRedraw, when } from "../run/run";
 import { Camera, CELL, type Extent, type Eye } from "./camera";
 import { type Hand, listenToPointers, useCursor } from "./cursor";
 import { Floor, Names, useNames } from "./floor";
 import { Knowledge, Shading, viewersOf } from "./knowledge";
-import { growth, Robots, Trails } from "./motion";
+import { growth, Robots } from "./motion";
 import { INK } from "./shapes";
-
-/** The least and the largest width of a trail, in pixels. */
-const LEAST_TRAIL = 1.4;
-const MOST_TRAIL = 4;
 
 interface MapProps {
   run: Run;
@@ -74,9 +69,6 @@ export function MapView({ run, player, camera, tick, spoken = -1, hand }: MapPro
             <Shading run={run} tick={tick} selected={camera.followed} />
           </svg>
         )}
-        <svg class="trails" style={{ "--trail": `${clamp(0.065 * camera.scale, LEAST_TRAIL, MOST_TRAIL)}px` }}>
-          <Trails run={run} player={player} />
-        </svg>
         <svg class="knowledge">
           <Knowledge run={run} tick={tick} grown={growth(camera, 8.8, 6)} />
           {spoken >= 0 && <Spoken run={run} region={spoken} />}

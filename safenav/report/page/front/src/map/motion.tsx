@@ -1,17 +1,16 @@
-/** Robots and their trails, which move with every frame without rendering components. */
+/** Robots, which move with every frame without rendering components. */
 
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
 import { INK } from "./shapes";
 import type { Player } from "../run/player";
-import { loadsOf, placeOf, type Pose, poseAt, type Robot, type Run, separate, tickAt } from "../run/run";
+import { loadsOf, poseAt, type Run, separate, tickAt } from "../run/run";
 
 const BODY = 0.28 * CELL;
 /** The load beside the body: the place and the radius of its plate. */
 const LOAD = { at: -0.96 * BODY, radius: 0.7 * BODY, shape: 0.6 * BODY };
 /** The least radius of a robot, in pixels. */
 const LEAST = 8.5;
-const TRAIL = 24;
 
 interface MotionProps {
   run: Run;
@@ -68,38 +67,6 @@ export function Robots({ run, player, camera }: MotionProps) {
   );
 }
 
-export function Trails({ run, player }: { run: Run; player: Player }) {
-  const root = useRef<SVGGElement>(null);
-  useLayoutEffect(() => {
-    const paths = [...root.current!.children];
-    const lane = Math.min(0.09, 0.5 / Math.max(1, run.robots.length)) * CELL;
-    const draw = (moment: number): void => {
-      const tick = tickAt(run, moment);
-      run.robots.forEach((robot, i) => {
-        const shift = (i - (run.robots.length - 1) / 2) * lane + CELL / 2;
-        paths[i]!.setAttribute("d", trailOf(run, robot, tick, poseAt(run, robot, moment), shift));
-      });
-    };
-    draw(player.time);
-    return player.onFrame(draw);
-  }, [run, player]);
-  return (
-    <g ref={root}>
-      {run.robots.map((robot) => (
-        <path class="trail" {...INK.trail} key={robot.name} style={{ "--colour": robot.look.colour }} />
-      ))}
-    </g>
-  );
-}
-
 function centre(cells: number): string {
   return ((cells + 0.5) * CELL).toFixed(2);
-}
-
-/** The path of the last ticks, which ends at the robot. */
-function trailOf(run: Run, robot: Robot, tick: number, pose: Pose, lane: number): string {
-  const start = Math.max(0, tick - TRAIL * (run.times ? run.robots.length : 1));
-  const passed = robot.path.slice(start, tick + 1).filter((region, i, path) => region !== path[i - 1]);
-  const places = [...passed.map((region) => placeOf(run, region)), [pose.x, pose.y]];
-  return `M${places.map(([x, y]) => `${(x! * CELL + lane).toFixed(1)} ${(y! * CELL + lane).toFixed(1)}`).join("L")}`;
 }

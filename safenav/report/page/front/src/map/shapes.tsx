@@ -90,8 +90,6 @@ export const INK = {
   nose: { fill: "var(--outline)" },
   shape: { fill: "var(--ink)", "fill-rule": "evenodd" },
   plate: { fill: GROUND, stroke: "var(--ink)" },
-  trail: { ...LINE, stroke: OWN, "stroke-linejoin": "round", "stroke-opacity": 0.5, "stroke-width": "var(--trail, 2.4px)" },
-  taken: { fill: "none", stroke: OWN, "stroke-width": 2 },
   letters: BOLD,
   // obstacles, by status; a resolved one is out of the way: no box, a faded outline
   boxes: {
@@ -107,16 +105,13 @@ export const INK = {
   moving: { fill: OWN },
   waiting: { fill: "var(--requested)" },
   helping: { fill: "var(--resolved)" },
-  synthesis: { ...LINE, stroke: "var(--synthesis)", "stroke-width": 2 },
   // targets
   aim: { ...LINE, stroke: OWN, "stroke-linejoin": "round", "stroke-width": 2.4 },
   current: { fill: "color-mix(in oklab, var(--colour) 32%, transparent)" },
   avoided: { "stroke-dasharray": "2.4 4.8" },
   target: { stroke: "var(--outline)", "stroke-width": 0.24 },
   intention: { ...LINE, stroke: OWN, "stroke-dasharray": "2 5", "stroke-linecap": "round", "stroke-width": 2 },
-  // sight and beliefs
-  sight: { fill: "var(--colour)", "fill-opacity": 0.12 },
-  sightEdge: { fill: "none", stroke: OWN, "stroke-opacity": 0.55, "stroke-width": 1.2 },
+  // beliefs
   hatch: { fill: OWN, "fill-opacity": 0.55 },
   belief: { fill: "var(--colour)", "fill-opacity": 0.13 },
   beliefEdge: { fill: "none", stroke: OWN, "stroke-dasharray": "5 3", "stroke-width": 1.6 },

@@ -78,9 +78,6 @@ export function MapMarks({ run }: { run: Run }) {
       <Row words="its next steps" width={30}>
         <path {...INK.intention} d="M1 9h28" />
       </Row>
-      <Row words="path of a robot" width={30}>
-        <path {...INK.trail} d="M1 9h28" />
-      </Row>
       <Row words="load that the robot carries" shown={load !== undefined} viewBox="-1.2 -1.2 2.4 2.4">
         <rect x={-1.1} y={-1.1} width={2.2} height={2.2} {...INK.plate} stroke-width={0.1} />
         <path d={load?.shape || run.marks.load} {...INK.shape} />
@@ -113,23 +110,13 @@ export function MapMarks({ run }: { run: Run }) {
   );
 }
 
-/** Legend of the shadings in this run: robots in transit, sight, beliefs. */
+/** Legend of the beliefs in this run. */
 function ShadingLegend({ run }: { run: Run }) {
-  const viewers = viewersOf(run);
-  const moving = run.robots.find((robot) => robot.steps.length > 0);
-  const seeing = viewers.find((robot) => robot.sight.length > 0);
-  const believing = viewers.find((robot) => Object.keys(robot.beliefs).length > 0);
+  const [believing] = viewersOf(run);
   const of = Number(Object.keys(believing?.beliefs ?? {})[0] ?? 0);
   const sought = run.robots[of]!.look.colour;
   return (
     <>
-      <Row words="in transit: occupies both regions" shown={moving !== undefined} width={34} colour={moving?.look.colour}>
-        <rect {...INK.taken} x="1.5" y="1.5" width="31" height="15" rx="4" />
-      </Row>
-      <Row words={`what ${viewers.length > 1 ? "the robot of that colour" : seeing?.name} sees`} shown={seeing !== undefined} colour={seeing?.look.colour}>
-        <path {...INK.sight} d="M1 1h16v16h-16z" />
-        <path {...INK.sightEdge} d="M1 1h16v16h-16z" />
-      </Row>
       <Row words="where the robot of that colour may be, by the last observation" shown={believing !== undefined} colour={sought}>
         <defs>
           <Hatch run={run} of={of} id="hatch-legend" />

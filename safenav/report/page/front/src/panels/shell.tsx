@@ -84,16 +84,6 @@ export function RobotSign({ robot, size = 26 }: { robot: Robot; size?: number })
   );
 }
 
-/** The silhouette of a robot model or an obstacle type; nothing where the library has none. */
-export function Likeness({ shape }: { shape: string }) {
-  if (!shape) return null;
-  return (
-    <svg class="sign" width="17" height="17" viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
-      <path d={shape} fill="currentColor" fill-rule="evenodd" />
-    </svg>
-  );
-}
-
 export function StatusSign({ run, status, size = 18 }: { run: Run; status: Exclude<Status, "absent">; size?: number }) {
   return <Mark size={size} colour={status} path={run.marks.status[status].path} />;
 }

@@ -1,4 +1,4 @@
-/** The side of the page: robots with their objectives, the stack, the obstacles. */
+/** The side of the page: robots with their objectives and roles, the obstacles, the events. */
 
 import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
@@ -72,28 +72,6 @@ export function Robots({ run, tick, eye }: RobotsProps) {
           );
         })}
       </ul>
-    </section>
-  );
-}
-
-export function Stack({ run, tick }: PanelProps) {
-  const frames = at(run.stack, tick)[1];
-  if (frames.length === 0) return null;
-  return (
-    <section class="panel stack" aria-labelledby="stack-title">
-      <h2 id="stack-title">
-        Objective stack <span class="quiet">{frames.length}</span>
-      </h2>
-      <ol reversed>
-        {frames
-          .map(([about, roles], i) => (
-            <li key={i}>
-              <b>{about}</b>
-              <span class="quiet">{roles}</span>
-            </li>
-          ))
-          .reverse()}
-      </ol>
     </section>
   );
 }

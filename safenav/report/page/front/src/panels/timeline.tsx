@@ -153,7 +153,6 @@ function Timeline({ run, player, tick, eye }: TimelineProps) {
         onInput={(event) => player.seekTime(Number(event.currentTarget.value))}
       />
       <Lanes run={run} player={player} selected={eye.followed} select={select} />
-      <Axis last={player.end} width={width} />
     </div>
   );
 }
@@ -224,10 +223,6 @@ function activityAt(run: Run, robot: Robot, stretches: Stretch[], tick: number):
 function Lane({ run, player, index, selected, select }: LaneProps) {
   const robot = run.robots[index]!;
   const stretches = useMemo(() => stretchesOf(run, robot), [run, robot]);
-  const syntheses = useMemo(
-    () => run.events.filter((event) => event[1] === "synthesis" && event[3] === index),
-    [run, index],
-  );
   const most = player.end || 1;
   const x = (tick: number): string => player.timeOf(tick).toFixed(2);
   const bars = (kind: Doing): string =>
@@ -252,32 +247,7 @@ function Lane({ run, player, index, selected, select }: LaneProps) {
         {(Object.keys(DOINGS) as Doing[]).map((kind) => (
           <path {...INK[kind]} d={bars(kind)} />
         ))}
-        <path {...INK.synthesis} d={syntheses.map((event) => `M${x(event[0])} 0V4`).join("")} />
       </svg>
     </li>
-  );
-}
-
-/** Times (ticks, or seconds where the run has a motion) at round steps, spaced so that they are legible. */
-export function axisOf(last: number, width: number): number[] {
-  const least = (last * 44) / Math.max(1, width);
-  let step = 1;
-  for (let power = 1; step < least; power *= 10) {
-    step = [1, 2, 5, 10].map((part) => part * power).find((size) => size >= least) ?? 10 * power;
-  }
-  const ticks = [];
-  for (let tick = 0; tick <= last; tick += step) ticks.push(tick);
-  return ticks;
-}
-
-export function Axis({ last, width }: { last: number; width: number }) {
-  return (
-    <div class="axis" aria-hidden="true">
-      {axisOf(last, width).map((tick) => (
-        <span key={tick} style={{ left: `${last ? (100 * tick) / last : 0}%` }}>
-          {tick}
-        </span>
-      ))}
-    </div>
   );
 }

@@ -87,8 +87,6 @@ export interface Robot {
   charge: [tick: number, percent: number][] | null;
   /** Whether it is out of service, from ticks on. */
   out: [tick: number, out: boolean][];
-  /** What it sees, if its vision has a radius: places in `Run.sets`. */
-  sight: [tick: number, set: number][];
   /** By index of the other robot. */
   beliefs: Record<number, BeliefChange[]>;
 }
@@ -118,7 +116,7 @@ export interface Obstacle {
 }
 
 /** Helpers: who resolves the obstacle. */
-export type Frame = [about: string, roles: string, requester: string | null, helpers: string[]];
+export type Frame = [about: string, requester: string | null, helpers: string[]];
 
 /** [tick, kind, text, index of the robot or -1, region or -1] */
 export type RunEvent = [tick: number, kind: EventKind, text: string, robot: number, region: number];
@@ -306,7 +304,7 @@ export function label(run: Run, region: number): string {
 /** A robot's role in the topmost stack entry that names it. */
 export function roleOf(name: string, frames: readonly Frame[]): [kind: string, words: string] | null {
   for (let i = frames.length - 1; i >= 0; i--) {
-    const [about, , requester, helpers] = frames[i]!;
+    const [about, requester, helpers] = frames[i]!;
     if (helpers.includes(name)) return ["helps", `${name === requester ? "resolves" : "helps"}: ${about}`];
     if (requester === name) return ["waits", `waits: ${about}`];
   }

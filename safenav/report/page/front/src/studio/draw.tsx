@@ -5,7 +5,7 @@ import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
 import { Camera } from "../map/camera";
 import { MapView, Zoom } from "../map/map";
-import { Header, type Keys, Likeness, listenToKeys, Press } from "../panels/shell";
+import { Header, type Keys, listenToKeys, Press } from "../panels/shell";
 import { Player } from "../run/player";
 import { label } from "../run/run";
 import { useDrawingHand } from "./hand";
@@ -161,9 +161,9 @@ export interface Drawn {
 }
 
 export function Tools({ doc, drawing, pen, setPen }: Drawn) {
-  const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string, shape = "") => (
+  const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string) => (
     <button type="button" key={key} class={`pen ${key.split(" ")[0]}`} aria-pressed={pressed} title={hint} onClick={() => setPen(next)}>
-      <Likeness shape={shape} /> {words}
+      {words}
     </button>
   );
   return (
@@ -204,7 +204,6 @@ export function Tools({ doc, drawing, pen, setPen }: Drawn) {
                 type.name,
                 { does: "obstacle", type: type.name },
                 `unknown to the robots; ${resolving(type)} resolves it`,
-                type.shape,
               ),
             )}
         </div>

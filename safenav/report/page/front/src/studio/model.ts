@@ -37,7 +37,6 @@ export interface Problem {
 
 export interface Kind {
   name: string;
-  shape: string;
   actions: string[];
   truth: boolean;
   blocks: boolean;

@@ -47,12 +47,6 @@ function column(radius: number, height: number, material: Material, x = 0, y = 0
   return solid(new CapsuleGeometry(radius, height, 4, 12).rotateX(Math.PI / 2), material, x, y, z);
 }
 
-/** A round shadow on the ground. */
-function shade(radius: number): Mesh {
-  const material = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.22, depthWrite: false });
-  return solid(new CircleGeometry(radius, 24), material, 0, 0, 0.012);
-}
-
 /** A pictogram of the page, which lies on a surface. */
 export function pictogram(path: string, side: number, z: number): Mesh<PlaneGeometry, MeshBasicMaterial> {
   const canvas = document.createElement("canvas");
@@ -107,18 +101,14 @@ const LINK = 0.44;
 const HIP = 0.1;
 const ANKLE = 0.07;
 const PELVIS = 0.06;
-const SHOULDER = 0.2;
-const ARM = 0.27;
 
-/** Digit-like: knees bend backwards, arms swing against the legs. */
+/** Digit-like: knees bend backwards. */
 class Biped implements Body {
   readonly group = new Group();
   readonly top = 1.75;
   private readonly torso = new Group();
   private readonly feet: Mesh[];
   private readonly legs: [Limb, Limb][];
-  private readonly arms: [Limb, Limb][];
-  private readonly ground = shade(0.26);
 
   constructor(colour: string) {
     const [skin, dark] = [paint(colour), paint(DARK)];
@@ -130,9 +120,8 @@ class Biped implements Body {
     this.torso.add(trunk, pelvis, head, visor);
     this.feet = [0, 1].map(() => box(0.2, 0.09, 0.05, dark));
     this.legs = [0, 1].map(() => [new Limb(0.06, skin), new Limb(0.045, dark)]);
-    this.arms = [0, 1].map(() => [new Limb(0.045, skin), new Limb(0.035, dark)]);
-    this.group.add(this.torso, this.ground, ...this.feet);
-    for (const limbs of [...this.legs, ...this.arms]) this.group.add(limbs[0].mesh, limbs[1].mesh);
+    this.group.add(this.torso, ...this.feet);
+    for (const limbs of this.legs) this.group.add(limbs[0].mesh, limbs[1].mesh);
   }
 
   pose(sample: Sample): void {
@@ -150,7 +139,6 @@ class Biped implements Body {
     }
     this.torso.position.copy(hips);
     this.torso.rotation.set(0, 0, yaw);
-    this.ground.position.set(hips.x, hips.y, 0.012);
     for (const [i, foot] of feet.entries()) {
       const sign = i === 0 ? 1 : -1;
       const turn = sample[i === 0 ? "lyaw" : "ryaw"]!;
@@ -161,13 +149,6 @@ class Biped implements Body {
       const knee = joint(hip, ankle, LINK, forward.clone().negate());
       this.legs[i]![0].span(hip, knee);
       this.legs[i]![1].span(knee, ankle);
-      const other = feet[1 - i]!;
-      const swing = (other.x - hips.x) * forward.x + (other.y - hips.y) * forward.y;
-      const shoulder = hips.clone().addScaledVector(left, sign * SHOULDER).setZ(hips.z + 0.62);
-      const hand = shoulder.clone().addScaledVector(forward, 0.1 + 0.8 * swing).setZ(hips.z + 0.18);
-      const elbow = joint(shoulder, hand, ARM, forward.clone().negate().setZ(-0.4));
-      this.arms[i]![0].span(shoulder, elbow);
-      this.arms[i]![1].span(elbow, hand);
     }
   }
 }
@@ -178,7 +159,6 @@ class Quadrotor implements Body {
   readonly top = 0.45;
   private readonly frame = new Group();
   private readonly rotors: Mesh[];
-  private readonly ground: Mesh;
 
   constructor(size: number, colour: string) {
     const reach = Math.max(0.18, size / 2) * 0.72;
@@ -199,15 +179,13 @@ class Quadrotor implements Body {
       this.rotors.push(bar);
       this.frame.add(arm.mesh, disc, bar, solid(new TorusGeometry(radius, reach * 0.04, 6, 24), dark, x, y, 0.04));
     }
-    this.ground = shade(reach);
-    this.group.add(this.frame, this.ground);
+    this.group.add(this.frame);
   }
 
   pose(sample: Sample, seconds: number): void {
     this.frame.position.set(sample.x!, sample.y!, sample.z!);
     this.frame.quaternion.set(sample.qx ?? 0, sample.qy ?? 0, sample.qz ?? 0, sample.qw ?? 1).normalize();
     if (sample.qw === undefined) this.frame.rotation.set(0, 0, sample.yaw ?? 0);
-    this.ground.position.set(sample.x!, sample.y!, 0.012);
     this.rotors.forEach((rotor, i) => (rotor.rotation.z = seconds * (i % 2 ? 19 : -19) + i));
   }
 }
@@ -228,7 +206,6 @@ class Cart implements Body {
     } else this.group.add(upright(long / 2, 0.25, skin, 0, 0, 0.14));
     // A light at the front shows where it faces.
     if (headings !== null) this.group.add(box(0.08 * long, 0.4 * long, 0.1, paint(GLASS), 0.48 * long, 0, high - 0.1));
-    this.group.add(shade(0.55 * long));
   }
 
   pose({ x, y, z = 0, yaw = 0 }: Sample): void {

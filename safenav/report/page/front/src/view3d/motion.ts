@@ -3,7 +3,7 @@
  * at a moment. Metres, seconds, radians; x east, y north, z up, from the map's south-western corner.
  */
 
-import { BoxGeometry, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, InstancedMesh, Line, LineBasicMaterial, Matrix4, MeshBasicMaterial } from "three";
+import { BoxGeometry, Color, InstancedMesh, Matrix4, MeshBasicMaterial } from "three";
 import { inflated, placeOf, type Run } from "../run/run";
 
 export type Kind = "walker" | "flyer" | "rover" | "disc";
@@ -83,11 +83,10 @@ export function centreOf(run: Run, side: number, region: number): [x: number, y:
   return [(col + 0.5) * side, (run.rows - row - 0.5) * side];
 }
 
-const SECONDS = 14;
 const PRINTS = 28;
 
 /** The last and the next planned footholds of a walker. */
-class Footprints {
+export class Footprints {
   readonly mesh: InstancedMesh;
   private readonly downs: number[];
   private drawn = -1;
@@ -116,47 +115,5 @@ class Footprints {
     });
     this.mesh.count = shown.length;
     this.mesh.instanceMatrix.needsUpdate = true;
-  }
-}
-
-export class Trails {
-  readonly group = new Group();
-  private readonly lines: { line: Line; positions: BufferAttribute; robot: Sampled }[] = [];
-  private readonly prints: Footprints[] = [];
-
-  constructor(
-    private readonly motion: Motion,
-    robots: Sampled[],
-    colours: string[],
-  ) {
-    robots.forEach((robot, i) => {
-      const count = Math.ceil(SECONDS * motion.rate) + 2;
-      const positions = new BufferAttribute(new Float32Array(count * 3), 3).setUsage(DynamicDrawUsage);
-      const geometry = new BufferGeometry().setAttribute("position", positions);
-      const line = new Line(geometry, new LineBasicMaterial({ color: new Color(colours[i]) }));
-      line.frustumCulled = false;
-      this.lines.push({ line, positions, robot });
-      this.group.add(line);
-      if (robot.track.feet.length > 0) {
-        const prints = new Footprints(robot.track, colours[i]!);
-        this.prints.push(prints);
-        this.group.add(prints.mesh);
-      }
-    });
-  }
-
-  update(seconds: number): void {
-    for (const prints of this.prints) prints.update(seconds);
-    const last = Math.max(0, Math.min(this.motion.samples - 1, Math.floor(seconds * this.motion.rate)));
-    const first = Math.max(0, last - SECONDS * this.motion.rate);
-    for (const { line, positions, robot } of this.lines) {
-      const [x, y, z] = ["x", "y", "z"].map((name) => robot.columns.get(name));
-      const ground = robot.track.kind !== "flyer";
-      for (let i = first; i <= last; i++) {
-        positions.setXYZ(i - first, x![i]!, y![i]!, ground ? 0.02 : (z?.[i] ?? 0.3));
-      }
-      positions.needsUpdate = true;
-      line.geometry.setDrawRange(0, last - first + 1);
-    }
   }
 }

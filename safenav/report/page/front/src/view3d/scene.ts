@@ -9,18 +9,17 @@ import { CSS2DObject, CSS2DRenderer } from "three/examples/jsm/renderers/CSS2DRe
 import { CELL, type Eye } from "../map/camera";
 import { at, dark, type EventKind, isWall, type Run } from "../run/run";
 import { bodyOf, themeColour, type Body } from "./bodies";
-import { centreOf, type Motion, sampleAt, type Sampled, Trails } from "./motion";
+import { centreOf, Footprints, type Motion, sampleAt, type Sampled } from "./motion";
 import { Obstacles } from "./obstacles";
 
-/** Around the map, from above, following the story, or following the robot with that index. */
-export type View = "orbit" | "top" | "story" | number;
+/** Around the map, following the story, or following the robot with that index. */
+export type View = "orbit" | "story" | number;
 
 /** Vertical angle of view of the camera in degrees, and the height of the picture at one metre. */
 const FIELD_ANGLE = 38;
 const FIELD = 2 * Math.tan((FIELD_ANGLE * Math.PI) / 360);
 const WALL = 0.18;
-/** Directions of the camera from above, and at 50 degrees from the horizon. */
-const TOP = new Vector3(0, -0.001, 1);
+/** The direction of the camera, at 50 degrees from the horizon. */
 const SLANTED = new Vector3(0, -0.643, 0.766);
 /** The rate at which the camera turns to the action, per second. */
 const STORY_PACE = 0.9;
@@ -85,7 +84,7 @@ export class RunScene implements Eye {
   private readonly walls: InstancedMesh<BoxGeometry, MeshLambertMaterial>;
   private readonly floor: Mesh<PlaneGeometry, MeshBasicMaterial>;
   private readonly obstacles: Obstacles;
-  private readonly trails: Trails;
+  private readonly prints: Footprints[];
   private readonly bodies: Body[];
   private readonly signs: Sign[];
   /** A line of length 1 below each flyer, to the floor. */
@@ -120,7 +119,7 @@ export class RunScene implements Eye {
     this.walls = wallsOf(run, side);
     this.floor = new Mesh(new PlaneGeometry(run.cols * side, run.rows * side), new MeshBasicMaterial());
     this.floor.position.set((run.cols * side) / 2, (run.rows * side) / 2, 0);
-    this.trails = new Trails(motion, robots, run.robots.map((robot) => robot.look.colour));
+    this.prints = robots.map(({ track }, i) => new Footprints(track, run.robots[i]!.look.colour));
     this.bodies = robots.map(({ track }, i) => bodyOf(track.kind, track.size, run.robots[i]!));
     this.obstacles = new Obstacles(run, motion, robots, this.bodies);
     this.signs = run.robots.map(({ name }, i) => new Sign(name, this.bodies[i]!.top));
@@ -128,7 +127,7 @@ export class RunScene implements Eye {
     this.stems.forEach((line, i) => line && this.signs[i]!.anchor.add(line));
     const sun = new DirectionalLight(0xffffff, 1.7);
     sun.position.set(-4, -7, 12);
-    this.scene.add(new HemisphereLight(0xffffff, 0x8a8f98, 1.7), sun, this.floor, this.walls, this.obstacles.group, this.trails.group);
+    this.scene.add(new HemisphereLight(0xffffff, 0x8a8f98, 1.7), sun, this.floor, this.walls, this.obstacles.group, ...this.prints.map(({ mesh }) => mesh));
     this.scene.add(...this.bodies.map((body) => body.group), ...this.signs.map(({ anchor }) => anchor));
     this.recolour();
     dark.addEventListener("change", () => this.recolour());
@@ -210,7 +209,7 @@ export class RunScene implements Eye {
   }
 
   fit(): void {
-    this.choose(this.view === "top" ? "top" : "orbit");
+    this.choose("orbit");
   }
 
   follow(robot: number | null): void {
@@ -251,9 +250,8 @@ export class RunScene implements Eye {
 
   /** The initial position of the camera in the present view. */
   private home(): void {
-    if (this.view === "top") this.frame(this.places, TOP);
-    else if (this.view === "orbit") this.frame(this.places, SLANTED);
-    else if (this.view === "story") this.frame(this.subject(), SLANTED);
+    if (this.view === "orbit") this.frame(this.places);
+    else if (this.view === "story") this.frame(this.subject());
     else {
       const { x, y, z } = this.sample(this.view, this.moment);
       const high = this.robots[this.view]!.track.kind === "flyer" ? z! : 0.8;
@@ -264,7 +262,7 @@ export class RunScene implements Eye {
   }
 
   /** Move the camera by a part (0 to 1) of its path to where places and the regions around them fill the picture. */
-  private frame(places: Point[], direction: Vector3, part = 1): void {
+  private frame(places: Point[], part = 1): void {
     const margin = 0.85 * this.motion.side;
     const [xs, ys] = [places.map(([x]) => x), places.map(([, y]) => y)];
     const [west, east, south, north] = [Math.min(...xs) - margin, Math.max(...xs) + margin, Math.min(...ys) - margin, Math.max(...ys) + margin];
@@ -273,7 +271,7 @@ export class RunScene implements Eye {
     const eye = this.camera.clone();
     let away = 2 * Math.hypot(east - west, north - south);
     for (let i = 0; i < 20; i++) {
-      eye.position.copy(target).addScaledVector(direction, away);
+      eye.position.copy(target).addScaledVector(SLANTED, away);
       eye.lookAt(target);
       eye.updateMatrixWorld();
       const seen = corners.map((corner) => corner.clone().project(eye));
@@ -282,7 +280,7 @@ export class RunScene implements Eye {
       away *= Math.max((high - low) / 2, ...seen.map(({ x }) => Math.abs(x))) ** 0.7;
     }
     this.orbit.target.lerp(target, part);
-    this.camera.position.lerp(target.addScaledVector(direction, away), part);
+    this.camera.position.lerp(target.addScaledVector(SLANTED, away), part);
   }
 
   /**
@@ -298,7 +296,7 @@ export class RunScene implements Eye {
     const told = run.events.filter((event) => TURNING.has(event[1]) && run.times![event[0]]! <= this.moment + AHEAD);
     const last = told[told.length - 1];
     if (last === undefined || last[1] === "outcome") return run.robots.map(robotAt);
-    const involved = new Set(at(run.stack, last[0])[1].flatMap(([, , requester, helpers]) => [requester ?? "", ...helpers]));
+    const involved = new Set(at(run.stack, last[0])[1].flatMap(([, requester, helpers]) => [requester ?? "", ...helpers]));
     const points = run.robots.flatMap((robot, i) => (i === last[3] || involved.has(robot.name) ? [robotAt(robot, i)] : []));
     if (last[4] >= 0) points.push(centreOf(run, this.motion.side, last[4]));
     return points.length > 0 ? points : run.robots.map(robotAt);
@@ -316,7 +314,7 @@ export class RunScene implements Eye {
     }
     const passed = Math.abs(seconds - this.moment);
     this.moment = seconds;
-    if (this.view === "story") this.frame(this.subject(), SLANTED, passed > 3 ? 1 : 1 - Math.exp(-STORY_PACE * passed));
+    if (this.view === "story") this.frame(this.subject(), passed > 3 ? 1 : 1 - Math.exp(-STORY_PACE * passed));
     this.robots.forEach(({ track }, i) => {
       const sample = this.sample(i, seconds);
       this.bodies[i]!.pose(sample, seconds);
@@ -325,7 +323,7 @@ export class RunScene implements Eye {
       this.stems[i]?.scale.setZ(Math.max(1e-3, base));
     });
     this.obstacles.update(tick, seconds);
-    this.trails.update(seconds);
+    for (const prints of this.prints) prints.update(seconds);
     this.orbit.update();
     this.renderer.render(this.scene, this.camera);
     this.words.render(this.scene, this.camera);

@@ -86,7 +86,6 @@ function Cameras({ scene }: { scene: RunScene }) {
       onChange={({ currentTarget: { value } }) => scene.choose(value as View)}
     >
       <option value="orbit">around the map</option>
-      <option value="top">from above</option>
       <option value="story">follow the story</option>
       {typeof view === "number" && <option value={String(view)}>follow a robot</option>}
     </select>
