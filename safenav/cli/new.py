@@ -95,10 +95,9 @@ def _schema(of: str | None) -> str:
 
 
 def _catalogue() -> str:
-    from safenav.report.catalogue import catalogue_lines
-    from safenav.scenario.reading.catalogue import built_in
+    from safenav.scenario.reading.catalogue import FILES
 
-    return "\n".join([*catalogue_lines(built_in()), ""])
+    return "\n".join(file.read_text(encoding="utf-8") for file in FILES)
 
 
 def _on_map(map_file: Path, file: Path, division: Division) -> str:

@@ -1,7 +1,6 @@
 """``safenav replay`` and ``draw``: runs, and scenarios before their runs, as pages or pictures."""
 
 import re
-import shutil
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -175,8 +174,8 @@ def draw(
     side: options.Side,
     share: options.Share,
 ) -> int:
-    """Draw SCENARIO before its run: region numbers, starts, objectives, hidden obstacles.
-    Without -o it is drawn as text. SCENARIO may be a map file alone."""
+    """Draw SCENARIO before its run: starts, objectives, hidden obstacles, region numbers. Without
+    -o it is drawn as text, without numbers. SCENARIO may be a map file alone."""
     from safenav.report.picture.scene import svg_of_scenario
     from safenav.report.terminal.story import scenario_text
     from safenav.scenario.model import Scenario
@@ -194,7 +193,7 @@ def draw(
         options.refuse({"width": "-o FILE in .png"})
     warn_of(plan.map.notes)
     if output is None:
-        for line in scenario_text(plan, shutil.get_terminal_size((120, 40)).columns):
+        for line in scenario_text(plan):
             click.echo(line)
         return ExitCode.OK
     _write_picture(output, svg_of_scenario(plan), output.suffix.lower(), width)

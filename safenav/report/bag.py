@@ -1,11 +1,11 @@
 """A run as ROS 2 messages with topics and times.
 
-docs/run.md lists the topics. Regions are squares in the frame `map` (x east, y north, origin at
+docs/replay.md lists the topics. Regions are squares in the frame `map` (x east, y north, origin at
 the south-western corner)."""
 
 import re
 import struct
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from heapq import merge
 from itertools import count
 from math import cos, radians, sin
@@ -17,21 +17,12 @@ from msgspec.structs import astuple
 
 from safenav.errors import missing_package
 from safenav.fleet.ros2.interfaces import INTERFACES
-from safenav.pace.robot import AIR
-from safenav.report.picture.floor import INK
-from safenav.report.picture.svg import STATUS_MARKS
 from safenav.run.run import CLOSED, Run
 from safenav.run.tracks import RobotTrack
-from safenav.run.values import Event, Hidden, ObstacleStatus, StoryKind
+from safenav.run.values import Event, StoryKind
 from safenav.world.map import Frame, Region
 
 Message = Mapping[str, Any]
-_ARROW, _CUBE, _CYLINDER, _TEXT = 0, 1, 3, 9
-_ADD, _DELETE = 0, 2
-_FLIES = 0.8
-"""Height of the bodies of the layer ``air``, in regions."""
-_HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
-"""Heights of obstacles by status, in regions, for people who cannot tell the colours apart."""
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
     StoryKind.VIOLATION: _WARN,
@@ -82,16 +73,16 @@ class _Messages:
         self.names = names_of(run)
 
     def all(self) -> Iterator[Stamped]:
-        """Yield the messages of all that never changes, then the changes of each tick."""
-        run = self.run
-        yield Stamped(run.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
-        yield self._markers(0, "/robots", self._bodies())
+        """Yield the changes of each tick."""
+        run, before = self.run, None
         for tick in range(run.last + 1):
+            closed = {each.region for each in run.hidden.values() if each.status.at(tick) in CLOSED}
+            if closed != before:
+                grid = self._map(tick, run.map.walls | closed)
+                yield Stamped(run.time(tick), "/map", "nav_msgs/msg/OccupancyGrid", grid)
+            before = closed
             poses = {track.name: self._pose(track, tick) for track in run.robots}
             yield self._frames(run.time(tick), poses)
-            obstacles = [*self._obstacles(tick)]
-            if obstacles:
-                yield self._markers(tick, "/obstacles", obstacles)
             yield from (self._log(tick, event) for event in run.happened(tick))
 
     def moved(self, motion: Poses) -> Iterator[Stamped]:
@@ -125,21 +116,20 @@ class _Messages:
         }
         return Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
 
-    def _map(self) -> Message:
+    def _map(self, tick: int, occupied: Collection[Region]) -> Message:
+        """Return the walls, and the obstacles that the team knows and has not resolved."""
         world = self.run.map
         rows = (range(row * world.cols, (row + 1) * world.cols) for row in range(world.rows))
-        data = [100 if region in world.walls else 0 for row in reversed([*rows]) for region in row]
+        data = [100 if region in occupied else 0 for row in reversed([*rows]) for region in row]
         info = {
-            "map_load_time": stamp(self.run.time(0)),
+            "map_load_time": stamp(self.run.time(tick)),
             "resolution": self.side,
             "width": world.cols,
             "height": world.rows,
             "origin": _pose(*self.frame.origin, self.frame.yaw),
         }
-        return {"header": self._header(0), "info": info, "data": data}
-
-    def _header(self, tick: int) -> Message:
-        return {"stamp": stamp(self.run.time(tick)), "frame_id": "map"}
+        header = {"stamp": stamp(self.run.time(tick)), "frame_id": "map"}
+        return {"header": header, "info": info, "data": data}
 
     def _pose(self, track: RobotTrack, tick: int) -> Message:
         """Return a robot's pose, interpolated during a step of several ticks."""
@@ -147,69 +137,6 @@ class _Messages:
         x, y = self.frame.centre(row, col, self.run.map.rows)
         facing = 0.0 if heading is None else radians(90.0 - heading)
         return _pose(x, y, self.frame.yaw + facing)
-
-    def _obstacles(self, tick: int) -> Iterator[Message]:
-        """Yield the box of each obstacle whose status has changed; an obstacle that is no longer
-        closed loses its box."""
-        for number, hidden in enumerate(self.run.hidden.values()):
-            status = _shown(hidden, tick)
-            if status is _shown(hidden, tick - 1):
-                continue
-            action = _ADD if status in CLOSED else _DELETE
-            size = self._size(0.9, _HEIGHTS.get(status, 0.4))
-            colour = STATUS_MARKS[status].colour if status in CLOSED else INK
-            look = {"scale": size, "color": _colour(colour, 0.8), "pose": self._at(hidden.region)}
-            text = hidden.label(self.run.map)
-            yield self._marker(tick, "obstacles", number, _CUBE, action=action, text=text, **look)
-
-    def _bodies(self) -> Iterator[Message]:
-        """Yield a body, a nose and a name in the frame of each robot, so that they move with it."""
-        side = self.side
-        for number, track in enumerate(self.run.robots):
-            colour = track.look.colour
-            height = (_FLIES if track.layer == AIR else 0.15) * side
-            nose = {"x": 0.5 * side, "y": 0.12 * side, "z": 0.12 * side}
-            parts = [("bodies", _CYLINDER, self._size(0.55, 0.3), height, colour, "")]
-            if any(heading is not None for heading in track.headings):
-                parts.append(("headings", _ARROW, nose, height, INK, ""))
-            above = height + 0.5 * side
-            parts.append(("names", _TEXT, self._size(0.35, 0.35), above, colour, track.name))
-            header = {"stamp": stamp(0.0), "frame_id": self.names[track.name]}
-            for kind, shape, size, z, ink, text in parts:
-                pose = _pose(0.0, 0.0, 0.0) | {"position": {"x": 0.0, "y": 0.0, "z": z}}
-                look = {"scale": size, "color": _colour(ink, 1.0), "text": text}
-                more = {"header": header, "frame_locked": True, "pose": pose}
-                yield self._marker(0, kind, number, shape, **look, **more)
-
-    def _marker(self, tick: int, kind: str, number: int, shape: int, **look: Any) -> Message:
-        """Return a marker; the MCAP writer adds the defaults of other fields."""
-        return {
-            "header": self._header(tick),
-            "ns": kind,
-            "id": number,
-            "type": shape,
-            "action": _ADD,
-            "pose": _pose(0.0, 0.0, 0.0),
-            "scale": self._size(1.0, 1.0),
-            "color": _colour("#000000", 1.0),
-        } | look
-
-    def _markers(self, tick: int, topic: str, markers: Iterable[Message]) -> Stamped:
-        kind = "visualization_msgs/msg/MarkerArray"
-        return Stamped(self.run.time(tick), topic, kind, {"markers": [*markers]})
-
-    def _at(self, region: Region) -> Message:
-        world = self.run.map
-        return _pose(*self.frame.centre(*world.position(region), world.rows), self.frame.yaw)
-
-    def _size(self, wide: float, high: float) -> Message:
-        return {"x": wide * self.side, "y": wide * self.side, "z": high * self.side}
-
-
-def _shown(hidden: Hidden, tick: int) -> ObstacleStatus:
-    """Return the status of an obstacle that the team knows to be closed; ``ABSENT`` for others."""
-    status = hidden.status.at(tick)
-    return status if tick >= 0 and status in CLOSED else ObstacleStatus.ABSENT
 
 
 def stamp(seconds: float) -> Message:
@@ -220,11 +147,6 @@ def stamp(seconds: float) -> Message:
 def _pose(x: float, y: float, yaw: float) -> dict[str, Message]:
     turned = {"x": 0.0, "y": 0.0, "z": sin(yaw / 2), "w": cos(yaw / 2)}
     return {"position": {"x": x, "y": y, "z": 0.0}, "orientation": turned}
-
-
-def _colour(text: str, opacity: float) -> Message:
-    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return {"r": red, "g": green, "b": blue, "a": opacity}
 
 
 def write_mcap(path: Path, messages: Iterable[Stamped]) -> None:
@@ -265,6 +187,9 @@ def _write(out: bytearray, kind: str, value: Any) -> None:
         values = value or [None] * int(length or 0)
         if not length:
             _write(out, "uint32", len(values))
+        if base == "int8":  # a map
+            out += struct.pack(f"{len(values)}b", *values)
+            return
         for each in values:
             _write(out, base, each)
     elif base in _NUMBERS:
@@ -284,7 +209,7 @@ _SEPARATOR = "\n" + "=" * 80 + "\n"
 
 
 def definition(kind: str) -> str:
-    """Return the definition of a message (``nav_msgs/msg/Path``) and of all its parts."""
+    """Return the definition of a message (``nav_msgs/msg/Odometry``) and of all its parts."""
     wanted = [kind.replace("/msg/", "/")]
     for name in wanted:
         parts = (of.removesuffix("[]") for of, _ in INTERFACES[name])

@@ -1,7 +1,6 @@
 """The end of a batch on the terminal: failures with reasons, slow cases."""
 
 import re
-import shutil
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -11,6 +10,7 @@ from typing import Any
 
 import click
 from msgspec import to_builtins
+from msgspec.structs import replace
 
 import safenav
 from safenav.batch.case import Case, CaseVerdict, Result, file_name
@@ -20,7 +20,6 @@ from safenav.files import printable
 from safenav.report.terminal.layout import StatusLine, echo_lines, table
 from safenav.trace.words import listed
 
-_REASONS = 3
 _SLOWEST = 10
 _NAMES = 20
 
@@ -73,20 +72,14 @@ def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
 def _why(group: Sequence[Result]) -> list[str]:
     """Return the failure of a group of cases with the same cause, as lines."""
     result, *others = group
-    lines = [f"{result.name}: {result.verdict.value}"]
+    head = [f"{result.name}: {result.verdict.value}"]
     if others:
         names = (other.name.removeprefix(result.file).strip() for other in others[:_NAMES])
-        lines.append(f"  likewise: {listed(names)}")
-        if len(others) > _NAMES:
-            lines.append(f"  ... and {len(others) - _NAMES} more")
-    lines += [f"  {reason}" for reason in result.reasons[:_REASONS]]
-    if len(result.reasons) > _REASONS:
-        lines.append(f"  ... and {len(result.reasons) - _REASONS} more")
-    if result.outcome not in (None, "completed"):
-        lines.append(f"  {result.explanation}")
-    lines += [f"  {artifact}" for artifact in result.artifacts]
-    head, *rest = map(printable, lines)
-    return [click.style(head, bold=True), *rest]
+        more = f" and {len(others) - _NAMES} more" if len(others) > _NAMES else ""
+        head.append(f"  likewise: {listed(names)}{more}")
+    reasons = (f"  {line}" for line in result_lines(replace(result, detail="", settings={})))
+    first, *rest = map(printable, (*head, *reasons))
+    return [click.style(first, bold=True), *rest]
 
 
 def counts(report: Report) -> dict[str, int]:
@@ -193,36 +186,28 @@ FOLDER = "failures"
 
 
 class FailureFolder:
-    """Folders of failed cases below ``directory/failures``. Those of a former batch are removed,
-    except those of ``kept`` results."""
+    """Traces of failed cases in ``directory/failures``. Those of a former batch are removed, except
+    those of ``kept`` results."""
 
     def __init__(self, directory: Path, kept: Iterable[Result]) -> None:
         self._root = directory / FOLDER
-        still = {self._folder(result) for result in kept if not result.passed}
-        for folder in self._root.glob("*") if self._root.is_dir() else ():
-            if folder not in still and (folder / "reason.txt").is_file():
-                shutil.rmtree(folder, ignore_errors=True)
+        still = {self._file(result) for result in kept if not result.passed}
+        for file in {*self._root.glob("*.jsonl")} - still:
+            file.unlink()
 
-    def _folder(self, result: Result) -> Path:
-        return self._root / file_name(result.name, result.fingerprint)
+    def _file(self, result: Result) -> Path:
+        return self._root / f"{file_name(result.name, result.fingerprint)}.jsonl"
 
     def __call__(self, result: Result, trace: bytes) -> list[str]:
-        folder = self._folder(result)
+        file = self._file(result)
+        if not trace:
+            return []
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            return self._write(folder, result, trace)
+            self._root.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(trace)
         except OSError as error:
-            raise UsageError(f"cannot write to {folder}: {error.strerror}") from error
-
-    @staticmethod
-    def _write(folder: Path, result: Result, trace: bytes) -> list[str]:
-        files = [folder / "reason.txt"]
-        lines = [result.name, *result_lines(result)]
-        if trace:
-            files.append(folder / "trace.jsonl")
-            files[-1].write_bytes(trace)
-        files[0].write_text("\n".join([*lines, ""]), encoding="utf-8")
-        return [str(file) for file in files]
+            raise UsageError(f"cannot write {file}: {error.strerror}") from error
+        return [str(file)]
 
 
 class ProgressLine(StatusLine):

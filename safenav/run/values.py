@@ -210,7 +210,6 @@ _COLOURS = (
     ("#7A7F87", "#000000"),  # grey
 )
 _SIGNS = "0123456789abcdefghijklmnopqrstuvwxyz"
-_NUMBERED = re.compile(r"(.*?)[-_ ]?0*(\d{1,2})")
 
 
 def looks(names: Sequence[str]) -> tuple[Look, ...]:
@@ -227,10 +226,9 @@ def labels(names: Sequence[str]) -> list[str]:
     """Return a label for each robot: at most two characters, different for up to 36 robots of one
     initial. The terminal, the page and pictures use these labels.
 
-    A robot alone with its initial gets that letter. Among several robots, the one whose name is a
-    single word keeps the letter (``quad`` beside ``quad_2``); others add their number (``Q2``) or
-    the first letter that tells them apart (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two
-    figures stand alone (``robot_11``: ``11``)."""
+    A robot alone with its initial gets that letter. Others add their number (``Q2``), or a letter
+    of their name (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two figures stand alone
+    (``robot_11``: ``11``)."""
     chosen: list[str] = []
     for name in names:
         free = (label for label in _candidates(name, names) if label not in chosen)
@@ -238,16 +236,11 @@ def labels(names: Sequence[str]) -> list[str]:
     return chosen
 
 
-def _candidates(name: str, names: Sequence[str]) -> list[str]:
-    """Return possible labels of a name, the best first."""
-    initial = name[:1].upper()
-    rivals = [other for other in names if other != name and other[:1].upper() == initial]
-    numbered, found = _NUMBERED.fullmatch(name), []
-    if rivals and numbered and numbered[1]:
-        found.append(numbered[2] if len(numbered[2]) == 2 else initial + numbered[2])
-    elif all(map(_NUMBERED.fullmatch, rivals)):
-        found.append(initial)
-    others = [*enumerate(name)][1:]
-    telling = [c for at, c in others if all(c != other[at : at + 1] for other in rivals)]
-    rest = (*telling, *name[1:], *_SIGNS)
-    return found + [initial + letter.lower() for letter in rest if letter.isalnum()]
+def _candidates(name: str, names: Sequence[str]) -> Iterator[str]:
+    """Yield possible labels of a name, the best first."""
+    initial, number = name[:1].upper(), re.search(r"\d*$", name)
+    if [other[:1].upper() for other in names].count(initial) == 1:
+        yield initial
+    if number is not None and 0 < len(number[0]) < 3:
+        yield number[0] if len(number[0]) == 2 else initial + number[0]
+    yield from (initial + letter.lower() for letter in (*name[1:], *_SIGNS) if letter.isalnum())

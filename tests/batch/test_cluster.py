@@ -72,8 +72,8 @@ def test_a_killed_dask_worker_loses_nothing(
     assert failed == ["suite/wrong.yaml"]
     assert len(slugs.pids) >= 11
     assert slugs.all_gone()
-    (folder,) = Path("out/failures").iterdir()
-    assert {path.name for path in folder.iterdir()} == {"reason.txt", "trace.jsonl"}
+    (trace,) = Path("out/failures").iterdir()
+    assert trace.suffix == ".jsonl"
 
 
 @pytest.mark.parametrize("lost", [False, True])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cli.conftest import Command
-from once import ROOT, trace_of_shipped
+from once import trace_of_shipped
 from support.damage import GOOD, text
 from support.transcripts import golden
 
@@ -62,12 +62,14 @@ def lines(trace: Path, kind: str) -> list[dict[str, Any]]:
 def test_the_bag_holds_the_facts_of_the_trace(exported: Export, trace: Path) -> None:
     bag = exported(trace, "--side", "0.5")
     topics = " ".join(sorted(topic.removeprefix("/") for topic in bag))
-    assert topics == "map obstacles robots rosout tf"
+    assert topics == "map rosout tf"
     world = lines(trace, "header")[0]["scenario"]["map"]
-    ((_, grid),) = bag["/map"]
+    (_, grid), (_, found), (_, resolved) = bag["/map"]
     assert (grid.info.width, grid.info.height) == (world["cols"], world["rows"])
     northward = np.flipud(np.reshape(grid.data, (world["rows"], world["cols"])))
     assert np.flatnonzero(northward == 100).tolist() == sorted(world["walls"])
+    assert [found.data[i] for i in np.flatnonzero(found.data != grid.data)] == [100]
+    assert list(resolved.data) == list(grid.data)
 
     moves = {(move["tick"], move["robot"]): move for move in lines(trace, "move")}
     facing = {"east": 0, "north": 1, "west": 2, "south": -1}
@@ -85,8 +87,6 @@ def test_the_bag_holds_the_facts_of_the_trace(exported: Export, trace: Path) -> 
     told = [message.msg for _, message in bag["/rosout"]]
     assert any("requests help with door@47" in text for text in told)
     assert told[-1].startswith("completed")
-    actions = [marker.action for _, message in bag["/obstacles"] for marker in message.markers]
-    assert actions[0] == 0 and actions[-1] == 2, "found, later resolved"
 
 
 def test_a_robot_named_map_has_a_frame_of_its_own(
@@ -97,25 +97,6 @@ def test_a_robot_named_map_has_a_frame_of_its_own(
     transforms = [t for _, m in exported("map.jsonl", "--side", "1")["/tf"] for t in m.transforms]
     tree = {(each.header.frame_id, each.child_frame_id) for each in transforms}
     assert tree == {("map", "map_2"), ("map", "digit")}
-
-
-def test_foxglove_gets_bodies_and_names(exported: Export, safenav: Command) -> None:
-    clinic = ROOT / "tests/report/scenarios/clinic.yaml"
-    assert safenav("run", clinic, "--trace", "clinic.jsonl").returncode == 0
-    bag = exported("clinic.jsonl")
-    frames = {transform.child_frame_id for transform in bag["/tf"][0][1].transforms}
-    ((_, robots),) = bag["/robots"]
-    parts: dict[str, dict[str, Any]] = {"bodies": {}, "names": {}, "headings": {}}
-    for marker in robots.markers:
-        parts[marker.ns][marker.header.frame_id] = marker
-        assert marker.frame_locked
-    heights = {name: body.pose.position.z for name, body in parts["bodies"].items()}
-    assert heights.keys() == frames and heights["eye"] > heights["hugo"] > 0
-    assert {marker.text for marker in parts["names"].values()} == frames
-    assert parts["headings"].keys() == frames - {"eye"}
-
-    kinds = {marker.ns: marker.type for marker in robots.markers}  # of visualization_msgs/Marker
-    assert kinds == {"bodies": 3, "headings": 0, "names": 9}
 
 
 def test_the_messages_of_a_bag_stay_the_same(exported: Export, tmp_path: Path) -> None:

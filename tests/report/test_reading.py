@@ -174,9 +174,9 @@ def test_a_terminal_highlights_names(tmp_path: Path) -> None:
             said += read
     os.close(reader)
     words = " ".join(said.decode().split())
-    marked = r"\x1b\[36mquad\x1b\[0m requests help with \x1b\[1mdoor@gate\x1b\[0m: "
-    assert re.search(marked + r"\x1b\[33mdigit\x1b\[0m needs", words), words
-    assert "Q \x1b[36mquad\x1b[0m (quadcopter) from 7 [1, 1]" in words
+    marked = r"\x1b\[38;2;0;114;178mquad\x1b\[0m requests help with \x1b\[1mdoor@gate\x1b\[0m: "
+    assert re.search(marked + r"\x1b\[38;2;230;159;0mdigit\x1b\[0m needs", words), words
+    assert "Q \x1b[38;2;0;114;178mquad\x1b[0m (quadcopter) from 7 [1, 1]" in words
 
 
 def test_strategies_of_many_robots_share_one_sentence(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ VARYING = (
     (re.compile(r"(under )?\b[\d.]+ m?s(?=,| summed| total)"), "N ms"),
     (re.compile(r"(?<=timeout after )\d+ ms"), "N ms"),
     (re.compile(r"\b\d+ KiB"), "N KiB"),
-    (re.compile(r"-[0-9a-f]{8}(?=/)"), "-DIGEST"),
+    (re.compile(r"-[0-9a-f]{8}(?=/|\.jsonl)"), "-DIGEST"),
     (re.compile(r"(?<= in )[\d.]+ s(?=$|;| \()|(?<= )\d+\.\d\d$", re.MULTILINE), "N"),
     (re.compile(r'(?<=seconds": )[\d.e-]+'), "N"),
     (re.compile(r"(?<= )\d+\.\d(?= +(yes|no|-)$)", re.MULTILINE), "N"),

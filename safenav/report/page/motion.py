@@ -24,7 +24,6 @@ from safenav.trace.file import Trace
 
 RATE = 20
 """Samples per second."""
-GRAVITY = 9.81
 
 Array = NDArray[np.float64]
 
@@ -32,8 +31,9 @@ _SHOWN = {
     short + name: of + name
     for short, of in (("", ""), ("l", "left_"), ("r", "right_"))
     for name in ("x", "y", "z", "yaw")
-}
-"""Columns of a body and of a walker's feet, with their names in the page."""
+} | {f"q{axis}": f"q_{axis}" for axis in "wxyz"}
+"""Columns of a body, of a walker's feet and of the attitude of a simulated flight, with their names
+in the page."""
 
 
 def encoded_motion(motion: records.Motion) -> dict[str, Any]:
@@ -57,8 +57,6 @@ def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
     times = times_of(motion, RATE)
     columns = columns_at(motion, robot, times)
     found = {name: columns[of] for name, of in _SHOWN.items() if of in columns}
-    if described["kind"] == "flyer":
-        found |= _attitude(columns)
     return {
         "kind": described["kind"],
         "size": described["size"],
@@ -72,25 +70,6 @@ def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
     """Return names and packed values of columns, with yaw unwrapped."""
     smooth = (np.unwrap(c) if name.endswith("yaw") else c for name, c in found.items())
     return {"columns": list(found), "data": packed(smooth)}
-
-
-def _attitude(columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the quaternion of a flyer in its simulated flight; else that by which the body's z
-    axis has the direction of the reference's thrust, and its yaw."""
-    if "q_w" in columns:
-        return {f"q{axis}": columns[f"q_{axis}"] for axis in "wxyz"}
-    up = np.stack([columns["acc_x"], columns["acc_y"], columns["acc_z"] + GRAVITY], axis=1)
-    up /= np.linalg.norm(up, axis=1, keepdims=True)
-    # The shortest rotation from (0, 0, 1) to ``up``, after a rotation about z by the yaw.
-    w = np.sqrt((1 + up[:, 2]) / 2)
-    x, y = -up[:, 1] / (2 * w), up[:, 0] / (2 * w)
-    cos, sin = np.cos(columns["yaw"] / 2), np.sin(columns["yaw"] / 2)
-    return {
-        "qw": w * cos,
-        "qx": x * cos + y * sin,
-        "qy": y * cos - x * sin,
-        "qz": w * sin,
-    }
 
 
 def _feet(motion: records.Motion, robot: str) -> Iterator[tuple[int, ...]]:

@@ -2,8 +2,8 @@
 
 A listener of the mission's lines that prints the events of their run, after a map of its start. The
 map is text, two characters per region:
-robots as labels, obstacles as blocks; a scenario before its run has region numbers if there is
-room. Two robots above each other (one flies) share the two characters.
+robots as labels, obstacles as blocks. Two robots above each other (one flies) share the two
+characters.
 """
 
 import re
@@ -35,7 +35,6 @@ Echo = Callable[[str], None]
 
 _NAME = re.compile(r"(?<![\w@])[\w-]+(?:@[\w|#-]+)?")
 """Pattern of a word that may be the name of a robot or obstacle."""
-_COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
 
 
 class Story:
@@ -43,9 +42,8 @@ class Story:
 
     def __init__(self, scenario: Scenario, echo: Echo = click.echo, maps: bool = True) -> None:
         self._write, self._maps = echo, maps
-        robots = enumerate(scenario.robots)
-        self._colours = {robot.name: _COLOURS[i % len(_COLOURS)] for i, robot in robots}
         self._reader = RunReader(unstarted(scenario).header, RegionMap.label)
+        self._colours = {track.name: track.look.colour for track in self._run.robots}
         self._told = 0
         self._syntheses: list[Event] = []
         self._in_rounds = False
@@ -154,7 +152,8 @@ class Story:
         colour = self._colours.get(name)
         if colour is None:
             return click.style(name, bold=True) if "@" in name else name
-        return click.style(name, fg=colour)
+        red, green, blue = bytes.fromhex(colour[1:])
+        return click.style(name, fg=(red, green, blue))
 
 
 _OVER = {ObstacleStatus.RESOLVED, ObstacleStatus.BLOCKED}
@@ -193,54 +192,33 @@ def _sign(here: Sequence[RobotTrack]) -> str:
     return f"{letters[0]}{arrow}"[:2] if len(letters[0]) < 2 else letters[0]
 
 
-def draw(world: RegionMap, signs: Mapping[Region, str], numbered: bool = False) -> list[str]:
+def draw(world: RegionMap, signs: Mapping[Region, str]) -> list[str]:
     """Return the map as lines of text, row 0 first; ``signs``: two characters for each occupied
-    region; ``numbered``: whether regions show their numbers."""
-    cells = []
-    digits = len(str(world.size - 1))
-    for region in range(world.size):
-        sign = f"{signs.get(region, WALL if region in world.walls else FREE):2}"
-        if numbered:
-            blank = sign.replace("·", " ")
-            sign = "█" * (digits + 4) if sign == WALL else f"{blank} {region:<{digits}} "
-        cells.append(sign)
+    region."""
+    regions = range(world.size)
+    cells = [f"{signs.get(each, WALL if each in world.walls else FREE):2}" for each in regions]
     return ["".join(cells[i : i + world.cols]) for i in range(0, world.size, world.cols)]
 
 
-def scenario_text(scenario: Scenario, width: int) -> list[str]:
+def scenario_text(scenario: Scenario) -> list[str]:
     """Return the scenario as lines of text: the map with its rows and columns, then the meanings of
-    its marks.
-
-    Free regions show their numbers if the map then fits into ``width`` characters."""
+    its marks."""
     world, robots = scenario.map, run_of(unstarted(scenario)).robots
     targets = frozenset[Region]().union(*(target_regions(r.objective) for r in scenario.robots))
     signs = dict.fromkeys(targets, TARGET)
     signs |= {obstacle.region: CLOSED for obstacle in scenario.obstacles} | signs_of(robots)
-    numbered = world.cols * (len(str(world.size - 1)) + 4) + _beside(world) <= width
-    lines = [scenario.name, "", *_with_axes(draw(world, signs, numbered), world), ""]
+    beside, every = len(str(world.rows - 1)), 1 if world.cols < 10 else 5
+    columns = "".join(f"{col:<{2 * every}}" for col in range(0, world.cols, every))
+    lines = [scenario.name, "", f"{' ' * beside} {columns.rstrip()}"]
+    lines += [f"{row:>{beside}} {line}" for row, line in enumerate(draw(world, signs))]
+    lines.append("")
     for track in robots:
         doing = describe(track.objectives.now, world.word) if track.objectives.now else ""
         where = f"{track.name} ({track.model}) at {world.stance(*track.pose)}"
         lines.append(f"  {track.look.letters:2} {where}: {doing}")
     lines += _obstacles(scenario)
     lines += ["  o  target of an objective"] * bool(targets)
-    lines += ["  a wider terminal shows region numbers"] * (not numbered)
     return lines + _names(world)
-
-
-def _beside(world: RegionMap) -> int:
-    """Return the width, in characters, of the row numbers beside the map."""
-    return len(str(world.rows - 1)) + 1
-
-
-def _with_axes(lines: list[str], world: RegionMap) -> list[str]:
-    """Return a drawing with row numbers beside it and column numbers above it: all of them if each
-    has room for a blank after it, else every fifth."""
-    beside, cell = _beside(world), len(lines[0]) // world.cols
-    every = 1 if len(str(world.cols - 1)) < cell else 5
-    columns = "".join(f"{col:<{cell * every}}" for col in range(0, world.cols, every))
-    rows = [f"{row:>{beside - 1}} {line}" for row, line in enumerate(lines)]
-    return [f"{' ' * beside}{columns.rstrip()}", *rows]
 
 
 def _names(world: RegionMap) -> list[str]:

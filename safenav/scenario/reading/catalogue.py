@@ -24,17 +24,19 @@ from safenav.world.poses import Mobility
 
 T = TypeVar("T")
 
-LIBRARY = Path(__file__).parents[1] / "built_in"
+_BUILT_IN = Path(__file__).parents[1] / "built_in"
+FILES = (_BUILT_IN / "robots.yaml", _BUILT_IN / "obstacles.yaml")
+"""The built-in catalogue."""
 
 
 @lru_cache(maxsize=1)
 def built_in() -> Catalogue:
     """Return the catalogue that is shipped with the package."""
     catalogue = Catalogue()
-    for name in ("robots.yaml", "obstacles.yaml"):
-        reading = Reading(str(LIBRARY / name))
+    for file in FILES:
+        reading = Reading(str(file))
         reading.catalogue = catalogue
-        read_catalogue_file(LIBRARY / name, reading)
+        read_catalogue_file(file, reading)
         reading.raise_if_any()
         catalogue = reading.catalogue
     return catalogue
