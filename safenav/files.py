@@ -202,8 +202,15 @@ def check_kind(text: str | bytes, expected: str, file: str) -> None:
         raise InputError([Diagnostic(file, 0, 0, *wrong)])
 
 
+_BINARY = re.compile(rb"%PDF|\x1f\x8b|(?!\xff\xfe|\xfe\xff)[^\0]{0,200}\0{2}", re.DOTALL)
+"""Beginnings of binary files. In a text of UTF-16, which has an error of its own, every other byte
+is zero."""
+
+
 def decoded(data: bytes, file: str) -> str:
     """Return the text of a file. Raises InputError if it is not UTF-8."""
+    if _BINARY.match(data):
+        raise InputError([Diagnostic(file, 0, 0, "this is a binary file, not a text", ADVICE)])
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -19,7 +19,7 @@ from safenav.scenario.model import (
 )
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
-from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, key, version
+from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, entries, key, version
 from safenav.strict_json import MOST_NUMBER
 from safenav.world.poses import Mobility
 
@@ -45,7 +45,7 @@ _DRAWN = f"write {_GRID}, or name a file: 'image', 'ros' or 'movingai'"
 class MapKeys(Item, frozen=True):
     """The known world: one of grid, image, ros and movingai (docs/maps.md)."""
 
-    example: ClassVar = _GRID
+    example: ClassVar = f"{_GRID}; or 'image: map.png'"
     rules: ClassVar = (
         OneOf(FORMS, _DRAWN, "a map has one form"),
         Beside("share", FORMS[1:], _OF_FILES),
@@ -279,6 +279,10 @@ class RobotKeys(Item, frozen=True):
             **_EXAMPLES,
             "ltl": "ltl: {liveness: [region = 3]}",
         }.items()
+    } | {
+        word: f"it belongs to a model: 'catalogue: {{robots: {{mine: {{{word}: ...}}}}}}'"
+        for word in entries(ModelKeys)
+        if word != "vision"
     }
     model: values.Model | None = key(
         "A robot model of the catalogue.", "for example 'model: digit'"
@@ -400,6 +404,7 @@ class ScenarioKeys(Item, frozen=True):
     docs/scenario.md."""
 
     label: ClassVar = ""
+    example: ClassVar = "the file that 'safenav new FILE' writes"
     elsewhere: ClassVar = {
         "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults"
     }

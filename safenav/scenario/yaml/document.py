@@ -124,6 +124,11 @@ def read_document(text: str) -> Document:
     if (foreign := foreign_character(text)) is not None:
         line, column, found = foreign
         raise DocumentError(Place(line, column), f"not text: {found}", HINT)
+    if (alike := _ALIKE.search(text)) is not None:
+        line, column = text.count("\n", 0, alike.start(1)) + 1, len(alike[0])
+        name = f"not a space or a hyphen, but the character U+{ord(alike[1]):04X}"
+        hint = "write plain spaces and '-': editors for letters and web pages replace them"
+        raise DocumentError(Place(line, column), name, hint)
     try:
         return _build(yaml.parse(text, Loader=_LOADER))
     except yaml.MarkedYAMLError as error:
@@ -132,6 +137,12 @@ def read_document(text: str) -> Document:
         if "nesting depth" in (error.problem or ""):  # a limit of newer versions of libyaml
             raise DocumentError(place, _TOO_DEEP) from None
         raise DocumentError(place, f"not YAML: {_sentence(error)}", _syntax_hint(error)) from None
+
+
+_ALIKE = re.compile(
+    r"^[ -]*([\u00a0\u2000-\u200b\u202f\u3000]|[\u2010-\u2015](?=\s))", re.MULTILINE
+)
+"""Characters at the beginning of a line that look like those of YAML."""
 
 
 def scalar_value(text: str) -> str | int | float | bool | None:
@@ -202,7 +213,9 @@ class _Builder:
             weight += more
             if weight > MAX_NODES:
                 alias = isinstance(event, yaml.AliasEvent)
-                hint = "aliases count with all their content"
+                hint = "write a large map as rows of a 'grid', or name its file"
+                if alias:
+                    hint = "aliases count with all their content"
                 found = f"more than {MAX_NODES} values in one file"
                 raise DocumentError(_place(event) if alias else node.place, found, hint)
             items.append(node)

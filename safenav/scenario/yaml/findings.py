@@ -201,12 +201,19 @@ def as_meant(
     ``elsewhere``: hints for keys that belong in another mapping."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
-    entries, meant = [], set()
+    entries, meant, before = [], set(), ""
     for key, value in node.entries:
-        word = key.text
+        word, above = key.text, before
+        before = word if is_nothing(value) else ""
         if word not in words:
             also = [other for other in _ALSO_CALLED.get(word, ()) if other in free]
             hint = elsewhere.get(word) or suggestion(also[0] if also else word, free)
+            if word == "<<":
+                hint = "YAML's merge keys are not read: write the keys out"
+                meant.update(free)
+            elif above:
+                hint = f"if it belongs to '{above}', indent it" + f"; {hint}" * bool(hint)
+                before = above
             found = f"unknown key '{clipped(word)}' in {what}"
             probable = [] if word in elsewhere else also[:1] or closest(word, free)
             run_on = re.match(r"(\w+)[: ]\s*(.+)", word)
@@ -307,7 +314,8 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
         findings.add(None, *wrong)
         return None
     if len(text) > MAX_BYTES:
-        findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB")
+        hint = "a scenario names its map's file; it has no other large part"
+        findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB", hint)
         return None
     findings.read_from(text)
     foreign = Path(findings.file).suffix not in _SUFFIXES
