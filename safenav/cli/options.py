@@ -250,7 +250,6 @@ Maps = Annotated[bool, "--map/--no-map", "Draw the map of the start."]
 MaxTicks = Annotated[
     int | None, click.IntRange(1, 2**31 - 1), "--max-ticks N", "Stop after these ticks."
 ]
-Motion = Annotated[Lines, "Write the motion in metres and seconds."]
 Operator = Annotated[bool, "Prompt for interventions in a live run, also without a terminal."]
 Robot = Annotated[str | None, "--robot NAME", "Only this robot."]
 Rows = Annotated[int | None, COUNT, "--rows N", "Rows of a map file."]

@@ -29,7 +29,6 @@ from safenav.trace.file import Listener, TraceWriter, as_data, read_trace
 
 if TYPE_CHECKING:
     from safenav.fleet.world import FleetWorld
-    from safenav.motion.file import Motion
     from safenav.runtime.run.checkpoint import Resumption
     from safenav.trace.file import Trace
 
@@ -40,7 +39,6 @@ RUN_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml
   safenav run lab.yaml --html lab.html --trace lab.jsonl
-  safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
   safenav run lab.yaml --live
   safenav run lab.yaml --clock live              # robots move at the same time
   echo give_up | safenav run lab.yaml --clock live --operator
@@ -63,7 +61,6 @@ def run(
     *,
     trace: options.Trace,
     html: options.Html,
-    motion: options.Motion,
     as_json: options.AsJson,
     seed: Annotated[int | None, SEED, "--seed N", "Override the scenario's seed."],
     max_ticks: options.MaxTicks,
@@ -81,7 +78,7 @@ def run(
 
         if trace == PRINTED:
             raise UsageError("--trace - requires a run at the terminal, without --live")
-        unread = ("html", "motion", "as_json", "max_ticks", "time_limit", "operator", "maps")
+        unread = ("html", "as_json", "max_ticks", "time_limit", "operator", "maps")
         options.refuse(dict.fromkeys(unread, "a run at the terminal, without --live"))
         serve(Studio.of_run(scenario, seed, trace, clock))
         return ExitCode.OK
@@ -90,7 +87,7 @@ def run(
     plan = plan if clock is None else replace(plan, clock=Clock(clock))
     plan = plan if seed is None else replace(plan, seed=seed)
     plan = _limited(plan, max_ticks, time_limit)
-    return _executed(plan, Files(scenario, trace, html, motion, as_json, maps), operator)
+    return _executed(plan, Files(scenario, trace, html, as_json, maps), operator)
 
 
 RESUME_EPILOG = """\b
@@ -108,8 +105,6 @@ def resume(
     trace: options.InputFile,
     *,
     own: Annotated[options.Lines, "--trace", "Write the trace of the resumed run."],
-    html: options.Html,
-    motion: options.Motion,
     as_json: options.AsJson,
     max_ticks: options.MaxTicks,
     time_limit: options.TimeLimit,
@@ -123,7 +118,7 @@ def resume(
     if before.header.world == "external":
         raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
     plan = _limited(before.scenario, max_ticks, time_limit)
-    files = Files(trace, own, html, motion, as_json, maps)
+    files = Files(trace, own, as_json=as_json, maps=maps)
     return _executed(plan, files, operator, _continued(before, plan))
 
 
@@ -236,14 +231,13 @@ class Files(Struct, frozen=True):
     scenario: Path
     trace: Path | None = None
     html: Path | None = None
-    motion: Path | None = None
     as_json: bool = False
     maps: bool = True
 
     @property
     def printed(self) -> bool:
         """Whether the run prints a file, which leaves no room for its story."""
-        return PRINTED in (self.trace, self.html, self.motion)
+        return PRINTED in (self.trace, self.html)
 
 
 def _executed(
@@ -256,19 +250,15 @@ def _executed(
 ) -> int:
     """Run a scenario, write and print the events; return the exit code. ``begun``: the run that it
     continues; ``connected``: the world of real robots."""
-    if files.motion is not None:  # refuse robots without a motion before one moves
-        from safenav.motion.making import check_movable
-
-        check_movable(plan)
     operator = attended(operator, plan, files.as_json)
-    ledger, unmet = Ledger(), list[str]()
+    ledger = Ledger()
     with ExitStack() as stack:
         listeners: list[Listener] = [ledger, *views]
         trace = files.trace
         if trace == PRINTED:
             listeners.append(lambda line: click.echo(json_line(as_data(line)), nl=False))
             trace = None
-        if trace is None and (files.html is not None or files.motion is not None):
+        if trace is None and files.html is not None:
             folder = stack.enter_context(tempfile.TemporaryDirectory())
             trace = Path(folder, f"{files.scenario.stem}.jsonl")
         with ExitStack() as running:
@@ -298,22 +288,7 @@ def _executed(
             from safenav.report.page.html import page_of_trace
 
             write_out(files.html, page_of_trace(read_trace(trace), trace.name))
-        if trace is not None and files.motion is not None:
-            from safenav.motion.file import text_of
-            from safenav.motion.making import motion_of
-
-            played = read_trace(trace)
-            made = motion_of(played)
-            unmet = _unmet(made, played)
-            write_out(files.motion, text_of(made))
-    return _reported(mission, ledger, files, unmet, advice=begun is None)
-
-
-def _unmet(motion: Motion, played: Trace) -> list[str]:
-    """Return a message for each requirement that the motion of a run does not satisfy."""
-    from safenav.motion.check.requirements import judged
-
-    return [one.complaint for one in judged(motion, played) if one.complaint]
+    return _reported(mission, ledger, files, advice=begun is None)
 
 
 def _carry_out(mission: Mission, operator: bool) -> None:
@@ -344,22 +319,15 @@ def _interrupt(mission: Mission, number: int) -> None:
     signal.setitimer(signal.ITIMER_REAL, PATIENCE)
 
 
-def _reported(
-    mission: Mission,
-    ledger: Ledger,
-    files: Files,
-    unmet: Sequence[str] = (),
-    *,
-    advice: bool = True,
-) -> int:
-    """Print the differences from what the scenario expects (``unmet``: further ones) and the next
-    steps (``advice``); return the exit code."""
+def _reported(mission: Mission, ledger: Ledger, files: Files, *, advice: bool) -> int:
+    """Print the differences from what the scenario expects and the next steps (``advice``); return
+    the exit code."""
     assert mission.result is not None
     plan, result = mission.scenario, mission.result
     outcome, expected = result.outcome, plan.expect
     interrupted = outcome is Outcome.INTERRUPTED
     compares = not interrupted or expected.outcome is outcome
-    wrong = [*differences(expected, ledger, plan.map.word), *unmet] if compares else []
+    wrong = differences(expected, ledger, plan.map.word) if compares else []
     if files.as_json:
         data = ledger.measured(plan.name)
         data |= {"as_expected": not wrong if compares else None, "differences": wrong}

@@ -17,9 +17,9 @@ from safenav.motion.timing import actions_of, by_command, dated, ordered, paces_
 from safenav.motion.walker import WalkerMover, fault_of
 from safenav.pace.robot import KINDS
 from safenav.pace.robot import SIDE as SIDE
-from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.model import Robot
 from safenav.trace import records
-from safenav.trace.file import Trace, unstarted
+from safenav.trace.file import Trace
 from safenav.trace.vocabulary import MoveEnd
 
 
@@ -64,12 +64,6 @@ def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
     if found := check_trace(trace).findings:
         hint = f"all broken rules: safenav check --json {trace.source}"
         raise UsageError(f"{trace.source} breaks a rule: {found[0]}\n    {hint}") from error
-
-
-def check_movable(scenario: Scenario) -> None:
-    """Raise UsageError or InputError if a robot has no motion on the floor of a scenario."""
-    trace = unstarted(scenario)
-    movers_of(trace, floor_of(trace))
 
 
 def _flown(

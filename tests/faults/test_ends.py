@@ -314,7 +314,8 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, source in INPUTS.items():
         shutil.copyfile(source, folder / name)
     for command in (
-        "run s.yaml --trace t.jsonl --motion m.jsonl",
+        "run s.yaml --trace t.jsonl",
+        "export t.jsonl --motion m.jsonl",
         "synth s.yaml -o .",
         "certify s.yaml -o bundle",
     ):
