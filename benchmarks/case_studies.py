@@ -1,4 +1,4 @@
-"""Measures whole runs: the case studies with an empty cache, and how fast the command starts.
+"""Measures whole runs: the case studies with an empty cache.
 
     python benchmarks/case_studies.py [--repeat 5] [--json FILE]
 
@@ -44,14 +44,11 @@ def main(repeat: int, json_file: Path | None) -> None:
     command = shutil.which("safenav", path=f"{Path(sys.executable).parent}:{os.environ['PATH']}")
     if command is None:
         raise click.ClickException("safenav is not installed: run `make install`")
-    figures: dict[str, dict[str, list[float]]] = {name: {} for name in (*SCENARIOS, "--help")}
+    figures: dict[str, dict[str, list[float]]] = {name: {} for name in SCENARIOS}
     for _ in range(repeat):
         for name in SCENARIOS:
             for key, value in run_once(command, name).items():
                 figures[name].setdefault(key, []).append(value)
-        begun = time.perf_counter()
-        subprocess.run([command, "--help"], check=True, capture_output=True)
-        figures["--help"].setdefault("wall", []).append(time.perf_counter() - begun)
     medians = {n: {k: median(v) for k, v in f.items()} for n, f in figures.items()}
     for line in table(HEADINGS, [_row(name, f) for name, f in medians.items()]):
         click.echo(line)
@@ -94,13 +91,12 @@ def run_once(command: str, name: str) -> dict[str, float]:
 
 
 def _row(name: str, figures: dict[str, float]) -> tuple[object, ...]:
-    label = f"safenav {name}" if name.startswith("-") else f"safenav run {name}"
     return (
-        label,
+        f"safenav run {name}",
         round(figures["wall"], 3),
-        int(figures["syntheses"]) if "syntheses" in figures else None,
-        round(figures["synthesis"], 3) if "synthesis" in figures else None,
-        round(figures["longest"], 3) if "longest" in figures else None,
+        int(figures["syntheses"]),
+        round(figures["synthesis"], 3),
+        round(figures["longest"], 3),
         UPSTREAM_SECONDS.get(name),
     )
 

@@ -15,7 +15,7 @@ import types
 from collections.abc import Callable, Mapping
 from enum import StrEnum
 from functools import cache
-from inspect import cleandoc
+from inspect import cleandoc, get_annotations
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -25,7 +25,6 @@ from typing import (
     Union,
     get_args,
     get_origin,
-    get_type_hints,
 )
 
 from msgspec import NODEFAULT, Struct
@@ -217,7 +216,8 @@ class Item(Struct, frozen=True, kw_only=True):
 @cache
 def entries(kind: type[Struct]) -> Mapping[str, Key]:
     """Return the keys of a class, by their spelling."""
-    hints = get_type_hints(kind, include_extras=True)
+    bases = (base for base in reversed(kind.__mro__) if base is not Item)
+    hints = {n: hint for base in bases for n, hint in get_annotations(base, eval_str=True).items()}
     fields = [f for f in kind.__struct_fields__ if not (issubclass(kind, Item) and f in _OWN)]
     backwards = zip(
         reversed(kind.__struct_fields__), reversed(kind.__struct_defaults__), strict=False
