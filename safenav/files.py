@@ -209,20 +209,20 @@ is zero."""
 
 def decoded(data: bytes, file: str) -> str:
     """Return the text of a file. Raises InputError if it is not UTF-8."""
-    if _BINARY.match(data):
-        raise InputError([Diagnostic(file, 0, 0, "this is a binary file, not a text", ADVICE)])
     try:
-        return data.decode("utf-8-sig")
+        if not _BINARY.match(data):
+            return data.decode("utf-8-sig")
+        place, found, hint = (0, 0), "this is a binary file, not a text", ADVICE
     except UnicodeDecodeError as error:
-        beginning = data[:100].decode("utf-8", "replace")
-        if kind_of(beginning) == PICTURE:
-            check_kind(beginning, "text", file)
         before = data[: error.start]
         line_start = before.rfind(b"\n") + 1
         column = len(before[line_start:].decode("utf-8", "replace")) + 1
+        place, hint = (before.count(b"\n") + 1, column), "save it as UTF-8"
         found = f"not UTF-8: byte 0x{data[error.start]:02X}"
-        place = before.count(b"\n") + 1, column
-        raise InputError([Diagnostic(file, *place, found, "save it as UTF-8")]) from None
+    beginning = data[:100].decode("utf-8", "replace")
+    if kind_of(beginning) == PICTURE:
+        check_kind(beginning, "text", file)
+    raise InputError([Diagnostic(file, *place, found, hint)])
 
 
 def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: bool = True) -> None:
