@@ -111,6 +111,8 @@ def main() -> None:
 
 def _ending(error: BaseException) -> tuple[str, ExitCode]:
     """Return the message and the exit code of a command that an error has ended."""
+    from difflib import get_close_matches
+
     import click
 
     if follows_an_interruption(error) or isinstance(error, click.exceptions.Abort):
@@ -123,7 +125,9 @@ def _ending(error: BaseException) -> tuple[str, ExitCode]:
             context = getattr(error, "ctx", None)
             listed = "commands" if context and context.parent is None else "options"
             hint = f"\n    {context.command_path} --help lists the {listed}" if context else ""
-            return f"{message[:1].lower()}{message[1:]}{hint}", ExitCode.BAD_INPUT
+            close = get_close_matches(sys.argv[1], COMMANDS, 1) if listed == "commands" else ()
+            meant = f". Did you mean '{close[0]}'?" if close else ""
+            return f"{message[:1].lower()}{message[1:]}{meant}{hint}", ExitCode.BAD_INPUT
         case OSError() if error.errno in WRONG_NAMES:
             return f"{file_words(error)}\n    choose another name", ExitCode.BAD_INPUT
         case OSError() if error.errno in FULL_DISK:
