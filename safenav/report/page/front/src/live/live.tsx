@@ -250,7 +250,7 @@ export function LiveControls({ say, ...props }: LiveControlsProps) {
   const running = player.state.phase === "running";
   const ended = player.state.phase === "ended";
   return (
-    <Controls name="The run" kind="live" paced={say !== null} end={say && <Again player={player} say={say} />} {...props}>
+    <Controls name="The run" paced={say !== null} end={say && <Again player={player} say={say} />} {...props}>
       {say && (
         <Button icon={running ? "pause" : "play"} label={running ? "Pause the run" : "Run"} primary off={ended && OVER} act={() => player.toggle()} />
       )}

@@ -4,7 +4,7 @@ import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import type { Eye } from "../map/camera";
 import type { Player } from "../run/player";
-import { areaOf, at, HEADINGS, label, loadsOf, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
+import { at, label, loadsOf, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
 import { EventSign, RobotSign, StatusSign } from "./shell";
 
 interface PanelProps {
@@ -24,9 +24,7 @@ export function Robots({ run, tick, eye }: RobotsProps) {
       <ul>
         {run.robots.map((robot, i) => {
           const [, words] = at(robot.tasks, tick);
-          const [, rounds, reached] = at(robot.progress, tick);
-          const heading = robot.headings?.[tick];
-          const facing = heading ? `, facing ${HEADINGS["NESW".indexOf(heading)]}` : "";
+          const [, rounds] = at(robot.progress, tick);
           const role = roleOf(robot.name, frames);
           const transit = transitAt(robot, tick);
           const loads = loadsOf(run, i, tick);
@@ -57,14 +55,12 @@ export function Robots({ run, tick, eye }: RobotsProps) {
                 <p class="objective">
                   {words}
                   <span class="quiet">
-                    {reached >= 0 && ` · reached ${run.names[reached] ?? areaOf(run, reached) ?? reached}`}
                     {rounds > 0 && ` · ${rounds} ${rounds === 1 ? "round" : "rounds"}`}
                   </span>
                 </p>
                 <p class="quiet">
                   at {label(run, robot.path[tick]!).replace(", ", ",\u00a0")}
                   {onItsWay}
-                  {facing}
                   {loads.length > 0 && ` · carries ${loads.map((load) => load.label).join(", ")}`}
                 </p>
               </div>

@@ -18,7 +18,6 @@ interface TimelineProps {
 
 interface ControlsProps extends TimelineProps {
   name: string;
-  kind?: string;
   /** Buttons after those that go back. */
   children: ComponentChildren;
   /** Whether the reader chooses the speed. */
@@ -27,10 +26,10 @@ interface ControlsProps extends TimelineProps {
 }
 
 /** Timeline, buttons, clock and speed of a run. */
-export function Controls({ name, kind = "", children, paced = true, end, ...props }: ControlsProps) {
+export function Controls({ name, children, paced = true, end, ...props }: ControlsProps) {
   const { run, player, tick } = props;
   return (
-    <section class={`controls ${kind}`} aria-label={name}>
+    <section class="controls" aria-label={name}>
       <Timeline {...props} />
       <div class="buttons row wrap">
         <div class="group row">

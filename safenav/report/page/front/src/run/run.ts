@@ -49,7 +49,6 @@ export const EVENTS = {
 export type EventKind = keyof typeof EVENTS;
 
 export interface Look {
-  shape: string;
   path: string;
   colour: string;
   ink: string;

@@ -8,7 +8,7 @@ export interface Body {
   readonly group: Group;
   /** The height of signs above the robot, in metres above its group. */
   readonly top: number;
-  pose(sample: Sample, seconds: number): void;
+  pose(sample: Sample): void;
 }
 
 const DARK = 0x2b3038;
@@ -116,8 +116,7 @@ class Biped implements Body {
     trunk.scale.set(0.85, 1.15, 1);
     const pelvis = box(0.18, 0.28, 0.12, dark);
     const head = box(0.14, 0.2, 0.14, dark, 0.02, 0, 0.82);
-    const visor = box(0.02, 0.16, 0.06, paint(GLASS), 0.095, 0, 0.83);
-    this.torso.add(trunk, pelvis, head, visor);
+    this.torso.add(trunk, pelvis, head);
     this.feet = [0, 1].map(() => box(0.2, 0.09, 0.05, dark));
     this.legs = [0, 1].map(() => [new Limb(0.06, skin), new Limb(0.045, dark)]);
     this.group.add(this.torso, ...this.feet);
@@ -158,7 +157,6 @@ class Quadrotor implements Body {
   readonly group = new Group();
   readonly top = 0.45;
   private readonly frame = new Group();
-  private readonly rotors: Mesh[];
 
   constructor(size: number, colour: string) {
     const reach = Math.max(0.18, size / 2) * 0.72;
@@ -167,26 +165,21 @@ class Quadrotor implements Body {
     const blade = new MeshBasicMaterial({ color: new Color(colour), transparent: true, opacity: 0.35, depthWrite: false });
     const skin = paint(colour);
     this.frame.add(solid(new SphereGeometry(reach * 0.42, 16, 10).scale(1.2, 0.9, 0.5), skin));
-    this.frame.add(solid(new SphereGeometry(reach * 0.14, 10, 8), paint(GLASS), reach * 0.45, 0, 0));
-    this.rotors = [];
     for (let i = 0; i < 4; i++) {
       const angle = Math.PI / 4 + (i * Math.PI) / 2;
       const [x, y] = [Math.cos(angle) * reach, Math.sin(angle) * reach];
       const arm = new Limb(reach * 0.06, dark);
       arm.span(new Vector3(), new Vector3(x, y, 0.02));
       const disc = solid(new CircleGeometry(radius, 20), blade, x, y, 0.045);
-      const bar = box(radius * 1.9, radius * 0.16, 0.008, dark, x, y, 0.05);
-      this.rotors.push(bar);
-      this.frame.add(arm.mesh, disc, bar, solid(new TorusGeometry(radius, reach * 0.04, 6, 24), dark, x, y, 0.04));
+      this.frame.add(arm.mesh, disc, solid(new TorusGeometry(radius, reach * 0.04, 6, 24), dark, x, y, 0.04));
     }
     this.group.add(this.frame);
   }
 
-  pose(sample: Sample, seconds: number): void {
+  pose(sample: Sample): void {
     this.frame.position.set(sample.x!, sample.y!, sample.z!);
     this.frame.quaternion.set(sample.qx ?? 0, sample.qy ?? 0, sample.qz ?? 0, sample.qw ?? 1).normalize();
     if (sample.qw === undefined) this.frame.rotation.set(0, 0, sample.yaw ?? 0);
-    this.rotors.forEach((rotor, i) => (rotor.rotation.z = seconds * (i % 2 ? 19 : -19) + i));
   }
 }
 

@@ -317,7 +317,7 @@ export class RunScene implements Eye {
     if (this.view === "story") this.frame(this.subject(), passed > 3 ? 1 : 1 - Math.exp(-STORY_PACE * passed));
     this.robots.forEach(({ track }, i) => {
       const sample = this.sample(i, seconds);
-      this.bodies[i]!.pose(sample, seconds);
+      this.bodies[i]!.pose(sample);
       const base = track.kind === "flyer" ? sample.z! : 0;
       this.signs[i]!.anchor.position.set(sample.x!, sample.y!, base);
       this.stems[i]?.scale.setZ(Math.max(1e-3, base));
