@@ -85,6 +85,8 @@ _TEXTS = {
     *("liveness", "name", "notes", "reason", "requirements", "safenav", "safety", "source"),
 }
 """Keys of texts: for people, formulas, and the map."""
+_WRITTEN = (str, dict, list)
+"""Values that can have flaws: numbers have none."""
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
@@ -102,9 +104,10 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             for name, inner in value.items():
                 if not NAME.fullmatch(name) and key not in _TEXTS:  # names of requirements are free
                     yield f"{_shown(name)} is neither a field nor a name"
-                left.append((key if key in _TEXTS else name, inner, level + 1))
+                if isinstance(inner, _WRITTEN):
+                    left.append((key if key in _TEXTS else name, inner, level + 1))
         elif isinstance(value, list):
-            left.extend((key, inner, level + 1) for inner in value)
+            left.extend((key, inner, level + 1) for inner in value if isinstance(inner, _WRITTEN))
         elif isinstance(value, str) and not (key in _TEXTS or NAME.fullmatch(value)):
             yield f"`{key}` must be a name, not {_shown(value)}"
     if kind == "header":

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from safenav.judge.ends import counts
-from safenav.judge.lines import Line, Reader
+from safenav.judge.lines import Line, Reader, Text
 from safenav.judge.rules import RULES, NotJudged, Rule, charge_after, is_empty
 from safenav.judge.state import Obstacle, Progress, Robot, State
 
@@ -352,7 +352,7 @@ class Judgement:
         return not self.findings
 
 
-def judge(texts: Iterable[str | bytes], rules: Iterable[Rule] = FACTS) -> Judgement:
+def judge(texts: Iterable[Text], rules: Iterable[Rule] = FACTS) -> Judgement:
     """Judge the lines of a trace. Raises NotATraceError."""
     found, by_kind, reader = Judgement(), dict[str, list[Rule]](), Reader()
     rules, state = [*rules], None

@@ -303,6 +303,10 @@ KINDS = {
 """The types of facts, which are judged; all other lines are marked as notes, and explain."""
 
 
+Text = str | bytes | dict[str, Any]
+"""A line of a trace, or the data of one that has been read without flaws."""
+
+
 class Reader:
     """Reads the lines of one trace. ``read``: the number of lines; ``cut_off``: the last one is
     incomplete, since its writer was killed."""
@@ -312,7 +316,7 @@ class Reader:
         self._robots: set[str] = set()
         self._obstacles: set[str] = set()
 
-    def lines(self, texts: Iterable[str | bytes]) -> Iterator[Line]:
+    def lines(self, texts: Iterable[Text]) -> Iterator[Line]:
         """Yield the lines that are judged. Raises NotATraceError."""
         for text in texts:
             self.read += 1
@@ -325,7 +329,9 @@ class Reader:
         if not self._robots:
             raise NotATraceError("there is no header, or no robot in it")
 
-    def _line(self, text: str | bytes) -> Line | None:
+    def _line(self, text: Text) -> Line | None:
+        if isinstance(text, dict):
+            return self._fact(text, text["type"])
         _require(not self.cut_off, "follows a line that is not JSON")
         _require(len(text) <= MOST_BYTES, f"longer than {MOST_BYTES} bytes")
         if not text.strip():
@@ -347,6 +353,9 @@ class Reader:
             raise WrongError(flaw)
         flaw = note_flaw(data, kind, fact=kind in KINDS)
         _require(not flaw, flaw)
+        return self._fact(data, kind)
+
+    def _fact(self, data: dict[str, Any], kind: str) -> Line | None:
         if kind not in KINDS or kind == "checkpoint":  # a state of earlier lines, for `resume`
             return None
         line = read_object(KINDS[kind], data)

@@ -71,11 +71,13 @@ def values(coefficients: Sequence[float], times: T) -> T:
     return total
 
 
-def derivative(coefficients: Sequence[float], order: int = 1) -> tuple[float, ...]:
-    """Return the coefficients of a derivative; a constant has the derivative 0."""
-    for _ in range(order):
-        coefficients = tuple(k * c for k, c in enumerate(coefficients))[1:]
-    return tuple(coefficients) or (0.0,)
+def slope(coefficients: Sequence[float], time: float) -> tuple[float, float]:
+    """Return the polynomial and its derivative at a time."""
+    value = rate = 0.0
+    for coefficient in reversed(coefficients):
+        rate = rate * time + value
+        value = value * time + coefficient
+    return value, rate
 
 
 def path(curve: Curve, times: Array) -> Array:

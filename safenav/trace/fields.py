@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from enum import Enum
 from functools import cache
 from inspect import get_annotations
 from typing import Annotated, Any, Literal
@@ -125,6 +126,8 @@ def entries(kind: Any) -> tuple[FieldInfo, ...]:
 
 def plain(value: Any) -> Any:
     """Return a part of a record as JSON data."""
+    if isinstance(value, Enum):
+        return value.value
     if isinstance(value, str | int | float | None):
         return value
     if isinstance(value, Objective):

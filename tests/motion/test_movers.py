@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from msgspec import convert, json
 from msgspec.structs import replace
+from numpy.polynomial.polynomial import polyder
 
 from motion.runs import SHIPPED
 from motion.test_check import trace_of
@@ -23,7 +24,7 @@ from safenav.motion.check.verdict import joined
 from safenav.motion.check.walk import shape_of, walked
 from safenav.motion.file import Moving, Segment
 from safenav.motion.flyer import HORIZON, AxisTracker
-from safenav.motion.geometry import HEADINGS, MetricFloor, derivative, quintic, turn, values
+from safenav.motion.geometry import HEADINGS, MetricFloor, quintic, turn, values
 from safenav.motion.making import mover
 from safenav.motion.mover import Mover
 from safenav.motion.timing import dated, in_time, ordered, paces_of
@@ -86,7 +87,7 @@ def test_ten_thousand_random_moves_join_exactly() -> None:
 def test_a_quintic_has_its_place_speed_and_acceleration_at_both_ends() -> None:
     path = quintic(1.6, 0.3, -0.2, 1.1, 0.5, 0.7, -0.9)
     for order, ends in enumerate(((0.3, 1.1), (-0.2, 0.5), (0.7, -0.9))):
-        found = [values(derivative(path, order), t) for t in (0.0, 1.6)]
+        found = [values(polyder(path, order), t) for t in (0.0, 1.6)]
         assert found == pytest.approx(ends)
 
 

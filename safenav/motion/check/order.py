@@ -8,7 +8,6 @@ obstacle before it has resolved it; a robot without charge stands still."""
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from msgspec import json
 
 from safenav.judge.engine import judge
 from safenav.judge.rules import RULES
@@ -57,8 +56,8 @@ def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding
     ``serial``: the lines in their own order, in which robots move and act after the decisions."""
     live = timing.by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
-    texts = (json.encode(as_data(each)) for each in (live.header, *lines))
-    for found in judge(texts, [rule for rule in RULES if rule.name in JUDGED]).findings:
+    data = map(as_data, (live.header, *lines))
+    for found in judge(data, [rule for rule in RULES if rule.name in JUDGED]).findings:
         robot, t = found.robot or "", lines[found.line - 2].t or 0.0
         told = found.explanation.removeprefix(f"{robot} ")
         yield Finding(t, robot, JUDGED[found.rule], told)

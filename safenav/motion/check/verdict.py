@@ -28,7 +28,7 @@ from safenav.motion.check.order import check_order
 from safenav.motion.check.walk import NEAR
 from safenav.motion.columns import body_yaw
 from safenav.motion.file import Curve, Flight, Moving, Segment
-from safenav.motion.geometry import derivative, values
+from safenav.motion.geometry import slope
 from safenav.trace.file import Trace
 
 
@@ -141,8 +141,7 @@ def _state(piece: Curve | Moving, *, last: bool) -> dict[str, tuple[float, ...]]
         assert isinstance(piece, Flight)
         piece = piece.parts[-1 if last else 0]
     t, axes = piece.seconds if last else 0.0, (piece.x, piece.y, piece.z, piece.yaw)
-    x, y, z, yaw = (values(axis, t) for axis in axes)
-    east, north, up, turning = (values(derivative(axis), t) for axis in axes)
+    (x, east), (y, north), (z, up), (yaw, turning) = (slope(axis, t) for axis in axes)
     facing = cos(yaw), sin(yaw), turning
     return {"it": (x, y, z), "its velocity": (east, north, up), "its body": facing}
 
