@@ -1,6 +1,7 @@
 """The ``robots:`` of a scenario, their objectives, and whether each can reach its targets."""
 
 from collections.abc import Collection, Iterable, Mapping
+from itertools import combinations
 from typing import Any
 
 from msgspec.structs import replace
@@ -174,7 +175,9 @@ def _check_reachable(
     reach = Reachability(robot.model.mobility, robot.start, world, objective.avoid)
     meets = reach.follows if objective.settles else reach.recurs
     if not misses_targets(robot, objective, node, reading) and not meets(objective.targets):
-        what = "its targets in this order" if objective.settles else "all targets infinitely often"
+        pairs = (pair for pair in combinations(objective.targets, 2) if not meets(pair))
+        few = [clipped(world.labels(target), 40) for target in next(pairs, objective.targets)]
+        what = ", then ".join(few) if objective.settles else f"{' and '.join(few)} infinitely often"
         hint = "with heading mobility it cannot turn at its target"
         reading.add(node, f"objective of {robot.name}: it cannot visit {what}", hint)
 
