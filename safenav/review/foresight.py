@@ -6,6 +6,7 @@ blocks whether or not a robot has encountered it, so a robot that cannot continu
 cannot continue in any run.
 """
 
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 from msgspec import Struct
@@ -13,7 +14,8 @@ from msgspec.structs import replace
 
 from safenav.runtime.control.ends import hopeful, infeasible
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.yaml.findings import closest
 from safenav.solve.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.solve.solve import BudgetError, Solver, closure_of
 from safenav.synthesis.slugs import Synthesizer
@@ -57,18 +59,43 @@ def foresee(scenario: Scenario) -> Foresight:
 
 
 def _all_known(scenario: Scenario) -> tuple[Team, State]:
-    """Return the team at its start, with every obstacle known and requested."""
+    """Return the team at its start, with every obstacle known that neither appears nor disappears
+    during the run."""
+    return _known(scenario, lambda each: each.appears is None and each.goes is None)
+
+
+def _known(scenario: Scenario, chosen: Callable[[Obstacle], bool]) -> tuple[Team, State]:
+    """Return the team at its start, with the chosen obstacles known and requested."""
     team = team_of(scenario)
     state = initial(team)
     for k, each in enumerate(team.obstacles):
-        if each.source.appears is None and each.source.goes is None:
+        if chosen(each.source):
             state = apply(team, state, now.Met(0, k, each.region))
     return team, state
 
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
-    """Return a sentence of warning for each objective that no run can meet."""
+    """Return a sentence of warning for each obstacle that no run resolves for want of robots, and
+    for each objective that no run can meet."""
     found = foresee(scenario)
+    return (*_unresolvable(scenario, found.lacks), *_unmet(scenario, found))
+
+
+def _unresolvable(scenario: Scenario, lacks: tuple[Shortfall, ...]) -> Iterator[str]:
+    """Yield the obstacles, unless they disappear, for which the team has too few robots."""
+    if any(each.appears is not None and each.goes is None for each in scenario.obstacles):
+        around = hopeful(*_known(scenario, lambda each: each.goes is None))
+        lacks = shortfalls(around, closure_of(around))
+    able = {action for robot in scenario.robots for action in robot.capabilities}
+    for lack in lacks:
+        if lack.too_few:
+            lacking = {lack.action, *lack.beside} - able
+            meant = (close for action in sorted(lacking) for close in closest(action, able))
+            words = shortfall_words(lack, scenario.map.word)
+            yield "; ".join([words, *(f"did you mean '{close}'?" for close in meant)])
+
+
+def _unmet(scenario: Scenario, found: Foresight) -> tuple[str, ...]:
     given = {change.robot for change in scenario.changes if change.objective is not None}
     if found.stuck:
         found = replace(found, stuck=tuple(name for name in found.stuck if name not in given))

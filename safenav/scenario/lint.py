@@ -1,15 +1,15 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
-They concern an obstacle whose action no robot or too few robots have, or that blocks no robot; a
-robot larger than a region, or without room to turn there; a misspelt layer.
+They concern an obstacle that blocks no robot; a robot larger than a region, or without room to turn
+there; a misspelt layer.
 """
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import floor
 from typing import Any
 
 from safenav.pace.robot import least_side
-from safenav.scenario.model import Obstacle, Robot, Scenario, actions_of
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 
@@ -21,7 +21,6 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     """Return the warnings, one sentence each, in the scenario's terms."""
     found = [*scenario.map.notes, *_misnamed(scenario)]
     for obstacle in scenario.obstacles:
-        found += _unable(obstacle, scenario) if obstacle.goes is None else ()
         found += _unnoticed(obstacle, scenario)
     found += [*oversized(scenario), *cramped(scenario)]
     return tuple(dict.fromkeys(found))
@@ -93,42 +92,12 @@ def _in_metres(
         yield robot, side, float(size) if isinstance(size, int | float) else None, motion
 
 
-def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
-    """Yield the needs of an obstacle for which the team has too few robots."""
-    known = {action for robot in scenario.robots for action in robot.capabilities}
-    what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
-    for number, need in enumerate(obstacle.needs):
-        skills = actions_of(obstacle.needs, number)
-        able = [robot.name for robot in scenario.robots if skills <= robot.capabilities]
-        if len(able) >= need.robots or (need.action in known and not skills <= known):
-            continue  # in the second case, the need whose action is missing is reported
-        if not able and skills <= known:
-            both = " and ".join(f"'{action}'" for action in sorted(skills))
-            yield (
-                f"no robot can resolve {what}: the robot that fulfils need {number + 1} must have "
-                f"{both} ('same'), and no robot has {'both' if len(skills) == 2 else 'all'}"
-            )
-        elif not able:
-            has = ", ".join(f"'{action}'" for action in sorted(known)) or "nothing"
-            needs = f"it needs '{need.action}'; available: {has}{_meant(need.action, known)}"
-            yield f"no robot can resolve {what}: {needs}"
-        else:
-            yield (
-                f"no team can resolve {what}: '{need.action}' takes {need.robots} robots, "
-                f"and only {' and '.join(able)} can do it"
-            )
-
-
 def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
     """Yield the obstacles that no robot requests: robots encounter only obstacles that block
     them."""
     if obstacle.type.blocks == frozenset() and not obstacle.ordered:
         what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
         yield f"no robot encounters {what}, because it blocks none; list it under 'orders'"
-
-
-def _meant(word: str, known: Collection[str]) -> str:
-    return "".join(f"; did you mean '{close}'?" for close in closest(word, known))
 
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:
