@@ -14,8 +14,9 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from random import Random
 
+from safenav.data import cached_method
 from safenav.team.floor import Floor, Joint, Stages
-from safenav.world.poses import FAR, Mask, region_mask
+from safenav.world.poses import FAR, Mask
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """The poses to which duties send each robot (0: nowhere; None: its own next target)."""
@@ -58,7 +59,7 @@ class Search:
         self._propose = Proposals(floor, self.random, alive).propose
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._fields: dict[tuple[int, Mask, Stages], Field] = {}
-        self._immobile = Immobile(floor, self._alive)
+        self._one_way = any(floor.graphs[i].one_way for i in floor.robots)
         self._turn = 0
 
     def goal(self, joint: Joint) -> bool:
@@ -173,7 +174,7 @@ class Search:
             edges += 1
             if edges > budget * 12 or self.work <= 0:
                 return None
-            if self._new(after, before) and not self._immobile.hopeless(after):
+            if self._new(after, before) and not (self._one_way and self._is_jammed(after)):
                 before[after] = joint
                 if goal(after):
                     return path(after, before)
@@ -200,6 +201,30 @@ class Search:
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
         """Return whether a state is to be examined."""
         return after not in before
+
+    def _is_jammed(self, joint: Joint) -> bool:
+        """Return whether a robot that has not completed its mission can never move again: all its
+        steps, and those of the robots in its way, lead into regions of such robots. Two that face
+        each other in a corner stay there forever."""
+        floor, poses, size = self.floor, joint.poses, self.floor.team.size
+        taken = {poses[i] % size for i in floor.robots}
+        stuck = {i for i in floor.robots if taken.issuperset(self._ahead(i, poses[i]))}
+        before = None
+        while stuck != before:
+            before, now = stuck, stuck
+            shut = {i: {poses[j] % size for j in floor.rivals(i) & now} for i in now}
+            stuck = {i for i in now if shut[i].issuperset(self._ahead(i, poses[i]))}
+        left = ((i, floor.awaited(i, joint.counts[i])) for i in stuck)
+        return any(
+            not floor.is_done(i, joint.counts[i]) or (goal and not goal >> poses[i] & 1)
+            for i, goal in left
+        )
+
+    @cached_method
+    def _ahead(self, i: int, pose: int) -> frozenset[int]:
+        """Return the regions into which steps lead after which a robot can continue."""
+        ahead = (p for p in self.floor.graphs[i].steps(pose) if self._alive[i] >> p & 1)
+        return frozenset(p % self.floor.team.size for p in ahead)
 
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
         """Return the state after all robots have gone to these poses; None if that is impossible,
@@ -411,62 +436,3 @@ class Proposals:
             ranks.append((1 if field is None else field[pose], taken, draw(), pose))
         ranks.sort()
         return [rank[3] for rank in ranks]
-
-
-class Immobile:
-    """Robots that can never move again: a joint state is hopeless long before a search ends.
-
-    Two robots with headings that face each other in a corner stay there forever: each can step
-    only into the other's region. In general these are the greatest set of robots whose steps all
-    lead into a region of another one of the set, or to a pose from which the robot could not
-    continue forever. Moves of other robots and disappearing obstacles cannot change that.
-    ``alive``: the poses from which each robot can continue forever once all obstacles are
-    resolved."""
-
-    def __init__(self, floor: Floor, alive: Sequence[Mask]) -> None:
-        self._floor, self._alive, self._size = floor, alive, floor.team.size
-        self._rivals = [floor.rivals(i) for i in range(len(alive))]
-        self._who = [i for i in floor.robots if self._rivals[i]]
-        self._ahead: list[dict[int, frozenset[int]]] = [{} for _ in alive]
-        self._possible = any(
-            floor.graphs[i].one_way or floor.floors[i].bit_count() == 1 for i in self._who
-        )
-
-    def hopeless(self, joint: Joint) -> bool:
-        """Return whether some robot can never complete its mission because others can never
-        move."""
-        stuck = self.robots(joint.poses) if self._possible else set()
-        return bool(stuck) and any(self._fails(i, joint, stuck) for i in self._floor.robots)
-
-    def robots(self, poses: Sequence[int]) -> set[int]:
-        """Return the robots that can never move again."""
-        size = self._size
-        taken = {poses[i] % size for i in self._who}
-        found = {i for i in self._who if taken.issuperset(self._regions(i, poses[i]))}
-        while found:
-            blocked = ({poses[j] % size for j in self._rivals[i] & found} for i in found)
-            pairs = zip([*found], blocked, strict=True)
-            free = {i for i, shut in pairs if not shut.issuperset(self._regions(i, poses[i]))}
-            if not free:
-                break
-            found -= free
-        return found
-
-    def _fails(self, i: int, joint: Joint, stuck: set[int]) -> bool:
-        floor, pose, count = self._floor, joint.poses[i], joint.counts[i]
-        goal = floor.awaited(i, count)
-        if floor.is_done(i, count) and (not goal or goal >> pose & 1):
-            return False
-        if i in stuck:
-            return True
-        walls = region_mask(joint.poses[j] % self._size for j in self._rivals[i] & stuck)
-        allowed = floor.floors[i] & ~floor.graphs[i].poses_on(walls)
-        return not floor.graphs[i].back(goal & allowed, allowed) >> pose & 1
-
-    def _regions(self, i: int, pose: int) -> frozenset[int]:
-        """Return the regions into which steps lead that keep a robot alive."""
-        known, graph = self._ahead[i], self._floor.graphs[i]
-        if pose not in known:
-            ahead = (p for p in graph.steps(pose) if self._alive[i] >> p & 1)
-            known[pose] = frozenset(p % self._size for p in ahead)
-        return known[pose]

@@ -6,7 +6,7 @@ import pytest
 from safenav import load_scenario_text
 from safenav.plan.ask import ask_charged
 from safenav.plan.charged import ChargedSearch
-from safenav.plan.search import STATIC, Immobile
+from safenav.plan.search import STATIC, Search
 from safenav.scenario.objective import number_word
 from safenav.solve.reasons import Helper, Hindrance, Shortfall, shortfall_words
 from safenav.team.apply import initial
@@ -42,12 +42,17 @@ def floor_of(text: str) -> Floor:
 
 def test_robots_that_face_each_other_never_move_again() -> None:
     floor = floor_of(FACING)
-    immobile = Immobile(floor, floor.floors)
-    east, west = (floor.graphs[0].size * heading for heading in (1, 3))
-    assert immobile.robots((east + 9, west + 10)) == {0, 1}
-    assert immobile.hopeless(floor.begun((east + 9, west + 10), ((0, 0), (0, 0)), ()))
-    assert not immobile.robots((east + 9, west + 11)), "one region is between them"
-    assert not immobile.robots((west + 9, west + 10)), "one follows the other"
+    size = floor.graphs[0].size
+    start = floor.begun((size + 8, 3 * size + 12), ((0, 0),) * 2, ())
+    search = Search(floor, frozenset(), lambda *_: (None,) * 2, start, 1, 1000)
+
+    def jammed(*poses: tuple[str, int]) -> bool:
+        numbers = tuple({"east": 1, "west": 3}[heading] * size + at for heading, at in poses)
+        return search._is_jammed(start._replace(poses=numbers))
+
+    assert jammed(("east", 9), ("west", 10))
+    assert not jammed(("east", 9), ("west", 11)), "one region is between them"
+    assert not jammed(("west", 9), ("west", 10)), "one follows the other"
 
 
 def test_searches_with_charges_end_when_their_check_raises() -> None:
