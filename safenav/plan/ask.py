@@ -5,7 +5,7 @@ joint state and the served requests only, and is remembered by them.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from itertools import chain, combinations, count, islice, product
+from itertools import chain, combinations, islice
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -18,20 +18,13 @@ from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
-from safenav.world.poses import Mask, PoseGraph, bits
+from safenav.world.poses import Mask
 
 WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 40_000
 """``CHARGED_LEAST``: where obstacles are open, so that the question will soon change."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
-
-
-MOST_APART = 5
-"""The largest group for which all choices of a region for each robot are tried."""
-
-
-Near = tuple[int, int, Mask]
 
 
 class Found(Struct, frozen=True):
@@ -255,48 +248,17 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
             duties = settle(solver, poses, stages, aside, present, frozenset()).duties
             for i, duty in duties.items():
                 goals[i] = duty.goal
-            groups = {duty.group for duty in duties.values()}
-            for group in (group for group in groups if 1 < len(group) <= MOST_APART):
-                for i, own in _apart(
-                    floor, stages, poses, [i for i in group if i in duties], goals
-                ):
-                    goals[i] = own
+            taken: dict[tuple[int, ...], Mask] = {}
+            for i, duty in duties.items():  # those that act together: each in a region of its own
+                graph, left = floor.graphs[i], taken.get(duty.group, 0)
+                free = duty.goal & ~graph.poses_on(left) if len(duty.group) > 1 else 0
+                if free:
+                    near = graph.nearest(poses[i], free, floor.allowed(i, stages))
+                    goals[i] = near
+                    taken[duty.group] = left | graph.regions_of(near)
         return goals
 
     return guide
-
-
-def _apart(
-    floor: Floor,
-    stages: Stages,
-    poses: tuple[int, ...],
-    group: list[int],
-    goals: Sequence[Mask | None],
-) -> Iterator[tuple[int, Mask]]:
-    """Yield a region for each robot of a group that acts together, so that no two of them wait for
-    one; the last one to arrive is the earliest possible."""
-    choices = []
-    for i in group:
-        near = _nearest(floor.graphs[i], poses[i], goals[i] or 0, floor.allowed(i, stages))
-        choices.append([*islice(near, len(group))])
-    ways = (way for way in product(*choices) if len({r for _, r, _ in way}) == len(group))
-    best = min(ways, key=lambda way: sorted((far for far, _, _ in way), reverse=True), default=())
-    return zip(group, (part for _, _, part in best), strict=False)
-
-
-def _nearest(graph: PoseGraph, pose: int, goal: Mask, allowed: Mask) -> Iterator[Near]:
-    """Yield the regions of a goal, the nearest first: the steps to each, and its part of the
-    goal."""
-    found = frontier = 1 << pose
-    for far in count():
-        for region in bits(graph.regions_of(frontier & goal)):
-            part = goal & graph.poses_on(1 << region)
-            yield far, region, part
-            goal &= ~part
-        frontier = graph.forward(frontier) & (allowed | goal) & ~found
-        if not (frontier and goal):
-            return
-        found |= frontier
 
 
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:

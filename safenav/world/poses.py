@@ -301,6 +301,15 @@ class PoseGraph:
             count += 1
         return None
 
+    def nearest(self, start: int, goal: Mask, allowed: Mask) -> Mask:
+        """Return the part of ``goal`` in one of its nearest regions; all of it without a path."""
+        found = frontier = 1 << start
+        while frontier and not frontier & goal:
+            frontier = self.forward(frontier) & (allowed | goal) & ~found
+            found |= frontier
+        regions = self.regions_of(frontier & goal)
+        return goal & self.poses_on(regions & -regions) if regions else goal
+
     @cached_method
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:
         """Return for each pose the steps to the nearest pose of ``goal``, FAR without a path."""
