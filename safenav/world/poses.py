@@ -11,7 +11,6 @@ Results are cached.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from enum import StrEnum
 from functools import cached_property, lru_cache
@@ -65,7 +64,6 @@ Mask = int
 """A set of poses (or of regions), one bit each."""
 
 _SHORT = 2048
-_PIECES = re.compile(rb"[^\0]{1,16}")
 
 FAR = 1 << 30
 """The distance of an unreachable pose."""
@@ -73,15 +71,12 @@ FAR = 1 << 30
 
 def bits(mask: Mask) -> Iterator[int]:
     """Yield the members of a set, ascending."""
-    if mask.bit_length() > _SHORT:  # in pieces: operations on long numbers are slow
-        data = mask.to_bytes(mask.bit_length() // 8 + 1, "little")
-        for piece in _PIECES.finditer(data):
-            first = piece.start() * 8
-            mask = int.from_bytes(piece.group(), "little")
-            while mask:
-                low = mask & -mask
-                yield first + low.bit_length() - 1
-                mask ^= low
+    if mask.bit_length() > _SHORT:  # operations on long numbers are slow
+        text = bin(mask)[:1:-1]
+        at = text.find("1")
+        while at >= 0:
+            yield at
+            at = text.find("1", at + 1)
         return
     while mask:
         low = mask & -mask

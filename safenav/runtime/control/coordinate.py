@@ -310,9 +310,10 @@ def _helped(team: Team, control: Control) -> frozenset[int]:
 def _left(team: Team, state: State, control: Control) -> frozenset[int]:
     """Return obstacles that a plan, which cannot continue, leaves to robots with strategies, though
     none of these is to help: the chosen helpers may have no way past other robots."""
-    if state.plan is None or not (waits := awaited(team, state) - control.left):
+    if state.plan is None or not state.requests:
         return frozenset()
-    if not stuck(team, state, _helped(team, control)):
+    waits = awaited(team, state) - control.left
+    if not waits or not stuck(team, state, _helped(team, control)):
         return frozenset()
     floor = floor_now(team, state)
     stages = stages_of(floor, state)

@@ -308,8 +308,9 @@ def commanded(
     if there is none, under the command to wait. ``safe``: the poses in which the team can
     continue."""
     robot, member, task = state.robots[i], team.members[i], found.task
-    assert robot.node is not None and found.result.strategy is not None
-    before, graph = found.result.strategy.values(robot.node), member.graph
+    node, strategy = robot.node, found.result.strategy
+    assert node is not None and strategy is not None
+    before, graph = strategy.values(node), member.graph
     possible = assignable.assignable_regions(task, team.world)
     own, none = role.objective == member.objective, assignable.own(team.world)
     others, shut, here = heard(team, state, i, task), closed(team, state, i), before["region"]
@@ -323,7 +324,7 @@ def commanded(
     free = member.floor & ~graph.on(shut) & (-1 if safe is None else safe)
     goal = _goal(team, state, i, role) & (free | 1 << robot.pose)
     if own and (not shut or goal >> robot.pose & 1):
-        return steps(robot.node, none)
+        return steps(node, none)
     field = graph.distances(goal, free)
 
     def leads(step: Step | None, place: int) -> bool:
@@ -336,25 +337,29 @@ def commanded(
             step = next(iter(steps(step[2], place)), None)
         return False
 
+    def alike() -> Iterator[int]:
+        """Yield the present node, and those with the same values."""
+        yield node
+        yield from strategy.nodes_with(before)
+
     def near(region: Region) -> tuple[int, Region]:
         """Return the number of steps from a region to the goal."""
         return min(field[pose] for pose in bits(graph.on({region}))), region
 
     if not 0 < field[robot.pose] < FAR:
-        return steps(robot.node, here)
+        return steps(node, here)
     places, now = [before["assigned"]], (graph.pose(robot.pose), robot.values)
     if places[0] in (none, here):
         places = [
             place for place in sorted(possible.places, key=near) if possible.allows(now, place)
         ]
         places = [none, *places] if own else [*places, none]
-    strategy = found.result.strategy
-    for node in dict.fromkeys((robot.node, *strategy.nodes_with(strategy.values(robot.node)))):
+    for each in alike():
         for place in places:
-            for step in steps(node, place):
+            for step in steps(each, place):
                 if leads(step, place):
                     return [step]
-    return steps(robot.node, here)
+    return steps(node, here)
 
 
 def _goal(team: Team, state: State, i: int, role: Role) -> Mask:

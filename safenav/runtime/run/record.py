@@ -116,6 +116,8 @@ class Recorder:
             case now.Turn():
                 return
             case now.Counted(i, ticks, duty):
+                if before is after:  # no goal was met
+                    return
                 region = before.robots[i].pose % self.team.size
                 for goal, whole in goals(self.team, before, i, ticks, duty):
                     self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))

@@ -281,13 +281,15 @@ class World:
             return None
         if self.live and not (there.to is None and there.active):
             return None
-        expected = bool(self._changes(run, i))
+        acts = self._acts(run, i)
+        expected = self._changes(run, i, acts)
         asks = (self.truth is not None and not self.live) or i not in self._asked
         if not expected and not (asks and not self._is_busy(run, i)):  # only acting shows it
             return None
         self._asked.add(i)
         here = run.team.members[i].graph.pose(there.pose)
-        event = self.commands.act(robot, here, self._known(run, i))
+        known = [k for k, _ in expected] if self.live else acts
+        event = self.commands.act(robot, here, [run.team.obstacles[k].source for k in known])
         event = None if event is None else self._news(run, i, event)
         parts = self.truth is not None and not self.live and self.truth.parts(robot)
         if expected or parts or event is None or event.found or event.reason:
@@ -369,6 +371,8 @@ class World:
     def _news(self, run: Running, i: int, event: protocol.Acted) -> protocol.Acted:
         """Return an action with the results that are new to the team: a world that repeats its
         results would keep the robot acting forever. A load is not delivered where it is taken."""
+        if not event.found:
+            return event
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
         echoes, early, acts = list[str](), list[str](), dict(self._changes(run, i))
         for obstacle, result in event.found:
@@ -438,12 +442,6 @@ class World:
             return False
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
         return any(self._is_met(run, i, k) for k, _ in self._changes(run, i, known))
-
-    def _known(self, run: Running, i: int) -> list[model.Obstacle]:
-        """Return the known obstacles on which a robot acts: in a live run where it stands, else
-        all."""
-        on = [k for k, _ in self._changes(run, i)] if self.live else self._acts(run, i)
-        return [run.team.obstacles[k].source for k in on]
 
     def _group(self, run: Running, i: int) -> tuple[int, ...]:
         """Return the robots that are busy while a robot acts: those that take part."""
