@@ -19,6 +19,7 @@ from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
+from weakref import WeakValueDictionary
 
 from msgspec import Struct
 
@@ -42,7 +43,7 @@ PRINTED: Mapping[Verdict, str] = {
 """Options that print the automaton of a verdict."""
 
 
-class SynthesisResult(Struct, frozen=True):
+class SynthesisResult(Struct, frozen=True, weakref=True):
     """One result of the synthesizer.
 
     ``strategy``: not None exactly if the verdict is realizable and a strategy was requested, or
@@ -110,8 +111,6 @@ _HEARTBEAT_SECONDS = 0.5
 OVERTIME_SECONDS = 1.0
 """The binary keeps the time limit and reports its progress; this long after the limit it is
 killed."""
-_MOST_KNOWN = 100
-"""Maximum number of checked results in memory."""
 _MOST_STATES = 200_000
 """Maximum number of nodes of a strategy. Those of single robots have tens to thousands."""
 
@@ -147,7 +146,7 @@ class Synthesizer:
         self.cache = Cache.from_environment() if cache is None else cache
         self.verifier = verifier
         self.at_once = at_once or os.cpu_count() or 1
-        self._known: dict[str, SynthesisResult] = {}
+        self._in_use = WeakValueDictionary[str, SynthesisResult]()
 
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
         """Return the verdict, and the strategy if there is one and ``strategy`` is true.
@@ -246,19 +245,17 @@ class Synthesizer:
         return crew.run(self.binary, [*options, "-"], given, deadline, self.memory_mb)
 
     def _remembered(self, job: Job) -> SynthesisResult | None:
-        """Return the cached result, if it exists and passes every check of a fresh one, which each
-        is given once."""
+        """Return the cached result, if it exists and passes every check of a fresh one; a result
+        that is still in use has passed them."""
         key = self._key(job)
-        known = self._known.get(key)
+        known = self._in_use.get(key)
         if known and known.strategy and known.strategy.specification == job.spec:
             return known
         entry = self.cache.load(key)
         with suppress(SynthesizerError):
             if entry is not None:
-                if len(self._known) >= _MOST_KNOWN:
-                    self._known.clear()
-                self._known[key] = self._checked(job, entry, cached=True)
-                return self._known[key]
+                self._in_use[key] = result = self._checked(job, entry, cached=True)
+                return result
         return None
 
     def _result(self, job: Job, finished: Finished) -> SynthesisResult:
