@@ -9,17 +9,9 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world, an obstacle that the scenario does not list appears during the run; in
-    a live run it may also represent a lost robot, or something unknown that blocks a layer."""
-    fits = s.external or (s.live and _is_made(e.obstacle.type.name, s))
-    if e.obstacle.appears is None and not fits:
+    """In a simulated world, an obstacle that the scenario does not list appears during the run."""
+    if e.obstacle.appears is None and not s.external:
         yield f"the scenario has no {e.obstacle.name}"
-
-
-def _is_made(kind: str, s: State) -> bool:
-    """Return whether obstacles of a type represent failures of robots."""
-    layers = {robot.data.layer for robot in s.robots.values()}
-    return kind in {f"lost_{n}" for n in s.names} | {f"unknown_{layer}" for layer in layers}
 
 
 @rule("appeared", "gone", "order", "truth")
@@ -32,8 +24,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
         if not one.there or one.blocks or not (one.ordered or s.external or e.cause == "user"):
             yield f"{one.name} is not an order of the scenario"
         return
-    fails = s.live and (_is_made(one.type, s) or s.operated == e.tick)
-    if e.cause == "world" and not (s.external or fails):
+    if e.cause == "world" and not s.external:
         yield f"a simulated world changes {one.name}, which the scenario does not"
     if e.kind == "truth":
         stated = e.traversable == one.truth if e.cause == "scenario" else one.since == e.tick
@@ -85,7 +76,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
             yield f"the inputs do not give {e.robot} that objective"
         elif s.switched != e.tick:
             yield f"no input changes for {e.robot}"
-    elif e.cause == "world" and not (s.external or s.live):
+    elif e.cause == "world" and not s.external:
         yield f"a simulated world changes the service of {e.robot}"
     elif e.cause == "battery" and not (e.active or is_empty(robot, s, s.now(e))):
         yield f"{e.robot} is out of service, but its charge is not used up"

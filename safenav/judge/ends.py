@@ -189,10 +189,11 @@ def end(e: Line, s: State) -> Iterator[str]:
 
 @rule("assumption", "outcome", "waiting")
 def assumption(e: Line, s: State) -> Iterator[str]:
-    """A run that ends or waits because other robots have violated an assumption records that. Only
-    a robot whose strategy observes others has one."""
-    if e.kind == "assumption" and not s.robots[e.robot].observes:
-        yield f"the strategy of {e.robot} observes no robot"
+    """A run that ends or waits because other robots have violated an assumption records that: one
+    that the robot's strategy observes has moved by more than a step, or was put elsewhere."""
+    observed = s.robots[e.robot].observes.items() if e.kind == "assumption" else ()
+    if e.kind == "assumption" and not any(s.robots[name].jumps > n for name, n in observed):
+        yield f"no robot that the strategy of {e.robot} observes was moved farther than a step"
     elif e.outcome == "assumption_violated" and not s.assumptions:
         yield "no line records a violated assumption"
 

@@ -19,7 +19,6 @@ def after(e: Line, s: State) -> None:
     s.tick, s.time = e.tick, s.time if e.t is None else e.t
     by_hand = e.cause in ("user", "world") and e.kind != "order"
     s.hands += bool(by_hand or e.user or e.kind == "operator")
-    s.operated = e.tick if e.kind == "operator" else s.operated
     if e.robot is not None:
         _robot(e, s.robots[e.robot], s)
     if isinstance(e.obstacle, str):
@@ -66,6 +65,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             _moved(e, robot, s)
         case "operator" if e.region is not None:
             _charge_stands(e, robot, s)
+            robot.jumps += 1
             robot.pose = robot.before = (e.region, e.heading if robot.faces else None)
             robot.holds, robot.bound = frozenset([e.region]), None
             robot.came, robot.lost = None, False
@@ -106,10 +106,13 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             s.spec_memory[e.robot, e.spec] = e.memory or {}
             if e.verdict == "unrealizable":
                 s.unrealizable[e.robot] = e.spec
-            elif e.node is not None and e.places is None:
-                robot.given, robot.observes = e.objective, bool(e.knowledge)
+            elif e.node is not None:
+                known = (e.knowledge or {}).keys() & s.robots.keys()
+                robot.observes = {name: s.robots[name].jumps for name in known}
                 if e.objective == robot.own and e.memory:
                     robot.first = next(iter(e.memory.values()))
+            if e.verdict == "realizable" and e.node is not None and e.places is None:
+                robot.given = e.objective
                 if robot.memories is not None and e.memory and e.objective == robot.own:
                     told = robot.own.formulas.remembering(e.memory)
                     robot.memories = {m for m in s.memories(robot) if told & s.arriving(robot, [m])}
@@ -131,6 +134,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
             robot.charge = max(0.0, charge_after(e, robot, s))
     if step.at != here[0]:
         robot.came = None if step.strays else here[0]
+        robot.jumps += s.world.side(here[0], step.at) is None
     robot.pose = step.at, step.heading if robot.faces else None
     s.left |= dict.fromkeys(robot.holds - step.holds, s.time)
     robot.holds, robot.bound, robot.before = step.holds, step.bound, here

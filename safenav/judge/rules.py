@@ -76,7 +76,8 @@ def placed(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
     """A robot stays or steps to a free neighbouring region, with a heading never backwards. A step
-    ends where it leads; a failed one at one of its ends or, in a world of the user's, elsewhere."""
+    ends where it leads or, if it is interrupted, where it began; only in a world of the user's may
+    it fail, or end elsewhere."""
     robot, step = s.robots[e.robot], s.step(e)
     side, bound = s.world.side(step.start, step.to), robot.bound
     if e.result == "lost" and not e.regions:
@@ -84,8 +85,9 @@ def mobility(e: Line, s: State) -> Iterator[str]:
     if step.to not in s.world.free:
         yield f"{e.robot} enters {s.show(step.to)}, which is not free"
     if step.strays:
-        if not s.external and (not s.live or step.at not in (step.start, bound)):
-            yield f"{e.robot} ends elsewhere than commanded, in a simulated world"
+        undone = e.result == "elsewhere" and (step.at, step.heading) == robot.pose
+        if not (s.external or undone):
+            yield f"{e.robot} fails, or ends elsewhere than commanded, in a simulated world"
         return
     if step.to != step.start and side is None:
         where = f"from {s.show(step.start)} to {s.show(step.to)}"
@@ -267,7 +269,7 @@ def charge_after(e: Line, robot: Robot, s: State) -> float:
 @rule("act", "acted", "met", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
     """In a live run an obstacle is resolved by robots that act, in service and not in transit,
-    unless the world is the user's."""
+    unless the world is the user's. No action fails in a simulated world."""
     robot = s.robots[e.robot]
     if e.kind == "act":
         for name in e.robots:
@@ -276,6 +278,8 @@ def actions(e: Line, s: State) -> Iterator[str]:
     elif e.kind == "acted":
         if robot.acts is None and not s.external:
             yield f"{e.robot} has not begun to act"
+        if not s.external and ("failed" in e.results.values() or e.barred):
+            yield f"an action of {e.robot} fails, in a simulated world"
     elif s.live and not s.external and robot.acts is None and robot.acted != e.tick:
         yield f"{e.robot} does not act"
 

@@ -71,7 +71,8 @@ class Robot:
     ``first``: the target with which its strategy begins; ``acts``: the action in which it takes
     part, ``acted``: when one ended last; ``passes``: the obstacles unknown when it began, on which
     idle robots may act as well; ``met``: the goals that its last step has met, each with its tick;
-    ``observes``: its strategy observes other robots."""
+    ``jumps``: how often it was farther from where it had been than one step leads; ``observes``: the
+    robots that its strategy observes, with their jumps before it was made."""
 
     name: str
     data: Line
@@ -102,7 +103,8 @@ class Robot:
     acted: int | None = None
     passes: frozenset[str] = frozenset()
     met: dict[int, int] = field(default_factory=dict)
-    observes: bool = False
+    jumps: int = 0
+    observes: dict[str, int] = field(default_factory=dict)
 
     @property
     def faces(self) -> bool:
@@ -258,10 +260,9 @@ class State:
     deadlines of obstacles and the mission, ``past``: those that this tick misses; ``missed``: all
     that have passed; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
     when an input changed last; ``entering``: live, steps into the region of an obstacle on which
-    some robot acts, with their ticks; ``limit``: ticks (live: seconds); ``operated``: the tick of
-    the last intervention of an operator; ``promised``: that in which the deadline of the mission is
-    kept; ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user or
-    the world."""
+    some robot acts, with their ticks; ``limit``: ticks (live: seconds); ``promised``: the
+    tick in which the deadline of the mission is kept; ``strays``, ``hands``: steps that ended
+    elsewhere than commanded, and changes by a user or the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
@@ -271,7 +272,6 @@ class State:
         self.cells: tuple[frozenset[int], ...] = header.cells or ()
         self.tick, self.time = 0, 0.0
         self.limit = (h.limits.seconds or h.limits.ticks * SLOWEST) if self.live else h.limits.ticks
-        self.operated: int | None = None
         self.promised: int | None = None
         self.robots = {data.name: self._robot(data) for data in h.robots}
         self.names = [*self.robots]

@@ -145,7 +145,7 @@ class Enumeration:
         that can carry one more."""
         at = dict(zip(self.robots, places, strict=True))
         after = [_performed(one, at, None) for one in opened]
-        loads = [k for k, one in enumerate(after) if one.left and one.takes()]
+        loads = [k for k, one in enumerate(after) if one.takes()]
         for k in sorted(loads, key=lambda k: after[k].order):
             after[k] = _performed(after[k], at, self.case.full(one for one in after if one.left))
         return tuple(after)
@@ -289,7 +289,7 @@ def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     service: they can move, and complete their objectives."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
-    elif e.kind == "outcome":
+    else:
         pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
         known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
         sure = {name: one for name, (one, *more) in known.items() if not more}

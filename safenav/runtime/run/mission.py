@@ -97,7 +97,7 @@ class Mission:
         self._stop, team = Stop(None if live else scenario.limits.seconds), team_of(scenario)
         synthesizer = synthesizer or default_synthesizer(scenario)
         answers = Answers(synthesizer, self._stop.check, progress)
-        recorder = Recorder(team, self._tell, simulated=self._world.truth is not None, live=live)
+        recorder = Recorder(team, self._tell, simulated=self._world.simulated, live=live)
         self._begun = begun
         self._checkpoints = Checkpoints(recorder.emit) if checkpoints else None
         self._run = Run(team, self._world, answers, recorder, self._stop.check)

@@ -158,7 +158,7 @@ class Operator:
                 there = self.truth is not None and self.truth.remove(name)
                 if not there and isinstance(self.commands, Commands):
                     self.commands.cleared(source)
-                yield now.Gone(k, USER if there else "world")
+                yield now.Gone(k, "world" if self.truth is None else USER)
             case Intervention("permanent"):
                 k = _met(run, name)
                 yield now.Intervened(told.PERMANENT, obstacle=k)

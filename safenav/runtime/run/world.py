@@ -46,7 +46,8 @@ SLOWEST = 20.0
 
 
 class World:
-    """``truth``: the simulated world, if it is one; ``attended``: an operator may help; ``still``:
+    """``truth``: the simulated world, if it is one, perhaps in a world of a user that does more:
+    ``simulated`` if it is safenav's own; ``attended``: an operator may help; ``still``:
     no robot moves, and nothing will ever happen; ``passes``: those at the present moment.
     ``limit``: the latest end of the run, and its outcome."""
 
@@ -59,6 +60,7 @@ class World:
     ) -> None:
         truth = world.truth if isinstance(world, LiveSimulation) else world
         self.truth = truth if isinstance(truth, SimulatedWorld) else None
+        self.simulated = type(world) in (LiveSimulation, SimulatedWorld)
         kind = Lockstep if protocol.optional(world, "start") is None else Commands
         self.commands: Commands | Lockstep = kind(world, scenario)  # type: ignore[arg-type]
         self.live, limits = self.commands.live, scenario.limits
@@ -300,7 +302,8 @@ class World:
         """Yield the results of an action that has just begun; None: it is under way."""
         self._acts_now = True
         works = tuple(k for k, _ in self._changes(run, i))
-        self._works[i] = works if event is None else ()
+        if event is None:
+            self._works[i] = works
         if event is None or self.live:
             number = self._number(run.team.members[i].robot)[0] if event is None else event.command
             yield now.Acts(i, self._group(run, i), number or 0, works)
@@ -310,7 +313,7 @@ class World:
     def _acted(self, run: Running, i: int, event: protocol.Acted) -> Iterator[now.Event]:
         """Yield the results of an action: earlier needs follow from where robots stand, the last
         one only from what the world reports."""
-        begun = self._works.pop(i, ())
+        begun = self._works.pop(i, None)
         for obstacle, _ in event.found:
             yield from _introduced(run, obstacle)
         team, truths = run.team, dict[int, bool | None]()
@@ -329,7 +332,8 @@ class World:
             acts = [k for k in acts if not _takes(run, k)] + loads
         stages = {k: stage for k, stage in self._changes(run, i, acts) if k not in again}
         if self.truth is not None:
-            stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
+            seen = [k for k in stages if begun is None or k in begun]  # others came meanwhile
+            stages = {k: stages[k] for k in seen if resolved(team, k, stages[k])} | {
                 number(run.team, run.state, obstacle): stage
                 for obstacle, stage in self.truth.parts(team.members[i].robot)
                 if self.truth.stands(obstacle)  # else it has disappeared in this instant
