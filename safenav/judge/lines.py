@@ -48,10 +48,10 @@ class Line:
 
 class Objective(Line):
     """``targets``: for each its regions, none for formulas; ``formulas``: those of ``ltl`` and
-    ``always``, None if there are none. ``settles``: the robot stays at its ``last`` target, where
-    each tick is a round, if it ``ends`` after the robot has met each target once. ``strict``: it
-    leaves a target immediately, and touches none out of turn; ``ordered``: one target at a time is
-    the next."""
+    ``always``, None if there are none; ``texts``: those of ``ltl`` in words. ``settles``: the robot
+    stays at its ``last`` target, where each tick is a round, if it ``ends`` after the robot has met
+    each target once. ``strict``: it leaves a target immediately, and touches none out of turn;
+    ``ordered``: one target at a time is the next."""
 
     targets: list[frozenset[int]]
 
@@ -170,6 +170,8 @@ def _objective(value: Any) -> Objective:
     formulas = Formulas(body if ltl else {}, always) if ltl or always else None
     data = json.dumps([[sorted(one) for one in targets] or body, sorted(avoid), always])
     about = {"targets": targets, "avoid": avoid, "always": always, "data": data}
+    parts = ("init", "safety", "liveness") if ltl else ()
+    about["texts"] = [f"{part} {text}" for part in parts for text in body.get(part, ())]
     count = formulas.count if formulas and ltl else len(targets)
     return Objective(kind, formulas=formulas, count=count, literal=form == "literal", **about)
 

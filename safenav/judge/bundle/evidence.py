@@ -282,7 +282,9 @@ class Evidence:
             task.check_keeps(e.node, self.json(proof)["measures"])
             self.tasks[proof] = task
             what = "obeys the scenario and meets that objective, whatever the other robots do"
-            self.claim("keeps", e, f"The strategy of {text} {what}.", path, proof)
+            each = [f"{name} is {'on' if on else 'off'}" for name, on in task.assumptions]
+            unless = f", if infinitely often {' and '.join(each)}" if each else ""
+            self.claim("keeps", e, f"The strategy of {text} {what}{unless}.", path, proof)
         task = self.tasks[proof]
         self._fits(task, e, s)
         self.drives[e.robot] = Drive(task, {e.node})
@@ -434,7 +436,7 @@ def _objective(own: Objective, s: State) -> str:
     """Return an objective in the words of the scenario."""
     parts = [f"{own.kind} {', '.join(_word(target, s) for target in own.targets)}".rstrip()]
     parts += [f"avoid {_word([region], s)}" for region in sorted(own.avoid)]
-    return "; ".join([*parts, *(f"always {text}" for text in own.always)])
+    return "; ".join([*parts, *own.texts, *(f"always {text}" for text in own.always)])
 
 
 def _end(e: Line, s: State, lost: Collection[str]) -> str:

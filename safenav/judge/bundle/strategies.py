@@ -128,9 +128,10 @@ def formed(objective: Objective, form: str | None) -> Objective:
 
 class Task:
     """The scenario's demands on the strategy or counterstrategy (``graph``) of a ``synthesis``
-    line. ``own``, ``heard``: the memory and the inputs of its formulas. For each node: its pose;
-    ``before``: the pose, the target that the robot awaits, memory and inputs; ``asked``: the values
-    on which the next inputs depend; ``done``: the values to which a step leads."""
+    line. ``own``, ``heard``: the memory and the inputs of its formulas; ``assumptions``: values
+    that inputs are assumed to have infinitely often. For each node: its pose; ``before``: the pose,
+    the target that the robot awaits, memory and inputs; ``asked``: the values on which the next
+    inputs depend; ``done``: the values to which a step leads."""
 
     def __init__(self, document: Any, e: Line, s: State) -> None:
         require(e.region is not None, "its circumstances are missing")
@@ -142,8 +143,9 @@ class Task:
         self.pose: Pose = (e.region, e.heading if self.faces else None)
         self.formulas = formulas = self.objective.formulas
         names = formulas.names if formulas else []
-        self.again = {each.name: each.again for each in s.scenario.inputs}
         self.heard: list[str] = formulas.inputs if formulas else []
+        again = {each.name: each.again for each in s.scenario.inputs}
+        self.assumptions = [(name, value) for name in self.heard for value in again[name]]
         self.own = names[: len(names) - len(self.heard)]
         self.memory: Mapping[str, int] = e.memory or {}
         others = [*self.others.names.values()]
@@ -285,7 +287,7 @@ class Task:
     def _assumed(self, row: Row) -> list[bool]:
         """Return for each assumption whether it is met at a step."""
         seen = self._seen(row)
-        return [seen[name] == value for name in self.heard for value in self.again[name]]
+        return [seen[name] == value for name, value in self.assumptions]
 
     def check_keeps(self, start: int, measures: Any) -> None:
         """Refuse unless every run of the strategy from a node keeps the scenario's demands.
