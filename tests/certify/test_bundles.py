@@ -48,9 +48,10 @@ CLAIMS = [
     ),
     *((name, COMPLETED) for name in ("cornered", "corridor_swap", "hello", "two_digits")),
     ("unrealizable/contradictory_objective", "No strategy exists for"),
-    ("unrealizable/forbidden_way", "No strategy exists for"),
+    ("unrealizable/forbidden_way", "liveness region = 25; liveness region = 10'.\n"),
     ("unrealizable/impossible_start", "No strategy exists for"),
     ("never resolvable", "An operator is needed: some robot cannot continue, whatever"),
+    ("never resolvable", "No robot can ever resolve door@7."),
     ("deadlock", "An operator is needed: no order of moves"),
     ("one way", "An operator is needed: some robot cannot continue, whatever"),
 ]

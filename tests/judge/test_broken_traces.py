@@ -6,6 +6,7 @@ reader reads it), tick and robot (``-``: none) of the first finding, or of anoth
 words after a colon, and the edits.
 """
 
+import copy
 import json
 from pathlib import Path
 from random import Random
@@ -149,6 +150,25 @@ def test_a_proof_that_visits_too_many_states_is_reported_as_not_judged() -> None
     data["scenario"]["map"] |= {"rows": 512, "cols": 512, "walls": []}
     found = check_trace([json.dumps(data), *lines[1:]])
     assert any("proofs visit more than 1,000,000 states" in one.explanation for one in found.notes)
+
+
+def test_choices_after_which_all_can_return_are_not_tried_in_each_order() -> None:
+    """Nine orders beside a one-way choice: no limit is exceeded."""
+    header, *lines = GOOD["one_way"]()
+    team, obstacles = header["scenario"]["robots"], header["scenario"]["obstacles"]
+    carrier = copy.deepcopy(team[1]) | {"name": "c", "avoids": [], "start": {"region": 12}}
+    carrier["model"]["capabilities"], carrier["objective"] = ["lift"], {"visit": [12]}
+    team.append(carrier)
+    kind = {"name": "crate", "action": "lift", "resolve_at": "self", "blocks": [], "listed": []}
+    new = []
+    for number in range(1, 10):
+        one = {"type": kind, "region": 8, "ordered": True, "number": number, "appears": 1}
+        obstacles.append(one)
+        told = {"obstacle": "crate@8" + f"#{number}" * (number > 1), "cause": "scenario", "tick": 1}
+        new += [told | {"type": "appeared"}, told | {"type": "order"}]
+    lines[-1]["rounds"]["c"] = 0
+    found = check_trace(text([header, *lines[:2], *new, *lines[2:]]))
+    assert (found.findings, found.notes) == ((), ())
 
 
 def test_lines_before_the_outcome_do_not_use_up_the_limit_of_its_proof(
