@@ -74,7 +74,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
         own, within = robot.data.objective, None if s.away(e.robot) else robot.data.within
         if e.objective != _by_inputs(e.robot, s) or (e.objective == own and e.within != within):
             yield f"the inputs do not give {e.robot} that objective"
-        elif s.switched != e.tick:
+        elif not any(s.switched.get(name) == e.tick for name, _ in robot.data.when):
             yield f"no input changes for {e.robot}"
     elif e.cause == "world" and not s.external:
         yield f"a simulated world changes the service of {e.robot}"
@@ -153,30 +153,29 @@ def listed_times(s: State) -> list[float]:
 
 
 def _certain_times(s: State) -> list[float]:
-    spans = (span for each in s.scenario.inputs for span in each.spans)
+    spans = (span for each in s.scenario.inputs for span in each.spans if not s.external)
     times = [one.at for one in s.scenario.changes]
     return [float(t) for t in (*times, *(t for a, b in spans for t in (a, b + 1)))]
 
 
 def later_change(e: Line, s: State) -> float | None:
-    """Return the next time at which the scenario certainly changes something, within its limits."""
+    """Return the next time at which the scenario certainly changes something, within its limits;
+    in a world of the user's only objectives and service."""
     now = (e.t or s.time) if s.live else s.tick
     times = [t for t in _certain_times(s) if t > now]
     for change in s.changes:
         applied = change.active is not s.robots[change.robot].out and change.objective is None
         times += [now] * (change.at == now and not applied)
     goes = [one.goes for one in s.obstacles.values() if one.goes is not None and one.present]
-    times += [float(t) for t in goes if t > now]
-    return None if s.external else min((t for t in times if t <= s.limit), default=None)
+    times += [float(t) for t in goes if t > now and not s.external]
+    return min((t for t in times if t <= s.limit), default=None)
 
 
 @rule("move", "depart")
 def obeys_inputs(e: Line, s: State) -> Iterator[str]:
     """A robot that moves has the objective that the inputs give it."""
     robot = s.robots[e.robot]
-    listed = {change.robot for change in s.scenario.changes if change.objective is not None}
-    judged = robot.data.when and (e.robot not in listed or s.away(e.robot)) and not s.hands
-    if judged and robot.own != _by_inputs(e.robot, s):
+    if robot.data.when and not s.hands and robot.own != _by_inputs(e.robot, s):
         yield f"{e.robot} has another objective than the inputs give it"
 
 

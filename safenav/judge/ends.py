@@ -42,7 +42,7 @@ def header(_: Line, s: State) -> Iterator[str]:
 
 @rule()
 def time(e: Line, s: State) -> Iterator[str]:
-    """Ticks and seconds never decrease, all lines of a live run have seconds, and nothing follows
+    """Ticks and seconds never decrease, each tick of a live run has its second, and nothing follows
     the outcome."""
     if s.ended is not None:
         yield f"a {e.kind} line after the outcome"
@@ -52,6 +52,10 @@ def time(e: Line, s: State) -> Iterator[str]:
         yield "the time of this line is missing"
     elif s.live and (e.t or 0.0) < s.time:
         yield f"second {e.t} follows second {s.time}"
+    elif s.live and e.tick == s.tick and (e.t or 0.0) != s.time:
+        yield f"second {e.t} is in tick {e.tick}, which is second {s.time}"
+    elif s.live and e.kind == "move":
+        yield "a line of a run in ticks, in a live run"
     elif not s.live and (e.t is not None or e.kind in ("depart", "arrive", "act", "operator")):
         yield "a line of a live run, in a run in ticks"
 
@@ -237,10 +241,15 @@ def counts(e: Line, robot: Robot, live: bool) -> bool:
         here = robot.pose
         if robot.memories is None:
             return any(formulas.meets(e.goal, at, here) for at in (robot.before, here))
-        known = formulas.lasting(robot.memories, here) if live else robot.memories
-        return (
-            formulas.meets_with(robot.recalled, e.goal, robot.before, here)
-            or formulas.meets_with(known, e.goal, here, here)
-            or any(e.goal in formulas.met_by_staying(here, one) for one in known)
-        )
+        return bool(meeting(e, robot, live))
     return bool(e.goal < own.count and e.region in own.targets[e.goal])
+
+
+def meeting(e: Line, robot: Robot, live: bool) -> set[int]:
+    """Return the memories that a robot's formulas may have as it meets their goal of a line."""
+    formulas, here = robot.own.formulas, robot.pose
+    known = formulas.lasting(robot.memories, here) if live else robot.memories
+    each = ((robot.recalled, robot.before), (known, here))
+    steps = ((start, formulas.steps(before, here)) for start, before in each)
+    met = {j for start, some in steps for i, j, goals in some if i in start and e.goal in goals}
+    return met | {one for one in known if e.goal in formulas.met_by_staying(here, one)}

@@ -4,7 +4,7 @@ only function that changes the state."""
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from safenav.judge.ends import counts
+from safenav.judge.ends import counts, meeting
 from safenav.judge.lines import Line, Reader, Text
 from safenav.judge.rules import RULES, NotJudged, Rule, charge_after, is_empty
 from safenav.judge.state import Obstacle, Progress, Robot, State
@@ -30,7 +30,7 @@ def after(e: Line, s: State) -> None:
                 s.obstacles[e.obstacle.name].there = False
         case "inputs":
             s.inputs |= e.values
-            s.switched = e.tick
+            s.switched |= dict.fromkeys(e.values, e.tick)
             s.by_user |= {*(e.user or ())}
         case "push" | "pop":
             for name, objective in e.objectives.items():
@@ -206,6 +206,8 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
     own, progress = robot.own, robot.progress
     if not counts(e, robot, s.live) or robot.again(e, s.live):
         return
+    if robot.memories is not None:
+        robot.memories = meeting(e, robot, s.live)
     rounds = progress.rounds(own, e.tick)
     progress.counts = tuple(n + (k == e.goal) for k, n in enumerate(progress.counts))
     if own.covers:

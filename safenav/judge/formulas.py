@@ -198,11 +198,6 @@ class Formulas:
         rows = product(self.values, repeat=2)
         return any(self.goals[goal](self._row(before, after, *row)) for row in rows)
 
-    def meets_with(self, memories: Iterable[int], goal: int, before: Pose, after: Pose) -> bool:
-        """Return whether a step meets a goal from any of the memories."""
-        known = {*memories}
-        return any(i in known and goal in goals for i, _, goals in self.steps(before, after))
-
     def met_by_staying(self, pose: Pose, memory: int) -> frozenset[int]:
         """Return the goals that a robot meets by staying in a pose with that memory."""
         row = self.values[memory]

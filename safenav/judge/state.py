@@ -71,8 +71,8 @@ class Robot:
     ``first``: the target with which its strategy begins; ``acts``: the action in which it takes
     part, ``acted``: when one ended last; ``passes``: the obstacles unknown when it began, on which
     idle robots may act as well; ``met``: the goals that its last step has met, each with its tick;
-    ``jumps``: how often it was farther from where it had been than one step leads; ``observes``: the
-    robots that its strategy observes, with their jumps before it was made."""
+    ``jumps``: how often it was farther from its last region than a step; ``observes``: the robots
+    that its strategy observes, with their jumps before it was made."""
 
     name: str
     data: Line
@@ -259,10 +259,10 @@ class State:
     scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: open
     deadlines of obstacles and the mission, ``past``: those that this tick misses; ``missed``: all
     that have passed; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
-    when an input changed last; ``entering``: live, steps into the region of an obstacle on which
-    some robot acts, with their ticks; ``limit``: ticks (live: seconds); ``promised``: the
-    tick in which the deadline of the mission is kept; ``strays``, ``hands``: steps that ended
-    elsewhere than commanded, and changes by a user or the world."""
+    the tick in which each input changed last; ``entering``: live, steps into the region of an
+    obstacle on which some robot acts, with their ticks; ``limit``: ticks (live: seconds);
+    ``promised``: the tick in which the deadline of the mission is kept; ``strays``, ``hands``:
+    steps that ended elsewhere than commanded, and changes by a user or the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
@@ -288,7 +288,7 @@ class State:
         self.dues = {} if self.by is None else {"mission": self.by}
         self.past: dict[str, int] = {}
         self.kept = dict(self.dues)
-        self.switched: int | None = None
+        self.switched: dict[str, int] = {}
         self.missed: set[str] = set()
         self.orders: set[str] = set()
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up

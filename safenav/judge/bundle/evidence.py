@@ -371,7 +371,8 @@ class Evidence:
             self.plan.step(e.robot, after, s)
         require(by != "stay" or not goes, f"{e.robot} moves, though it should stay")
         if drive is None:
-            back = by == "backtrack" and after[0] == robot.came
+            inside = any(one.present and e.robot in one.blocks for one in s.at.get(step.start, ()))
+            back = by == "backtrack" and after[0] == robot.came and inside
             none = "has no strategy that knows of the others and of its charge"
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return

@@ -210,7 +210,7 @@ def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
 def negative_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why an `operator_needed` is not proven. Raises TooLargeError."""
     if e.cause == "out_of_service":
-        yield from _out_of_service_problems(e, s)
+        yield from _out_of_service_problems(s)
     elif unread := _unread(s):
         yield NotJudged(f"why an operator is needed: too many memory values of {unread}")
     elif e.proof is not None:
@@ -284,7 +284,7 @@ def _causes(now: Case) -> list[str]:
     return [*found, "unrealizable"]
 
 
-def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
+def _out_of_service_problems(s: State) -> Iterator[str]:
     """Yield how the robots in service can do their part of the mission, although others are out of
     service: they can move, and complete their objectives."""
     if not any(robot.out for robot in s.robots.values()):
