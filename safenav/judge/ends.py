@@ -248,7 +248,8 @@ def counts(e: Line, robot: Robot, live: bool) -> bool:
 def meeting(e: Line, robot: Robot, live: bool) -> set[int]:
     """Return the memories that a robot's formulas may have as it meets their goal of a line."""
     formulas, here = robot.own.formulas, robot.pose
-    known = formulas.lasting(robot.memories, here) if live else robot.memories
+    known = robot.memories or set()
+    known = formulas.lasting(known, here) if live else known
     each = ((robot.recalled, robot.before), (known, here))
     steps = ((start, formulas.steps(before, here)) for start, before in each)
     met = {j for start, some in steps for i, j, goals in some if i in start and e.goal in goals}

@@ -49,7 +49,6 @@ def after(e: Line, s: State) -> None:
 
 def _begin_tick(tick: int, s: State) -> None:
     s.found.clear()
-    s.entering.clear()
     s.unrealizable.clear()
     s.missed.update(s.overdue(tick))
     s.past = {of: due for of, due in s.dues.items() if due < tick}
@@ -145,10 +144,6 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
         _memories(robot, here, s)
     if e.kind == "move":
         _stood(robot.name, s)
-    if e.kind == "depart":
-        acts = any(each.acts is not None for each in s.robots.values())
-        for one in s.closing(robot.name, e.to) if acts else ():
-            s.entering.append((robot.name, one.name, e.tick))
     s.stand(robot)
 
 
@@ -285,7 +280,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.shut = e.traversable is False
             s.found |= {one.name} if one.shut else set()
             s.kept |= {one.name: s.dues.pop(one.name)} if one.name in s.dues else {}
-            s.entering = [each for each in s.entering if each[1] != one.name]
             if one.name in s.flat:
                 s.robots[s.flat.pop(one.name)].filled = True
             if one.type != s.scenario.flat:

@@ -127,38 +127,29 @@ def pace(e: Line, s: State) -> Iterator[str]:
         yield f"a step of {e.robot} takes {took}{' or more' * lasts} ticks, not {takes}"
 
 
-def _holds(e: Line, s: State, other: str) -> tuple[frozenset[int], frozenset[int]]:
-    """Return the regions that a robot occupies after a line, and those of another one. In lockstep,
-    if the first ends elsewhere than commanded, the unfinished step of the other does not count."""
-    theirs = s.robots[other]
+def _holds(e: Line, s: State) -> frozenset[int]:
+    """Return the regions that a robot occupies after a line."""
     if e.kind == "operator":
-        return frozenset([e.region]), theirs.holds
-    step = s.step(e)
-    strays = step.strays and not s.live
-    return step.holds, frozenset([theirs.pose[0]]) if strays else theirs.holds
+        return frozenset[int]() if e.region is None else frozenset([e.region])
+    return s.step(e).holds
 
 
 @rule(*STEPS, "operator")
 def collision(e: Line, s: State) -> Iterator[str]:
     """Robots in conflict never occupy the same region; a robot in transit occupies two, and a lost
     robot all regions in which it may be."""
-    if e.kind == "operator" and (e.region is None or e.robot is None):
-        return
-    for other in s.rivals[e.robot]:
-        mine, theirs = _holds(e, s, other)
-        if both := mine & theirs:
+    for other in s.rivals.get(e.robot, ()):
+        if both := _holds(e, s) & s.robots[other].holds:
             yield f"{e.robot} and {other} are both at {s.show(min(both))}"
 
 
 @rule(*STEPS, "operator")
 def never_together(e: Line, s: State) -> Iterator[str]:
     """At most one robot of an entry of `never_together` is in the entry's regions."""
-    if not s.zones or (e.kind == "operator" and (e.region is None or e.robot is None)):
-        return
     for robots, regions in s.zones:
-        for other in robots - {e.robot} if e.robot in robots else ():
-            mine, theirs = _holds(e, s, other)
-            if mine & regions and theirs & regions:
+        inside = e.robot in robots and not regions.isdisjoint(_holds(e, s))
+        for other in robots - {e.robot} if inside else ():
+            if s.robots[other].holds & regions:
                 yield f"{e.robot} and {other} are together in {sorted(regions)}"
 
 
@@ -171,25 +162,14 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     entered = step.holds - robot.holds
     if not entered or (step.strays and s.external):
         return
-    acts = s.live and any(each.acts is not None for each in s.robots.values())
     for region in entered:
         for one in s.closing(e.robot, region):
-            if one.shut or not acts:  # else it may be resolved in this tick
-                yield f"{e.robot} enters {s.show(region)} with {one.name}, which is not resolved"
+            yield f"{e.robot} enters {s.show(region)} with {one.name}, which is not resolved"
     for one in s.at.get(step.start, ()):
         inside = one.open and e.robot in one.blocks
         inside = inside and not (s.external and not one.known) and robot.came is not None
         if inside and not entered <= {robot.came, one.region}:
             yield f"{e.robot} passes {one.name}, which is not resolved"
-
-
-@rule()
-def in_time(e: Line, s: State) -> Iterator[str]:
-    """A robot departs into the region of an obstacle that is being resolved only if it is resolved
-    in the same tick."""
-    for robot, name, tick in s.entering:
-        if tick < e.tick or e.kind == "outcome":
-            yield f"{robot} has departed into the region of {name}, which is not resolved"
 
 
 @rule("move", "depart")

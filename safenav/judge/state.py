@@ -259,8 +259,7 @@ class State:
     scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: open
     deadlines of obstacles and the mission, ``past``: those that this tick misses; ``missed``: all
     that have passed; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
-    the tick in which each input changed last; ``entering``: live, steps into the region of an
-    obstacle on which some robot acts, with their ticks; ``limit``: ticks (live: seconds);
+    the tick in which each input changed last; ``limit``: ticks (live: seconds);
     ``promised``: the tick in which the deadline of the mission is kept; ``strays``, ``hands``:
     steps that ended elsewhere than commanded, and changes by a user or the world."""
 
@@ -293,7 +292,6 @@ class State:
         self.orders: set[str] = set()
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
         self.found: set[str] = set()  # untraversable obstacles of this tick
-        self.entering: list[tuple[str, str, int]] = []
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
