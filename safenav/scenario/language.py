@@ -92,6 +92,7 @@ _VISION = key(
 class BatteryKeys(Item, frozen=True):
     """Charge, in units of your choice."""
 
+    example: ClassVar = "{capacity: 60, charge: 5}"
     capacity: int | None = key(
         "Full charge.", "for example 'capacity: 60'", least=1, most=values.MOST_CHARGE
     )

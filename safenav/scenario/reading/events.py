@@ -153,7 +153,7 @@ def resolve_inputs(
     """Add the inputs to ``reading``; errors are reported."""
     for key in items or ():
         if key.text in reading.named:
-            reading.add(key, f"'{clipped(key.text)}' is reserved", "use another name")
+            reading.add(key, f"'{clipped(key.text)}' is the name of a robot", "use another name")
     reading.input_names = tuple(key.text for key, _ in entries_of(node))
     reading.inputs = tuple(
         Input(key.text, _spans(item.at_, reading), _AGAIN[item.always_eventually])

@@ -237,7 +237,7 @@ def is_nothing(node: Node) -> bool:
 _ALSO_CALLED = {
     word: keys
     for words, keys in (
-        ("regions labels locations waypoints", ("names",)),
+        ("regions labels locations waypoints", ("names", "in")),
         ("rooms zones", ("areas",)),
         ("agents", ("robots",)),
         ("doors hazards", ("obstacles",)),

@@ -184,6 +184,7 @@ def sequence(node: Node, what: str, findings: Findings) -> tuple[Node, ...] | No
     if isinstance(node, Sequence):
         return node.items
     shown = clipped(node.text) if isinstance(node, Scalar) else ""
+    shown = f'"{shown}"' if "(" in shown else shown  # a formula, in which commas end no item
     if isinstance(node, document.Mapping) and all(is_nothing(value) for _, value in node.entries):
         shown = clipped(", ".join(key.text for key, _ in node.entries))
     hint = f"put brackets around it: [{shown}]" if shown else "begin each item with '- '"
