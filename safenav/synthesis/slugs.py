@@ -24,7 +24,7 @@ from weakref import WeakValueDictionary
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError, ResourceLimitError, SynthesizerError, Verdict
-from safenav.files import check_kind, decoded, read_input
+from safenav.files import check_kind, decoded
 from safenav.spec.specification import Section, Specification, read_specification
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.program import (
@@ -377,13 +377,6 @@ _TRANSLATE = ("--translate", "-")
 _TRANSLATION_SECONDS = 60.0
 MOST_OF_A_TEXT = 20_000_000
 """Maximum size of a specification's text, in bytes."""
-
-
-def load_specification(path: Path) -> Specification:
-    """Return the specification in a file (``-``: standard input). Raises InputError as
-    ``specification_in`` does."""
-    data = read_input(path, MOST_OF_A_TEXT)
-    return specification_in(data, str(path), "specification" if str(path) == "-" else path.stem)
 
 
 def specification_in(data: bytes, file: str, robot: str) -> Specification:
