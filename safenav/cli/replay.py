@@ -79,7 +79,13 @@ def replay(
         write_out(output, page_of_trace(lines, trace.name))
     elif form == ".gif":
         run = run_of(lines)
-        _film(run, output, _ticks(run, ticks), speed or run.clock.speed, width or 720)
+        _film(
+            run,
+            output,
+            _ticks(run, ticks),
+            speed or run.speed,
+            width or 720,
+        )
     else:
         run = run_of(lines)
         _write_picture(output, svg_of(run, *_moment(run, at or "last")), form, width)
@@ -116,13 +122,13 @@ def _moment(run: Run, written: str) -> tuple[int, float]:
         return run.last, 0.0
     if re.fullmatch(r"\d+(\.\d+)?", written):
         if float(written) > end:
-            raise UsageError(f"the run has {run.clock.unit}s 0 to {int(end)}, not {written}")
+            raise UsageError(f"the run has {run.unit}s 0 to {int(end)}, not {written}")
         return run.moment(float(written))
     for event in run.told:
         if event.kind.value == written:
             return event.tick, 0.0
     kinds = sorted({event.kind.value for event in run.told})
-    unit = run.clock.unit
+    unit = run.unit
     raise UsageError(
         f"no {unit} {written!r}: give a number from 0 to {int(end)}, 'last', or the kind of "
         f"an event of this run ({', '.join(kinds)})"
@@ -133,7 +139,7 @@ def _ticks(run: Run, written: str | None) -> range:
     if written is None:
         return range(run.last + 1)
     found = re.fullmatch(r"(\d+)-(\d+)", written)
-    end, unit = run.time(run.last), run.clock.unit
+    end, unit = run.time(run.last), run.unit
     if found is None or not int(found[1]) <= int(found[2]) <= end:
         raise UsageError(f"--ticks {written}: give two {unit}s such as 0-{int(end)}, in order")
     return range(run.tick_at(int(found[1])), run.tick_at(int(found[2])) + 1)

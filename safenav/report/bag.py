@@ -3,11 +3,9 @@
 docs/replay.md lists the topics. Regions are squares in the frame `map` (x east, y north, origin at
 the south-western corner)."""
 
-import re
 import struct
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from heapq import merge
-from itertools import count
 from math import cos, radians, sin
 from pathlib import Path
 from typing import Any
@@ -23,13 +21,7 @@ from safenav.run.values import Event, StoryKind
 from safenav.world.map import Frame, Region
 
 Message = Mapping[str, Any]
-_INFO, _WARN, _ERROR = 20, 30, 40
-_LEVELS = {
-    StoryKind.VIOLATION: _WARN,
-    StoryKind.BLOCKED: _WARN,
-    StoryKind.DEADLINE: _WARN,
-    StoryKind.ASSUMPTION: _ERROR,
-}
+_INFO, _ERROR = 20, 40
 
 
 class Stamped(Struct, frozen=True):
@@ -55,22 +47,11 @@ def messages(run: Run, frame: Frame, motion: Poses | None = None) -> Iterator[St
     return merge(found.moved(motion), still, key=lambda one: one.seconds)
 
 
-def names_of(run: Run) -> dict[str, str]:
-    """Return each robot's name in ROS, also of its frame: letters, digits and underscores, unique,
-    and never ``map``."""
-    found: dict[str, str] = {}
-    for track in run.robots:
-        plain = re.sub(r"\W", "_", track.name, flags=re.ASCII).strip("_") or "robot"
-        plain = f"r_{plain}" if plain[0].isdigit() else plain
-        names = (plain if number == 1 else f"{plain}_{number}" for number in count(1))
-        found[track.name] = next(name for name in names if name not in ("map", *found.values()))
-    return found
-
-
 class _Messages:
     def __init__(self, run: Run, frame: Frame) -> None:
         self.run, self.frame, self.side = run, frame, frame.resolution
-        self.names = names_of(run)
+        names = [track.name for track in run.robots]
+        self.frames = {name: "robot/map" if name == "map" else name for name in names}
 
     def all(self) -> Iterator[Stamped]:
         """Yield the changes of each tick."""
@@ -96,7 +77,7 @@ class _Messages:
         transforms = [
             {
                 "header": {"stamp": stamp(seconds), "frame_id": "map"},
-                "child_frame_id": self.names[name],
+                "child_frame_id": self.frames[name],
                 "transform": {"translation": pose["position"], "rotation": pose["orientation"]},
             }
             for name, pose in poses.items()
@@ -108,8 +89,8 @@ class _Messages:
         seconds = self.run.time(tick)
         log = {
             "stamp": stamp(seconds),
-            "level": _ERROR if failed else _LEVELS.get(event.kind, _INFO),
-            "name": self.names.get(event.robot or "", "safenav"),
+            "level": _ERROR if failed else _INFO,
+            "name": event.robot or "safenav",
             "msg": event.text,
             "function": event.kind.value,
             "line": tick,

@@ -33,10 +33,8 @@ def summary(report: Report) -> list[str]:
     shown = [*failed, *passed[:_SLOWEST]]
     lines = []
     if shown:
-        live = any(result.makespan is not None for result in shown)
-        times = ("ticks", "makespan") if live else ("ticks",)
-        headings = ("case", "verdict", "outcome", *times, "syntheses", "seconds")
-        rows = table(headings, [_row(result, live) for result in shown])
+        headings = ("case", "verdict", "outcome", "time", "syntheses", "seconds")
+        rows = table(headings, [*map(_row, shown)])
         lines += _coloured([printable(row) for row in rows], len(failed))
         more = len(passed) - _SLOWEST
         if more > 0:
@@ -46,13 +44,12 @@ def summary(report: Report) -> list[str]:
     return [*lines, "", _sum(report)]
 
 
-def _row(result: Result, live: bool) -> tuple[object, ...]:
-    """Return the row of a result. ``live``: whether it has a column for the makespan."""
+def _row(result: Result) -> tuple[object, ...]:
     seconds = f"{result.duration:.2f}".rjust(len("seconds"))
-    outcome = result.outcome or "-"
-    over = "-" if result.makespan is None else f"{result.makespan:.1f}"
-    times = (result.ticks, over.rjust(len("makespan"))) if live else (result.ticks,)
-    return result.name, result.verdict.value, outcome, *times, result.syntheses, seconds
+    time = result.ticks and f"{result.ticks} ticks"
+    if result.makespan is not None:
+        time = f"{result.makespan:.1f} s"
+    return result.name, result.verdict.value, result.outcome, time, result.syntheses, seconds
 
 
 def _coloured(lines: list[str], failed: int) -> list[str]:

@@ -18,23 +18,11 @@ from safenav.scenario.objective import Objective, describe, target_regions
 from safenav.trace.records import End
 from safenav.world.map import Region, RegionMap
 
-AHEAD = 400
+AHEAD = 100
 """Maximum number of ticks of the path ahead that is shown."""
-TRAIL = 24
-"""Number of ticks of the path behind that is shown; in a live run, per robot."""
 _FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
 TURNED_BACK = 0.4
 """The fraction of a failed step after which a robot turns back to its region."""
-
-
-class RunClock(Struct, frozen=True):
-    """The time of a run: its ``unit``, and the speed of films in units per second."""
-
-    unit: str
-    speed: float
-
-
-TICKS, SECONDS = RunClock("tick", 4.0), RunClock("second", 12.0)
 
 
 class Run(Struct):
@@ -79,8 +67,13 @@ class Run(Struct):
     # Time.
 
     @property
-    def clock(self) -> RunClock:
-        return TICKS if self.seconds is None else SECONDS
+    def unit(self) -> str:
+        return "tick" if self.seconds is None else "second"
+
+    @property
+    def speed(self) -> float:
+        """The speed of films, in units per second."""
+        return 4.0 if self.seconds is None else 12.0
 
     def time(self, tick: int) -> float:
         """Return the time of a tick: in seconds, or in ticks if the run has no clock."""
@@ -140,11 +133,6 @@ class Run(Struct):
     def loads(self, robot: str, tick: int) -> list[Hidden]:
         """Return the obstacles that a robot carries."""
         return [each for each in self.hidden.values() if robot in each.loads.at(tick)]
-
-    def trail(self, track: RobotTrack, tick: int) -> list[Region]:
-        """Return the last regions of a robot's path, oldest first."""
-        ticks = TRAIL if self.seconds is None else TRAIL * len(self.robots)
-        return track.regions[max(0, tick - ticks) : tick + 1]
 
     def ahead(self, track: RobotTrack, tick: int) -> tuple[Region | None, list[Region]]:
         """Return the target that a robot reaches next, if that is known, and the regions of its

@@ -41,7 +41,6 @@ class RobotTrack(Struct):
 
     name: str
     model: str
-    layer: str
     capabilities: tuple[str, ...]
     look: Look
     regions: list[Region]
@@ -111,7 +110,6 @@ def tracks_of(scenario: Scenario) -> dict[str, RobotTrack]:
         track = RobotTrack(
             robot.name,
             model.name,
-            model.layer,
             tuple(sorted(robot.capabilities)),
             look,
             [region],

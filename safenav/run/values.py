@@ -181,7 +181,6 @@ class Look(Struct, frozen=True):
 
     ``size`` of the letters and ``drop`` of their baseline are in radii of the body."""
 
-    shape: str
     path: str
     colour: str
     ink: str
@@ -218,7 +217,7 @@ def looks(names: Sequence[str]) -> tuple[Look, ...]:
     for letters, (shape, path), look in zip(labels(names), cycle(_SHAPES), cycle(_COLOURS)):
         size = (1.05 if len(letters) == 1 else 0.82) * (0.85 if shape == "triangle" else 1)
         drop = 0.36 * size + (0.22 if shape == "triangle" else 0)
-        found.append(Look(shape, path, *look, letters, round(size, 2), round(drop, 2)))
+        found.append(Look(path, *look, letters, round(size, 2), round(drop, 2)))
     return tuple(found)
 
 

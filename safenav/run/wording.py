@@ -260,7 +260,7 @@ class Wording(Struct, frozen=True):
         if isinstance(names, frozenset):
             if len(names) == team > _LISTED_ROBOTS:
                 return f"all {team} robots"
-            names = sorted(names, key=_natural)
+            names = [name for name in self.skills if name in names]
         return some(names)
 
 
@@ -272,11 +272,6 @@ def synthesis_words(line: records.Synthesis) -> str:
     spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
     proof = {None: "", True: ", verified", False: ", verification failed"}[line.verified]
     return f"{found}{spent}{proof}"
-
-
-def _natural(name: str) -> list[tuple[int, str]]:
-    """Return a key for natural order: ``rover_2`` before ``rover_10``."""
-    return [(int(part or 0), text) for text, part in re.findall(r"(\D*)(\d*)", name)]
 
 
 def with_article(kind: str) -> str:

@@ -158,9 +158,9 @@ def _tracks(robots: list[dict[str, Any]], catalogue: Catalogue) -> Iterable[Robo
         model = catalogue.robots.get(robot["model"])
         turns = model is not None and model.mobility is Mobility.HEADING
         heading = HEADINGS.get(robot["heading"] or "north") if turns else None
-        layer, can = (model.layer, sorted(model.capabilities)) if model else ("ground", [])
+        can = tuple(sorted(model.capabilities)) if model else ()
         pose, pursues = ([robot["start"]], [heading]), Changes.of(_objective(robot))
-        yield RobotTrack(robot["name"], robot["model"], layer, tuple(can), look, *pose, pursues)
+        yield RobotTrack(robot["name"], robot["model"], can, look, *pose, pursues)
 
 
 def _hidden(obstacle: dict[str, Any], key: str, catalogue: Catalogue) -> Hidden:

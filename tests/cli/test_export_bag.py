@@ -96,7 +96,7 @@ def test_a_robot_named_map_has_a_frame_of_its_own(
     (tmp_path / "map.jsonl").write_text(trace.read_text().replace('"quad"', '"map"'))
     transforms = [t for _, m in exported("map.jsonl", "--side", "1")["/tf"] for t in m.transforms]
     tree = {(each.header.frame_id, each.child_frame_id) for each in transforms}
-    assert tree == {("map", "map_2"), ("map", "digit")}
+    assert tree == {("map", "robot/map"), ("map", "digit")}
 
 
 def test_the_messages_of_a_bag_stay_the_same(exported: Export, tmp_path: Path) -> None:

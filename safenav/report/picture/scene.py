@@ -6,7 +6,7 @@ is cut off whatever the names and the size of the map. PNG and GIF are made from
 is cropped to half a region around its free regions.
 """
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from enum import Enum, auto
 
 from msgspec import Struct
@@ -15,7 +15,7 @@ from safenav.report.picture import floor, svg
 from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.run.tracks import RobotTrack
-from safenav.run.values import Changes, Event, Hidden, Look, ObstacleStatus, StoryKind
+from safenav.run.values import Changes, Hidden, Look, ObstacleStatus, StoryKind
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import target_regions
 from safenav.trace.file import unstarted
@@ -144,12 +144,12 @@ def svg_of(
     if ground:
         drawing.ground()
     if Layer.MARKS in layers:
-        drawing.marks(told)
+        drawing.marks()
     if Layer.ROBOTS in layers:
         drawing.robots()
     page.close(inside)
     lowest = end if ground else below
-    return page.document(of.inner + 2 * MARGIN, lowest, run.name, _described(run, tick, words))
+    return page.document(of.inner + 2 * MARGIN, lowest, f"{run.name}, {words}")
 
 
 def sprites(run: Run, tick: int, part: float) -> Iterator[tuple[str, float, float]]:
@@ -157,22 +157,14 @@ def sprites(run: Run, tick: int, part: float) -> Iterator[tuple[str, float, floa
     corner: the words of the moment and the robots. Headings are those of the nearest of 24."""
     of, page = Layout.of(run), svg.SvgWriter()
     page.text(0, 14, run.stage(tick, part), 13, fill=floor.MUTED)
-    yield page.document(of.inner, 20, "", ""), MARGIN, of.top - 23
+    yield page.document(of.inner, 20), MARGIN, of.top - 23
     drawing = _Drawing(page, run, tick, part, of.cell, [])
     reach = REACH * drawing.radius
     for track, x, y, heading in drawing.placed():
         drawing.page = svg.SvgWriter()
         drawing.robot(track, reach, reach, None if heading is None else round(heading / 15) * 15)
         corner = MARGIN - of.left + x - reach, of.top - of.upper + y - reach
-        yield drawing.page.document(2 * reach, 2 * reach, "", ""), *corner
-
-
-def _described(run: Run, tick: int, words: str) -> str:
-    robots = ", ".join(f"{each.name} in region {each.regions[tick]}" for each in run.robots)
-    there = run.present(tick)
-    obstacles = ", ".join(f"{each.name} {each.status.at(tick).value}" for each in there)
-    size = f"A map of {run.map.rows} by {run.map.cols} regions, {words}"
-    return f"{size}: {robots or 'no robots'}; obstacles: {obstacles or 'none'}."
+        yield drawing.page.document(2 * reach, 2 * reach), *corner
 
 
 def draw_body(page: svg.SvgWriter, look: Look, x: float, y: float, radius: float) -> None:
@@ -211,17 +203,14 @@ class _Drawing(Struct):
         """The radius of a robot's body."""
         return max(ROBOT * self.cell, LEAST_ROBOT)
 
-    def marks(self, told: Sequence[Event]) -> None:
+    def marks(self) -> None:
         """Draw what the team knows and intends: obstacles, paths and targets."""
         run = self.run
-        for i, track in enumerate(run.robots):
-            self._trail(track, i - (len(run.robots) - 1) / 2)
         for hidden in run.present(self.tick):
             self._obstacle(hidden)
         for track in run.robots:
             self._intention(track)
         self._targets()
-        self._spoken_of(told)
         floor.draw_names(self.page, self.names, floor.INK)
 
     def placed(self) -> Iterator[tuple[RobotTrack, float, float, float | None]]:
@@ -287,16 +276,6 @@ class _Drawing(Struct):
             radius, middle_x, middle_y = cell * 0.11, x + cell * 0.83, y + cell * 0.17
         self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
 
-    def _trail(self, track: RobotTrack, lane: float) -> None:
-        """Draw a robot's path of the last ticks in its own lane."""
-        shift = lane * min(0.09, 0.5 / len(self.run.robots)) * self.cell
-        trail = self.run.trail(track, self.tick)
-        kept = [region for i, region in enumerate(trail) if region != trail[i - 1] or i == 0]
-        if len(kept) > 1:
-            points = [(x + shift, y + shift) for x, y in map(self._centre, kept)]
-            line = {"stroke": track.look.colour, "stroke_width": max(1.5, self.cell * 0.055)}
-            self.page.path(svg.polyline(*points), fill="none", stroke_opacity=0.45, **line)
-
     def _targets(self) -> None:
         """Draw a ring in the robot's colour in each of its target regions, or a line around an
         area, with its shape; that of its next target is filled. Rings of several robots are nested,
@@ -333,13 +312,6 @@ class _Drawing(Struct):
                 self.page.glyph(
                     look.path, *place, fill=look.colour, stroke=floor.INK, stroke_width=0.22
                 )
-
-    def _spoken_of(self, told: Sequence[Event]) -> None:
-        """Draw a frame around the region to which the words below the map refer."""
-        for region in [event.region for event in told if event.region is not None][:1]:
-            x, y = self._corner(region)
-            frame = {"fill": "none", "stroke": floor.INK, "stroke_width": 1.2}
-            self.page.rect(x + 3, y + 3, self.cell - 6, self.cell - 6, rx=2, **frame)
 
     def robot(self, track: RobotTrack, x: float, y: float, heading: float | None) -> None:
         """Draw a robot with its load around a point."""

@@ -113,15 +113,14 @@ class SvgWriter:
     def close(self, tag: str) -> None:
         self._parts.append(f"</{tag}>")
 
-    def document(self, width: float, height: float, title: str, description: str) -> str:
-        """Return the finished picture; title and description are for screen readers."""
-        titles = (f"<title>{escape(title)}</title>", f"<desc>{escape(description)}</desc>")
+    def document(self, width: float, height: float, title: str = "") -> str:
+        """Return the finished picture; the title is for screen readers."""
         w, h = number(width), number(height)
         head = (
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" '
             f'viewBox="0 0 {w} {h}" role="img" font-family={quoteattr(FAMILY)}>'
         )
-        return "\n".join((head, *titles, *self._parts, "</svg>\n"))
+        return "\n".join((head, f"<title>{escape(title)}</title>", *self._parts, "</svg>\n"))
 
 
 _SIZE = re.compile(r'viewBox="0 0 ([\d.]+) ([\d.]+)"')

@@ -7,7 +7,6 @@ characters.
 """
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import click
@@ -16,7 +15,7 @@ from safenav.errors import Outcome
 from safenav.run.reading import Line, RunReader, run_of
 from safenav.run.run import Run
 from safenav.run.tracks import RobotTrack
-from safenav.run.values import Event, ObstacleStatus, StoryKind, SynthesisOutcome
+from safenav.run.values import Event, ObstacleStatus, StoryKind
 from safenav.run.wording import synthesis_words
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, target_regions
@@ -121,13 +120,12 @@ class Story:
         found = [event.synthesis for event in events if event.synthesis is not None]
         if not found:
             return
-        together = syntheses_words(found)
-        names = ", ".join(f"{each.robot} ({synthesis_words(each)})" for each in found)
+        together = len(found) > MANY and all(each.verified for each in found)
+        words = f"{len(found)} strategies, verified"
+        if not together:
+            words = ", ".join(f"{each.robot} ({synthesis_words(each)})" for each in found)
         verb = "synthesized" if found[0].reason == "initial" else "resynthesized"
-        self._line(events[0].tick, f"{verb} {together or names}")
-        assumed = (rule.rpartition(" (")[0] or rule for each in found for rule in each.assumptions)
-        for rule, count in Counter(assumed).items() if together else ():
-            self._echo(f"             {count} robots assume: {rule}")
+        self._line(events[0].tick, f"{verb} {words}")
         for each in found:
             if each.allows:
                 doing = self._run.doing(each.objective)
@@ -157,18 +155,6 @@ class Story:
 
 
 _OVER = {ObstacleStatus.RESOLVED, ObstacleStatus.BLOCKED}
-
-
-def syntheses_words(found: Sequence[SynthesisOutcome]) -> str | None:
-    """Return many verified strategies in a few words: ``60 strategies (1 to 97 states, 12 from the
-    cache, verified)``; None if each one must be named."""
-    sizes = [each.states for each in found if each.states is not None and each.verified is True]
-    if len(found) <= MANY or len(sizes) < len(found):
-        return None
-    cached = sum(each.cached for each in found)
-    reused = f", {'all' if cached == len(found) else cached} from the cache" if cached else ""
-    states = f"{min(sizes)} to {max(sizes)} states"
-    return f"{len(found)} strategies ({states}{reused}, verified)"
 
 
 ARROWS = {Heading.NORTH: "^", Heading.EAST: ">", Heading.SOUTH: "v", Heading.WEST: "<"}

@@ -1,4 +1,4 @@
-/* sources bd394cf7c048c82de4dbb195d2dfc0e84c27730999d4cb6902fbaa0f0a3d0a8a */
+/* sources 3dacd06ca8afca57f5b753c7004a82b442d0d5ee335b0ff67d005668b59dc597 */
 /* Contains @codemirror/view:
 MIT License
 

@@ -8,7 +8,7 @@ import { centreOf, filled, INK, outline } from "./shapes";
 /** In smaller regions the pictogram of an obstacle would be illegible: only its status is shown. */
 const MOST_GROWN = 2;
 /** The most ticks of a way that is shown before it is gone. */
-const MOST_STEPS = 400;
+const MOST_STEPS = 100;
 
 interface KnowledgeProps {
   run: Run;
