@@ -242,8 +242,7 @@ def test_failed_and_truncated_runs_are_shown(browser: Browser, tmp_path: Path) -
     assert browser.one(".badge").text == "cut off"
 
 
-def test_the_page_hatches_beliefs(browser: Browser) -> None:
-    """Those of the selected robot."""
+def test_beliefs_of_the_selected_robot_loads_and_charges_are_shown(browser: Browser) -> None:
     browser.open(page_of("meeting"), "#tick=1")
     (belief,) = browser.all(".shading .belief")
     assert belief.get_attribute("data-viewer") == "west"
@@ -260,9 +259,6 @@ def test_the_page_hatches_beliefs(browser: Browser) -> None:
         shown = [e.get_attribute("data-viewer") for e in browser.all(".shading .belief")]
         assert shown == [viewer]
     assert not browser.all(".shading path[class]")
-
-
-def test_the_page_shows_loads_and_charges(browser: Browser) -> None:
     carriers = run_of("loads").hidden["pallet@71"].loads
     taken = next(tick for tick, by in carriers if by)
     for tick in (taken - 1, taken):
