@@ -1,7 +1,7 @@
 """One run of a mission, with faults of its world, an operator and a resumption if wanted, judged.
 
 Without faults the outcome is judged from the moves of the trace, with faults from the log of the
-world. ``safenav``'s own audit must accept each trace, and the checker of bundles some of them.
+world. safenav's own judge must accept each trace, and the checker of bundles some of them.
 """
 
 import json
@@ -187,8 +187,8 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
         played.found += [f"world: {defect}" for defect in walk.defects[:3]]
     if played.found:
         return
-    with played.watched("audit: crash", 600):
-        played.found += [f"audit: {one}" for one in check_trace(played.run.lines).findings[:1]]
+    with played.watched("judge: crash", 600):
+        played.found += [f"judge: {one}" for one in check_trace(played.run.lines).findings[:1]]
     if played.found:
         return
     lines = played.run.records

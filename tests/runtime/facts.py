@@ -10,9 +10,9 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``explained``, ``left_open``: words of the outcome's explanation, and the orders left open there
 - ``story``, ``no story``, ``check``, ``no check``: words that the story of the run has or has not,
   and that ``safenav check`` prints or does not print
-- ``notes``: words of the claims that the audit could not judge
+- ``notes``: words of the claims that the judge could not judge
 - ``certified``: a bundle of the run is accepted, with these words
-- ``damaged``: the audit refuses the trace without a ``line`` (``[TYPE, FIELDS, INDEX]``), with
+- ``damaged``: the judge refuses the trace without a ``line`` (``[TYPE, FIELDS, INDEX]``), with
   other ``fields`` of it or without one (``drop``), ``and`` more of these: the words ``found``, the
   broken ``rule``
 - ``forged``: likewise, the checker of bundles does not accept the bundle with the damaged trace
@@ -32,7 +32,7 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``but``: it is also played with the words ``with`` replaced (default: none), where other
   facts hold (perhaps those of the file, merged); ``clocks``
 
-Unless it has another ``outcome``, the mission is completed. Each trace must pass the audit. An
+Unless it has another ``outcome``, the mission is completed. Each trace must pass the judge. An
 exhaustive search over joint states, which shares no code with safenav, has decided what the teams
 of ``orders`` can do.
 """
@@ -151,7 +151,7 @@ def hold(text: str, facts: Facts) -> Run | None:
 
 
 def staged(text: str, facts: Facts) -> Run:
-    """Play a run in the world, and with the operator, that the facts name; the audit must accept
+    """Play a run in the world, and with the operator, that the facts name; the judge must accept
     its trace, except where the world lies."""
     waits, lies = facts.pop("waits", None), facts.pop("lies", False)
     about = {key: facts.pop(key) for key in WRONG if key in facts}

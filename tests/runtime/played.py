@@ -1,4 +1,4 @@
-"""Runs in memory: play a scenario, query its trace, and audit it."""
+"""Runs in memory: play a scenario, query its trace, and judge it."""
 
 import json
 import re
@@ -80,7 +80,7 @@ class Run:
 
     @property
     def findings(self) -> str:
-        """Return the audit's findings in the present records, one row each."""
+        """Return the judge's findings in the present records, one row each."""
         return "\n".join(map(str, check_trace(self.lines).findings))
 
 
@@ -115,7 +115,7 @@ def begin(scenario: Written, *, world: Any = None, attended: bool = False) -> tu
 
 
 def play(scenario: Written, *, world: Any = None, lies: bool = False) -> Run:
-    """Run a scenario; its trace must pass the audit, unless its world ``lies``. ``world``: a world,
+    """Run a scenario; its trace must pass the judge, unless its world ``lies``. ``world``: a world,
     or a function that makes one from the scenario."""
     mission, run = _mission(scenario, world)
     mission.run()

@@ -36,12 +36,12 @@ def test_a_case_has_the_stated_facts(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHIPPED)
-def test_the_audit_accepts_the_run_of_each_shipped_scenario(name: str) -> None:
+def test_the_judge_accepts_the_run_of_each_shipped_scenario(name: str) -> None:
     scenario = load_scenario(SCENARIOS / f"{name}.yaml")
     assert scenario.expect.outcome is not None
-    audit = check_trace(trace_of_shipped(name))
-    assert audit.findings == (), "\n".join(map(str, audit.findings))
-    assert audit.complete
+    verdict = check_trace(trace_of_shipped(name))
+    assert verdict.findings == (), "\n".join(map(str, verdict.findings))
+    assert verdict.complete
     lines = map(json.loads, trace_of_shipped(name).read_text().splitlines())
     golden_row(f"shipped {name}", Run(lines).tally, TALLIES)
 
