@@ -348,7 +348,7 @@ void an_operation_that_outgrows_its_bound_starts_again_in_a_better_order() {
   const Bdd all = even & odd;
   store.assert_consistent();
   EXPECT(store.reorderings() > reorderings);
-  EXPECT(store.peak_nodes() < (1u << 20)); // more than 2^22 in the start order
+  EXPECT(store.peak_nodes() < (1u << 20)); // more than 2^22 in the initial order
   EXPECT(store.size(all) < (1u << 16));
   EXPECT_EQ(store.count(all, std::vector<Var>(2 * n)), std::ldexp(1.0, n));
   // All earlier functions are unchanged.

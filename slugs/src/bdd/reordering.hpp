@@ -73,7 +73,7 @@ void undo_sifting(BddStore &store, const SiftingLog &log);
 // reorder and restart, except within the scope of a CollectionPause.  Callers do
 // not request it.
 //
-// The start order is heuristic, and the order can change the size of diagrams by
+// The initial order is heuristic, and the order can change the size of diagrams by
 // factors of thousands.  Sifting takes place in three situations:
 //
 // - An operation creates far more nodes than there were.  It is aborted and

@@ -40,7 +40,7 @@ void OperationCache::fit(std::size_t nodes) {
   }
 }
 
-// Creation, marking and sweeping of nodes.  consistency.cpp checks the invariants.
+// Creation, marking and sweeping of nodes.  bdd.cpp checks the invariants.
 
 UniqueTable::UniqueTable(std::uint32_t bits, const std::vector<std::uint32_t> &order, MemoryAccount &account,
                          OperationCache &cache)

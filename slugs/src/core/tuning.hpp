@@ -12,8 +12,8 @@ namespace slugs {
 // clang-format off
 #define SLUGS_TUNING(constant)                                                                              \
   constant(sift_first, 1u << 14, 1u << 4, 1u << 24, "nodes at which diagrams are sifted first")             \
-  constant(sift_later, 2, 2, 64, "growth before the next sifting, where one gained much")                   \
-  constant(sift_vain, 16, 2, 64, "the same where it gained little")                                         \
+  constant(sift_later, 2, 2, 64, "growth before the next sifting, after one that gained much")              \
+  constant(sift_vain, 16, 2, 64, "the same after one that gained little")                                   \
   constant(sift_fixpoints, 8, 2, 64, "growth before sifting in a fixpoint")                                 \
   constant(sift_step, 4, 2, 64, "the same after a step has gained much")                                    \
   constant(sift_passes, 6, 1, 100, "passes of a thorough sifting")                                          \
@@ -39,7 +39,7 @@ namespace slugs {
   constant(cache_largest, 1u << 21, 1, 1u << 26, "entries beyond which the cache does not grow")            \
   constant(factor_nodes, 10000, 1, 1u << 28, "nodes beyond which a relation gets another factor")           \
   constant(factor_looks, 32, 1, 1u << 10, "conjunctions between measurements of a factor")                  \
-  constant(bottom_up, 1000, 1, 1u << 28, "conjuncts beyond which they are conjoined bottom up")             \
+  constant(bottom_up, 1000, 1, 1u << 28, "number of conjuncts beyond which they are conjoined bottom up")   \
   constant(scan_share, 4, 1, 1u << 10, "range of ids, per operator, beyond which operators are sorted")     \
   constant(reached_share, 8, 1, 1u << 10, "divides the work that checks of reached goals may take")         \
   constant(pool_slots, 1u << 20, 1u << 6, 1u << 26, "size of the table of all formulas; a power of two")       \

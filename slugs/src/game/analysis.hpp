@@ -14,7 +14,7 @@ namespace slugs {
 
 // The conjuncts of the constraints of a specification, and the variables they read.
 //
-// Computed once for the start order of the variables and the game.  Each node of a
+// Computed once for the initial order of the variables and the game.  Each node of a
 // formula is visited at most twice, and no nodes are added to the formula pool.
 
 // An occurrence of a current or next variable in a formula.

@@ -279,12 +279,12 @@ private:
   const bool all_bounded_;    // by its last round
   const Bdd moves_;
   Bdd open_; // moves of the environment that the system cannot answer by approaching the goal
-  Bdd met_;  // moves that it can answer by meeting the goal; if only the verdict is wanted
+  Bdd met_;  // moves that it can answer by meeting the goal; only if no strategy is requested
 };
 
 Bdd Fixpoint::reach_goal(std::size_t j) { return GoalFixpoint(*this, j).solve(); }
 
-// The dual of the fixpoint in game/fixpoint.cpp (compare Könighofer, Hofferek and
+// The dual of the fixpoint above (compare Könighofer, Hofferek and
 // Bloem, STTT 2013, for conditions on states), over transitions:
 //
 //   mu W. \/_j nu Y. /\_i mu X. force( W' | (!G_j & Y' & (A_i | X')) )

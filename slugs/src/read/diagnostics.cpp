@@ -41,7 +41,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-// Collecting and printing diagnostics, see read/messages/diagnostics.hpp.
+// Collecting and printing diagnostics, see read/diagnostics.hpp.
 //
 // A line may be a megabyte long or contain a NUL byte.  So only a window around
 // the error is shown, every byte that a terminal could misread is replaced, and
@@ -172,7 +172,7 @@ void Diagnostics::print_one(std::ostream &out, const Diagnostic &diagnostic) con
     if (line.size() > from + window)
       shown += "...";
     if (carets.empty())
-      carets = "^"; // just behind the last character
+      carets = "^"; // just after the last character
     assert(from <= at && !carets.empty());
     const std::string number = std::to_string(place.line);
     const std::size_t indent = (from > 0 ? 3u : 0u) + shown_width(line.substr(from), at - from);

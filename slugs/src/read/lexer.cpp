@@ -230,7 +230,7 @@ std::string describe(const Lexeme &lexeme) {
   return "'" + printable(lexeme.text) + "'";
 }
 
-// The table behind read/messages/foreign_words.hpp.
+// The table of the words of other languages, see read/lexer.hpp.
 
 namespace {
 

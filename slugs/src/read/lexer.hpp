@@ -2,7 +2,7 @@
 //
 // The two languages share tokens but not the rule for words.  In slugsin white
 // space separates everything, so a name may be any word (x@0.0.7, a-b); only
-// operators in front and primes behind are split off.  In structuredslugs a
+// leading operators and trailing primes are split off.  In structuredslugs a
 // name consists of letters, digits, _, @ and dots, and operators stand anywhere.
 
 #pragma once
@@ -57,7 +57,7 @@ enum class Words : std::uint8_t {
 };
 
 // The tokens of a line, one at a time, since a line may have millions.  After
-// the last one, it returns Token::End just behind the line, repeatedly.
+// the last one, it returns Token::End just after the line, repeatedly.
 class Lexer {
 public:
   Lexer(std::string_view line, int number, Words words, BudgetPacer &pacer)

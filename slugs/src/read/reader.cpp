@@ -61,7 +61,7 @@ Heading read_heading(std::string_view line, int number, Diagnostics &diagnostics
     diagnostics.error(
         {number, column + static_cast<int>(close) + 1, static_cast<int>(text.size() - close) - 1},
         "found '" + printable(trimmed(text.substr(close + 1))) +
-            "' behind a section heading, expected the end of the line");
+            "' after a section heading, expected the end of the line");
   }
   const std::string_view name =
       trimmed(text.substr(1, close == std::string_view::npos ? std::string_view::npos : close - 1));
@@ -75,7 +75,7 @@ Heading read_heading(std::string_view line, int number, Diagnostics &diagnostics
   return heading(nearest).value_or(Heading{});
 }
 
-// Whether a line contains no character on which programs disagree: behind one,
+// Whether a line contains no character on which programs disagree: after one,
 // this program's comment may be another's formula.
 bool is_one_line(std::string_view line, int number, Diagnostics &diagnostics) {
   for (std::size_t at = 0; at < line.size(); ++at)
@@ -158,7 +158,7 @@ bool is_plain(std::string_view line) {
   return line.find("TRUE") == std::string_view::npos && line.find("FALSE") == std::string_view::npos;
 }
 
-// Whether a line is prefix notation: behind leading negations it starts with an
+// Whether a line is prefix notation: after leading negations it starts with an
 // operator that no infix formula can start with.  A line such as "! a" is both.
 bool is_prefix(Lexer line) {
   while (line.peek().token == Token::Not)

@@ -328,7 +328,7 @@ private:
 };
 
 // In declaration order, which fixes the order of states: a new heading each
-// time that the owner changes.  One that is all, too: nobody reads an empty file.
+// time that the owner changes.  An empty file is invalid, so there is at least one.
 void print_variables(const Specification &specification, std::ostream &out) {
   if (specification.variables.empty())
     out << "[OUTPUT]\n";

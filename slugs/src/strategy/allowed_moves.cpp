@@ -100,7 +100,7 @@ AllowedMoves::Goal AllowedMoves::steps_towards(const Bdd &winning, const Bdd &mo
       numbering.add(served);
       goal.targets.push_back(targets);
     }
-    assert(store.implies(served, open)); // the earliest step serves a move
+    assert(store.implies(served, open)); // a move belongs to the earliest step that serves it
     open &= !served;
     targets = store.constant(false);
   };
