@@ -237,7 +237,7 @@ def failure(tests: list[str], patience: float, mutant: Mutant | None = None) -> 
         )
         status = process.wait()
         with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)  # what a test has left
+            os.killpg(process.pid, signal.SIGKILL)  # processes that a test has left
         out.seek(0)
         said = out.read().decode(errors="replace")
     if status == 0:

@@ -93,7 +93,7 @@ def test_a_mission_that_once_failed_is_sound(file: Path, request: pytest.Fixture
     assert one.outcome == (facts["outcome"] or one.outcome)
 
 
-# No robot is sent to a region in which another may be, whatever they report.
+# No robot is commanded to a region in which another may be, whatever they report.
 
 
 class Contradicting(LiveSimulation):
@@ -133,7 +133,7 @@ class Contradicting(LiveSimulation):
 
 # The ten robots of seed 0 are lost in six passes, which takes 14 s of searches to prove.
 @pytest.mark.parametrize("seed", range(1, 1 + (WANTED or 5)))
-def test_no_robot_is_sent_to_a_region_where_another_may_be(
+def test_no_robot_is_commanded_to_a_region_where_another_may_be(
     seed: int, played: Callable[[], None]
 ) -> None:
     _, scenario = loads(lambda n: mission("crowd_hidden", n) | {"clock": "live"}, seed)

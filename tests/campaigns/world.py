@@ -139,7 +139,7 @@ class Nature(Uneven):
         name = robot.name
         for obstacle in obstacles:
             if obstacle.ordered and obstacle.name not in self.truth.truths:
-                self.truth.place(obstacle)  # an operator wants it done
+                self.truth.place(obstacle)  # ordered by an operator
         what: Line = {"on": sorted(o.name for o in obstacles)}
         what["busy"] = name in self._bound or name in self._untold
         if name in self._dead:

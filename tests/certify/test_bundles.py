@@ -66,7 +66,9 @@ def test_the_outcome_of_a_run_is_proven(name: str, words: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["never resolvable", "deadlock"])
-def test_the_end_names_no_robot_whose_strategy_is_not_disproven(name: str, tmp_path: Path) -> None:
+def test_no_claim_covers_an_unrealizable_robot_without_a_counterstrategy(
+    name: str, tmp_path: Path
+) -> None:
     files = files_of(shipped(name))
     lines = lines_of(files)
     lines[-1]["unrealizable"] = {"a": "0" * 64}

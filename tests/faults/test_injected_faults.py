@@ -45,7 +45,7 @@ def safenav(tmp_path: Path) -> Safenav:
 
 
 def records(trace: Path) -> list[dict[str, Any]]:
-    """The lines of a trace, every one of them whole; the audit must find nothing."""
+    """The lines of a trace, every one of them whole; the judge must find nothing."""
     assert check_trace(trace).findings == ()
     return [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
 

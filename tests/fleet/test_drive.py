@@ -148,7 +148,7 @@ def test_a_drive_completes_a_case_study_without_a_listed_obstacle(lab: Lab) -> N
 @pytest.mark.slow
 @in_labs(("alarmed", {"digit": "alarm"}))
 def test_a_topic_sets_an_input_of_the_environment(lab: Lab) -> None:
-    """Digit has set out, hears the alarm, goes home, and continues when it is over."""
+    """Digit has departed, hears the alarm, goes home, and continues when it is over."""
     lines = lab.driven()
     assert [x["values"] for x in lines if x["type"] == "inputs"] == [{"alarm": v} for v in (1, 0)]
     given = [x["objective"] for x in lines if x.get("cause") == "input"]
@@ -186,7 +186,7 @@ def test_robots_stop_when_safenav_ends_and_are_lost_when_their_own_programs_end(
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "hospital", "warehouse_orders"])
-def test_a_rehearsal_is_the_run_in_time(name: str, tmp_path: Path) -> None:
+def test_a_rehearsal_has_the_events_of_the_live_run(name: str, tmp_path: Path) -> None:
     """For its first half minute."""
     drive = files(tmp_path, (SCENARIOS / f"{name}.yaml").read_text(), ROS)
     options = ("--json", "--time-limit", 30)

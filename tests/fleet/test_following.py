@@ -68,7 +68,7 @@ def hall() -> Hall:
     return Hall()
 
 
-def test_the_stream_has_the_next_second(hall: Hall) -> None:
+def test_the_stream_covers_the_next_second(hall: Hall) -> None:
     hall.goes("quad", SOUTH)
     reference = hall.reference("quad")
     for now in np.arange(reference.begin, reference.end, 0.5):

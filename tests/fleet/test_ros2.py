@@ -107,7 +107,7 @@ def test_fields_agree_with_the_definitions_of_another_library() -> None:
 
 
 @pytest.mark.parametrize("name", DEFINED["kinds"], ids=lambda name: name.split("/")[-1])
-def test_bytes_are_those_of_another_serializer(name: str, values: int = 200) -> None:
+def test_bytes_equal_those_of_another_serializer(name: str, values: int = 200) -> None:
     """A request or reply begins with its header, after which CDR restarts its count by 8."""
     rng = random.Random(name)
     kind = node.message(DEFINED["kinds"][name])
@@ -206,8 +206,10 @@ def test_a_server_of_other_middleware_gets_no_request(guid: str, other: str) -> 
     ("told", "metres"),
     [(2.0, 2.0), (9.0, inf), (inf, inf), (0.05, nan), (0.0, nan), (nan, nan), (-inf, 0.1)],
 )
-def test_a_range_outside_the_limits_of_a_lidar_has_its_meaning(told: float, metres: float) -> None:
-    """As in REP 117: what is too near to be measured is no free way."""
+def test_a_range_outside_the_limits_of_a_lidar_is_infinite_or_unknown(
+    told: float, metres: float
+) -> None:
+    """As in REP 117: an obstacle too near to be measured is not a free path."""
     limits = {"range_min": 0.1, "range_max": 5.0, "angle_min": -1.0, "angle_increment": 0.5}
     found = streams.scanned("quad", 3.0, Message(**limits, ranges=[told, 1.0]))
     assert found.ranges == pytest.approx([metres, 1.0], nan_ok=True)
@@ -302,7 +304,7 @@ def test_robots_follow_their_streams_until_these_end(
     regions = [places.region(*robots.places[name][:2]) for name in ("quad", "cart")]
     assert regions == [8, 14]
     assert min(robots.streamed.values()) > robots.time - 2 * PERIOD
-    assert robots._node is None  # closed: no stream any longer
+    assert robots._node is None  # closed: the streams have ended
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux binds a socket to an interface")

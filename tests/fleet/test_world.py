@@ -194,7 +194,7 @@ class Case:
         same = all(a == b or a.startswith(f"{b}:") for a, b in zip(told, wanted, strict=False))
         assert same and len(told) == len(wanted), f"{line}: {told}"
 
-    # What robots do
+    # Events of robots
 
     def does(self, name: str, *words: str) -> None:
         """Extend the script: ends with positions, each perhaps several times."""
@@ -250,7 +250,7 @@ class Case:
         done = transport.Performed(name, int(number), ActResult(word), " ".join(reason))
         self.robots.post(done)
 
-    # What the run does
+    # Commands of the run
 
     def start(self, name: str, to: str) -> list[str]:
         event = self.world.start(self.team[name], self._pose(to), next(self.commands))
@@ -292,7 +292,7 @@ class Case:
     def _pose(self, text: str) -> Pose:
         return Pose(int(text.rstrip("E")), Heading.EAST if text.endswith("E") else None)
 
-    # Time, and what is to be true
+    # Time, and expectations
 
     def mark(self) -> None:
         self.marked = self.robots.stamp

@@ -126,7 +126,7 @@ def test_a_small_file_does_not_become_a_huge_one(name: str, sandbox: Path) -> No
     assert bomb.get("told", "") in done.complained
 
 
-def test_the_peak_of_memory_is_that_of_the_program_alone(sandbox: Path) -> None:
+def test_the_measured_peak_of_memory_is_that_of_the_program_alone(sandbox: Path) -> None:
     """A large test process is not counted, and a large program is."""
     own = b"x" * (200 << 20)
     small = attack([sys.executable, "-c", ""], sandbox)

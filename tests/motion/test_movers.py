@@ -84,7 +84,7 @@ def test_ten_thousand_random_moves_join_exactly() -> None:
     assert all(before.t1 == after.t0 for before, after in pairwise(found))
 
 
-def test_a_quintic_has_its_place_speed_and_acceleration_at_both_ends() -> None:
+def test_a_quintic_has_the_given_position_speed_and_acceleration_at_both_ends() -> None:
     path = quintic(1.6, 0.3, -0.2, 1.1, 0.5, 0.7, -0.9)
     for order, ends in enumerate(((0.3, 1.1), (-0.2, 0.5), (0.7, -0.9))):
         found = [values(polyder(path, order), t) for t in (0.0, 1.6)]
@@ -92,7 +92,7 @@ def test_a_quintic_has_its_place_speed_and_acceleration_at_both_ends() -> None:
 
 
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
-def test_a_walker_keeps_its_limits_on_regions_of_side(side: float) -> None:
+def test_a_walker_keeps_its_limits_on_regions_of_any_size(side: float) -> None:
     """By the rules of the checker, in each move and from one to the next, with room to spare."""
     limits: Any = robot("walker", side).values
     wrong: list[Any] = []
@@ -111,7 +111,7 @@ def test_a_walker_keeps_its_limits_on_regions_of_side(side: float) -> None:
     assert wrong == []
 
 
-def test_segments_of_one_shape_have_one_motion_and_no_number_is_left_out() -> None:
+def test_segments_of_equal_shape_move_alike_and_each_number_belongs_to_the_shape() -> None:
     """The check solves and judges one of them."""
     limits: Any = robot("walker", 2.7).values
     known: dict[bytes, Any] = {}

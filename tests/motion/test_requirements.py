@@ -220,7 +220,7 @@ def test_ends_of_windows_and_instants_of_events_are_exact(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
-def test_every_continuation_of_the_record_is_in_the_interval(seed: int) -> None:
+def test_the_interval_contains_the_robustness_of_every_continuation(seed: int) -> None:
     for number in range(5):
         chance = random.Random(7000 * (seed + 1) + number)
         whole = made(chance, length=14)

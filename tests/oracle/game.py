@@ -130,7 +130,7 @@ class _Truth:
 def build_game(specification: Specification) -> Game:
     """Evaluate every section on every state and transition."""
     truth = _Truth(specification)
-    # INIT formulas do not mention the successor, ENV_TRANS no next outputs: any of them will do.
+    # INIT formulas do not mention the successor, ENV_TRANS no next outputs: any of them suffices.
     env_init = truth.all((*specification.env_init, *truth.limits("input", False)))[:, 0, 0]
     sys_init = truth.all((*specification.sys_init, *truth.limits("output", False)))[:, 0, 0]
     env = truth.all((*specification.env_trans, *truth.limits("input", True)))[:, :, 0]

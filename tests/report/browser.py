@@ -39,7 +39,7 @@ class Browser:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(driver))
-        # Without it a page has no focus for a while after a question of the browser.
+        # Without it a page loses its focus for a while after a dialog of the browser.
         self.driver.execute_cdp_cmd("Emulation.setFocusEmulationEnabled", {"enabled": True})
 
     def open(
@@ -125,7 +125,7 @@ class Browser:
         def holds() -> object:
             try:
                 return condition()
-            except StaleElementReferenceException:  # the page drew it again while it was asked
+            except StaleElementReferenceException:  # the page redrew it during the query
                 return False
 
         while not holds():

@@ -110,7 +110,7 @@ def word_of_run(name: str) -> Word:
     raise AssertionError(f"{name}: nothing repeats in {TICKS} ticks")
 
 
-def test_the_page_of_patterns_has_each_once() -> None:
+def test_the_page_of_patterns_shows_each_pattern_once() -> None:
     assert len(PATTERNS) == len(SHORT) + sum(names.count(",") + 1 for names, _ in LONG) == 22
     assert WRITTEN.keys() == PATTERNS.keys()
 

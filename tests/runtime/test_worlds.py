@@ -335,7 +335,7 @@ def test_a_program_that_steps_itself_can_give_up() -> None:
     assert not run.findings
 
 
-def test_a_blocking_world_makes_a_step_of_several_ticks_when_it_begins() -> None:
+def test_a_blocking_world_executes_a_step_of_several_ticks_at_its_start() -> None:
     scenario = loaded(case("outside/slow_step_ends_elsewhere"))
     world = Driven(scenario)
     mission, run = begin(scenario, world=world)

@@ -76,7 +76,7 @@ def test_exactly_the_announced_errors_are_reported(
     [
         ("", (1, 1), "the file is empty"),
         ("a: \x00", (1, 4), "not text: .*U\\+0000"),
-        # Behind it, what is a comment to one program would be a key to another.
+        # After it, a comment to one program would be a key to another.
         *((f"# {c}a: 1", (1, 3), rf"not text: .*U\+{ord(c):04X}") for c in "\r\f\x85\u2028"),
         (r'name: "a\u2028b"', None, r"the text holds .*U\+2028"),
         *((f"b: 1\na: {c}", (2, 4), f"U\\+{ord(c):04X}") for c in "\ud800\uffff"),

@@ -180,7 +180,7 @@ def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
 ) -> None:
     scenario = deepcopy(DATA)
     for (*holders, last), value in changes:
-        with suppress(KeyError, IndexError, TypeError):  # an earlier change took the place away
+        with suppress(KeyError, IndexError, TypeError):  # an earlier change deleted the holder
             reduce(getitem, holders, scenario)[last] = value
     load_or_refuse(json.dumps(scenario, ensure_ascii=False), line)
 

@@ -67,7 +67,7 @@ def batches() -> list[object]:
 
 
 @pytest.mark.parametrize(("kind", "seeds"), batches())
-def test_random_games_are_played_as_by_the_oracle(
+def test_slugs_and_oracle_play_random_games_alike(
     kind: str, seeds: range, slugs_binary: Path, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     """Both languages; both flags, alone and together; every counterstrategy checked."""
@@ -81,7 +81,7 @@ def test_random_games_are_played_as_by_the_oracle(
         assert duel.counterstrategies > 0
 
 
-def test_the_verdict_alone_is_that_with_a_strategy(slugs_binary: Path, tmp_path: Path) -> None:
+def test_the_verdict_is_the_same_without_a_strategy(slugs_binary: Path, tmp_path: Path) -> None:
     """Without a strategy a goal may be reached by way of others, see reached_goals.hpp."""
     file = tmp_path / "game.slugsin"
     verdicts = []

@@ -54,13 +54,13 @@ def visit(*regions: int) -> Visit:
         ),
     ],
 )
-def test_a_robot_is_sent_to_regions_that_keep_its_objective_possible(
+def test_assignable_regions_keep_the_objective_possible(
     objective: Objective, regions: set[int]
 ) -> None:
     assert sent(Pose(9), objective) == AssignableRegions(frozenset(regions))
 
 
-def test_irreversible_steps_obstacles_and_directions_limit_where_a_robot_is_sent() -> None:
+def test_irreversible_steps_obstacles_and_directions_limit_assignable_regions() -> None:
     assert sent(Pose(9), visit(9), CORRIDOR, 11).places == {8, 9, 10}  # obstacles stay
     both = Cover((frozenset({18}), frozenset({8})))  # both directions around are equivalent
     around = sent(Pose(6, Heading.EAST), both, RING)
@@ -69,20 +69,20 @@ def test_irreversible_steps_obstacles_and_directions_limit_where_a_robot_is_sent
     assert sent(Pose(11, WEST), visit(12)) == AssignableRegions()
 
 
-def test_after_an_irreversible_step_a_robot_is_only_sent_onwards() -> None:
+def test_no_region_before_an_irreversible_step_is_assignable_after_it() -> None:
     ltl = Ltl(safety=("region = 10 -> region' != 9",), liveness=("region = 12",))
     found = sent(Pose(9), ltl)
     assert [sent_to(found, Pose(here)) for here in (9, 10)] == [{8, 9, 10, 11, 12}, {10, 11, 12}]
 
 
 def test_with_headings_a_corridor_is_one_way() -> None:
-    """Its goal is either end: it can be sent as far as to the one that it faces."""
+    """Its goal is either end: regions up to the end that it faces are assignable."""
     found = sent(Pose(11, WEST), Visit((frozenset({8, 11}),)))
     ways = [sent_to(found, Pose(region, WEST)) for region in (8, 9, 10, 11)]
     assert ways == [{8}, {8, 9}, {8, 9, 10}, {8, 9, 10, 11}]
 
 
-def test_the_memory_of_a_robot_limits_where_it_is_sent() -> None:
+def test_the_memory_of_a_robot_limits_its_assignable_regions() -> None:
     """Once it has been at 12 it must no longer go to 8."""
     ltl = Ltl(
         init=("!done",),
@@ -93,7 +93,7 @@ def test_the_memory_of_a_robot_limits_where_it_is_sent() -> None:
     found = sent(Pose(9), ltl)
     ways = [sent_to(found, Pose(9), ("done", k)) for k in (0, 1)]
     assert ways == [{8, 9, 10, 11, 12}, {9, 10, 11, 12}]
-    assert 8 not in sent_to(found, Pose(12), ("done", 0))  # it will be done when it leaves
+    assert 8 not in sent_to(found, Pose(12), ("done", 0))  # at 12, so `done` holds next
 
 
 def test_no_robot_enters_an_obstacle_but_it_may_stay_where_one_is() -> None:

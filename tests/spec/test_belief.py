@@ -191,7 +191,7 @@ def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
     assert after_look(here, 1, 3, 1) == 3
 
 
-def test_too_many_beliefs_are_refused_with_advice(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_beliefs_are_refused_with_a_hint(monkeypatch: pytest.MonkeyPatch) -> None:
     scenario = load_scenario(SCENARIOS / "case_study_3.yaml")
     digit = scenario.robot("digit")
     seeing = replace(digit, model=replace(digit.model, vision=2.5))

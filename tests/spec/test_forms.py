@@ -23,7 +23,7 @@ def at(*regions: int) -> frozenset[int]:
     return frozenset(regions)
 
 
-def test_possibility_agrees_with_the_game_played_out() -> None:
+def test_possible_forms_are_those_that_a_search_of_the_game_finds() -> None:
     random = Random(11)
     counts = {True: 0, False: 0}
     for _ in range(400):

@@ -88,7 +88,7 @@ def values(memory: int, region: int) -> dict[str, int]:
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES, ids=str)
-def test_a_step_is_allowed_and_counts_as_by_the_formulas(objective: dict[str, Any]) -> None:
+def test_steps_are_allowed_and_counted_as_the_formulas_require(objective: dict[str, Any]) -> None:
     # A visit has a memory where goals are assigned at runtime; see below.
     robot = rover(OPEN, objective, Pose(3))
     spec = compile_task(task_of(robot, assignable=True), RegionMap.from_grid(OPEN))

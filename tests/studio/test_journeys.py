@@ -97,7 +97,7 @@ def _draw_case_study_1(board: Board) -> str:
     browser.wait(lambda: browser.one("svg.floor .numbers"))
     board.rest()
     for tool, regions in {
-        "Wall": (21, 34, 43, 60, 73),  # those of its map beyond the border
+        "Wall": (21, 34, 43, 60, 73),  # the inner walls of its map
         "quadcopter": (14,),
         "digit": (71,),
         "door": (47,),
@@ -363,9 +363,7 @@ def test_a_mission_in_the_users_own_world_is_shown_live(browser: Browser) -> Non
 
 
 @pytest.mark.parametrize("name", ["case_study_3_beliefs", "live"])
-def test_a_page_that_followed_a_run_shows_what_a_late_one_shows(
-    browser: Browser, name: str
-) -> None:
+def test_a_page_opened_late_shows_the_same_run(browser: Browser, name: str) -> None:
     """The news of all ticks add up to the whole run, which pages get when it ends."""
     live = name == "live"
     file = live_trace("team_of_six") if live else trace_of_shipped(name)

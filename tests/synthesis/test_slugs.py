@@ -82,7 +82,7 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
     ],
     ids=["missing", "directory", "not executable"],
 )
-def test_an_environment_variable_without_a_usable_binary_is_named(
+def test_an_environment_variable_without_a_usable_binary_is_reported(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     make: Callable[[Path], object],

@@ -203,7 +203,7 @@ def _met(strategy: Strategy, steps: list[tuple[int, int]], formula: str) -> bool
     return any(holds(strategy.values(a), strategy.values(b)) for a, b in steps)
 
 
-def test_a_value_that_a_variable_does_not_have_is_a_failure(
+def test_a_value_outside_the_range_of_its_variable_is_a_failure(
     patrol: Specification, patrol_json: bytes
 ) -> None:
     """From 5 to 6 and back: by steps that each guarantee allows."""

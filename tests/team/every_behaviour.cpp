@@ -3,7 +3,7 @@
 // that the product does. Robots do not collide.
 //
 // A robot in its turn stays, begins a step to a side, or is on its way; a step of d ticks that it
-// begins in tick t ends in its turn of tick t + d - 1. Until then it is where it set out. In each
+// begins in tick t ends in its turn of tick t + d - 1. Until then it is where it began. In each
 // turn, at its end, a robot does all that it can where it is, but for loads (a need that is followed
 // by one of the same robots): it takes those last, alone or with others that are there, or leaves
 // them. One robot may have targets, to be met one after the other: each at the end of a turn in which

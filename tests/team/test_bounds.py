@@ -40,7 +40,7 @@ Pose = tuple[int, int]
 
 
 class Walker(NamedTuple):
-    """``here``: where it is, or set out; ``to``: its step; ``due``: the tick in which that ends."""
+    """``here``: where it is, or departed; ``to``: its step; ``due``: the tick when that ends."""
 
     here: Pose
     to: Pose | None

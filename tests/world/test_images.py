@@ -18,7 +18,7 @@ from safenav import InputError, RegionMap, load_scenario_text
 from support.examples import campaign
 
 MAPS = Path(__file__).parents[1] / "maps"
-Blocked = Any  # of numpy: rows of truths
+Blocked = Any  # a numpy array of booleans, one row per row of pixels
 
 
 @pytest.fixture(scope="module")

@@ -42,7 +42,7 @@ class Battery:
         self._stood(t)
         self.since, self.under_way = None, command
         short = self.charge < self.move - CLOSE
-        return f"sets out with a charge of {self.charge:g}" if short else ""
+        return f"departs with a charge of {self.charge:g}" if short else ""
 
     def ends(self, region: int) -> None:
         self.charge, self.region = max(0.0, self.charge - self.move), region
@@ -169,7 +169,7 @@ class Walk:
             self._found(line, f"{name}, which is lost or broken, is sent to {to}")
         if not self.at[name] <= {origin} or abs(to - origin) not in (0, 1, self.mission.cols):
             have = sorted(self.at[name])
-            self._found(line, f"{name} sets out from {origin} to {to}, and has {have}")
+            self._found(line, f"{name} departs from {origin} to {to}, and has {have}")
         # It may have decided to stay first, which counts again, and takes no time here. That it has
         # decided so is in the trace, which is checked.
         self.visits[name].append(origin)
@@ -193,7 +193,7 @@ class Walk:
         objective = self.data["robots"][name]["objective"]
         if name not in self.free_of_rules | self.slid:
             if to in objective.get("avoid", ()):
-                self._found(line, f"{name} sets out for {to}, which it avoids")
+                self._found(line, f"{name} departs for {to}, which it avoids")
             never = NEVER.match(objective.get("always", ""))
             if never and (origin, to) == (int(never[1]), int(never[2])):
                 self._found(line, f"{name} goes from {origin} to {to}, which its rule forbids")
