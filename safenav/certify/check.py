@@ -112,7 +112,7 @@ _GROUPS = (
 )
 """Groups of claims: heading, kinds."""
 _LIMITS = (
-    "The truth of the trace: the program that ran wrote it.",
+    "The truth of the trace: the program that it judges wrote it.",
     "The world model: robots move as specified, detect obstacles before entering them, and their "
     "actions succeed.",
     "Time: no claim states when a goal is met, only that it is met infinitely often.",

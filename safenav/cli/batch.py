@@ -38,7 +38,7 @@ def batch(
     paths: Annotated[tuple[str, ...], options.TEXT_INPUT],
     *,
     jobs: Annotated[int | None, options.COUNT, "-j --jobs N", "Scenarios in parallel."],
-    time_limit: Annotated[float, options.SECONDS, "End a scenario after so long."] = 600.0,
+    time_limit: Annotated[float, options.SECONDS, "End a scenario after this time."] = 600.0,
     certify: Annotated[Path | None, options.FOLDER, "Write the bundle of each run here."],
     junit: Annotated[Path | None, options.Output(".xml"), "Write a JUnit report (XML)."],
     as_json: options.AsJson,

@@ -249,7 +249,7 @@ def opening_words(spec: Specification) -> str:
     row = lost_opening(spec) or ()
     named = zip(spec.owned(Owner.INPUT), row, strict=False)
     inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
-    return f"the initial inputs {inputs} leave no output" if inputs else "no output may begin"
+    return f"the initial inputs {inputs} allow no output" if inputs else "no output is allowed"
 
 
 def decided(file: Path, result: SynthesisResult) -> SynthesisResult:

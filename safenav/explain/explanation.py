@@ -146,11 +146,12 @@ class Dilemma(Struct, frozen=True):
 
 
 class LosingPlay(Struct, frozen=True):
-    """A play of a system that does its best against the environment's ``strategy``, as values.
+    """A play that the system loses against the environment's ``strategy``.
 
-    ``walk`` from the start on; then ``cycle`` repeats forever and ``goal`` is never met (STARVED),
-    or the next inputs ``pressure`` leave no output (STUCK; ``dilemmas``: the moves of a robot). The
-    initial inputs ``pressure`` leave none (NO_BEGINNING). CONFINED has no play, but a diagnosis."""
+    It begins with ``walk``. Then ``cycle`` repeats forever and never meets ``goal`` (STARVED), or
+    the next inputs ``pressure`` allow no output (STUCK; ``dilemmas``: the moves of a robot).
+    NO_BEGINNING: the initial inputs ``pressure`` allow no output. CONFINED: no play, only a
+    diagnosis."""
 
     ending: PlayEnd
     strategy: Strategy | None = None

@@ -231,7 +231,7 @@ class _Parser(FormulaParser[syntax.Formula]):
             return Operation(Connective.NOT, (self.expression(len(syntax.PRECEDENCE)),))
         if word := self.take("next"):
             self._look_ahead(word)
-            opening = self.need("(", f"after {word.text}, around what holds in the next state")
+            opening = self.need("(", f"after {word.text}, around a formula")
             self._inside_next = True
             operand = self.enclosed(opening)
             self._inside_next = False

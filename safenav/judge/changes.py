@@ -9,7 +9,7 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world, an obstacle that the scenario does not list appears during the run."""
+    """In a simulated world, the scenario lists the obstacle, or it appeared during the run."""
     if e.obstacle.appears is None and not s.external:
         yield f"the scenario has no {e.obstacle.name}"
 
@@ -94,7 +94,7 @@ def _by_inputs(robot: str, s: State) -> Line:
 def due_changes(e: Line, s: State) -> Iterator[str]:
     """A simulated world lets obstacles appear and disappear, and applies changes and inputs, at
     the times of the scenario."""
-    first = s.live or e.robot == s.names[0]  # in ticks all is due before it moves
+    first = s.live or e.robot == s.names[0]  # in lockstep, before the first robot's turn
     ends = e.outcome in (None, "completed", "operator_needed")
     if s.external or not first or not ends:
         return
@@ -188,7 +188,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
         return
     if robot.memories is not None:
         if s.arriving(robot).isdisjoint(own.formulas.remembering(e.memory)):
-            yield f"the formulas of {e.robot} cannot remember {', '.join(e.memory)} so"
+            yield f"the formulas of {e.robot} exclude this memory: {', '.join(e.memory)}"
         return
     same = own.in_turn and not own.ends and e.objective.kind == own.kind
     if same and e.form != "other_memory" and turn not in (None, e.memory.get("goal", turn)):

@@ -91,7 +91,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
-    can meet it; an obstacle is excused once it need not be resolved, a round if the robot did
+    can meet it; an obstacle is excused once it need not be resolved, a round if the robot pursued
     something else in it or the one before."""
     due = (s.kept if e.verdict == "kept" else s.past | s.dues).get(e.of)
     if not s.has_deadline(e.of):
@@ -205,7 +205,7 @@ def assumption(e: Line, s: State) -> Iterator[str]:
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission, and the
-    scenario changes nothing more; one that waits for a change has one."""
+    scenario changes nothing more; if the run waits for a change, the scenario has one."""
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"

@@ -266,8 +266,8 @@ def actions(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world in lockstep, a need is met in the turn in which enough robots have been
-    in its regions."""
+    """In a simulated world in lockstep, a need is fulfilled in the turn in which enough robots have
+    been in its regions."""
     first = e.robot == s.names[0] or e.outcome == "completed"
     for one in s.obstacles.values() if first and not (s.live or s.external) else ():
         begun = max(one.since, one.begun) < e.tick
@@ -296,7 +296,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     stand in its regions (simultaneously, if together); the last one reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
-    untold = s.external and not one.known  # some of its needs may have been met before
+    untold = s.external and not one.known  # some of its needs may have been fulfilled before
     if not one.there and not s.external:
         yield f"{one.name} is absent"
     elif one.resolved and not (s.external and not s.live):
@@ -311,9 +311,9 @@ def resolution(e: Line, s: State) -> Iterator[str]:
 
 def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
     who = frozenset(e.robots or [e.robot])
-    if one.stage > number:  # all its needs are met
+    if one.stage > number:  # all its needs are fulfilled
         if e.kind == "met" or e.robot not in one.group:
-            yield f"need {number + 1} of {one.name} is met already"
+            yield f"need {number + 1} of {one.name} is already fulfilled"
         elif e.at != s.robots[e.robot].pose[0]:
             yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, where it is not"
         return

@@ -145,7 +145,7 @@ class Need(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """The unmet needs of an obstacle. ``left``: the next one first; ``done``: the robots that have
+    """The open needs of an obstacle. ``left``: the next one first; ``done``: the robots that have
     done their part of it; ``enters``: those that alone meet the last need by entering; ``barred``:
     those that do not act on it; ``order``: rank by which robots take one of several loads."""
 
@@ -195,10 +195,10 @@ class Rest(NamedTuple):
 
 @dataclass
 class Obstacle:
-    """An obstacle. ``rest``: its unmet needs; ``group``: those that met the last one; ``there``: it
-    is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team knows of it;
-    ``declared``: by an operator; ``begun``: the tick in which all robots can do their part of the
-    next need."""
+    """An obstacle. ``rest``: its open needs; ``group``: those that fulfilled the last one;
+    ``there``: it is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team knows
+    of it; ``declared``: by an operator; ``begun``: the tick in which all robots can do their part
+    of the next need."""
 
     name: str
     type: str
@@ -225,7 +225,7 @@ class Obstacle:
 
     @property
     def stage(self) -> int:
-        """Return the number of needs that are met."""
+        """Return the number of fulfilled needs."""
         return len(self.needs) - len(self.rest.left)
 
     @property
@@ -344,7 +344,7 @@ class State:
         self.at.setdefault(found.region, []).append(found)
 
     def _regions(self, at: Any, region: int) -> frozenset[int]:
-        """Return the free regions where a need of an obstacle is met."""
+        """Return the free regions where a need of an obstacle is fulfilled."""
         if at == "neighbours":
             return frozenset(to for to, _ in self.world.steps(False, (region, None)))
         return frozenset([region]) if at == "self" else at & self.world.free

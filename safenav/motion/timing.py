@@ -55,7 +55,7 @@ class NeedMet(Struct, frozen=True):
 
 
 def needs_met(trace: Trace) -> dict[int, NeedMet]:
-    """Return the needs that a run has met, by the index of the line that records each."""
+    """Return the needs that a run has fulfilled, by the index of the line that records each."""
     found: dict[int, NeedMet] = {}
     obstacles, robots, world = trace.obstacles, trace.robots, trace.header.scenario.map
     at = {name: robot.start.region for name, robot in robots.items()}

@@ -85,8 +85,8 @@ class _Stays:
 
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
-    """Yield the robots that must not leave before certain needs are met: those that act (for a part
-    of a need: before it is due), and those whose goals count because of a resolution."""
+    """Yield the robots that must not leave before certain needs are fulfilled: those that act (for
+    a part of a need: before it is due), and those whose goals count because of a resolution."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
         stages, met = before.stages, joint.stages[g].need

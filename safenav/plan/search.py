@@ -67,8 +67,8 @@ class Search:
         return self.floor.completed(joint, self.served)
 
     def run(self, until: int = ROUNDS) -> Answer:
-        """Return the first plan that some variant finds, the cheap ones first. Continues with the
-        first round that it has not tried yet."""
+        """Return the first plan that a variant of the search finds. Cheap variants are tried first.
+        Another call continues with the next round."""
         if self.goal(self.start):
             return [self.start]
         few = len(self.floor.robots) <= FEWEST

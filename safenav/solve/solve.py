@@ -231,8 +231,8 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
 
 class Closure(Struct, frozen=True):
     """All that the team can do. ``never``: the gates that are never resolved; ``stuck``: those of
-    them whose next need can never be met; ``reach``, ``live``: of each robot once all others are
-    resolved."""
+    them whose next need can never be fulfilled; ``reach``, ``live``: of each robot once all others
+    are resolved."""
 
     never: tuple[int, ...]
     stuck: tuple[int, ...]
@@ -242,8 +242,8 @@ class Closure(Struct, frozen=True):
 
 
 def closure_of(now: Sets) -> Closure:
-    """Return the least fixpoint: a need can be met if enough able robots reach its regions once all
-    that can be resolved is resolved."""
+    """Return the least fixpoint: a need can be fulfilled if enough able robots reach its regions
+    once all that can be resolved is resolved."""
     floor, given, grown = now.floor, now.stages, True
     while grown:
         grown = False

@@ -122,7 +122,7 @@ class Tracker:
         for cell, regions in enumerate(self._cells):
             if not reach & regions:
                 continue
-            overseen = self._free  # own regions that see all reached regions of the cell
+            overseen = self._free  # regions from which all reached regions of the cell are visible
             for region in bits(reach & regions):
                 overseen &= self.visibility.mask(region)
                 if not overseen:
@@ -267,7 +267,7 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
         other = model.other
         note = f"where {other.name} is seen"
         if model.beliefs:
-            note += f"; from {model.size} on out of sight and in one of these cells: "
+            note += f"; values from {model.size}: out of sight, in one of these cells: "
             note += ", ".join("+".join(map(str, sorted(belief))) for belief in model.beliefs)
         bounds = (0, world.size - 1 + len(model.beliefs))
         found.append(Variable(other.variable, Owner.INPUT, bounds, note))

@@ -210,7 +210,7 @@ def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Con
 
     if goal:
         yield Constraint(Section.SYS_INIT, f"{goal} = {first}", origin("which target comes first"))
-        turn = origin("at the target whose turn it is, on to the next")
+        turn = origin("from each target on to the next")
         for index, target in enumerate(targets):
             there, about = one_of("region", target), tuple(sorted(target))
             now, following = f"{goal} = {index}", objective.turned(index, next(iter(target)))

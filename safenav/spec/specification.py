@@ -190,7 +190,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
             try:
                 formula = to_infix(line, left)
             except TooLongError as error:
-                hint = "write each entry on a line of its own, for an output that holds its value"
+                hint = "define an output for each entry, and use that"
                 raise flaw(number, str(error), hint) from None
             left -= len(formula) - len(line)
             constraints.append(Constraint(section, formula, Origin(f"{file}:{number}", comment)))

@@ -218,7 +218,7 @@ def paint(file: ScenarioText, edit: Operation) -> None:
     spot, world = file.spot("map", "grid"), file.world
     if spot is None:
         raise UsageError("the map comes from a file: copy it into the scenario to paint it")
-    # Comments have no row of the grid on a line of their own: '#' walls touch no other character.
+    # Text in a comment does not match: in a row of the grid, '#' touches only '#' and '.'.
     part = file.text[spot.start : spot.end]
     starts = [
         spot.start + found.start(1)

@@ -127,7 +127,7 @@ MOST_UNSENT = 64_000_000  # bytes that are kept for a page that does not read
 
 
 class Server:
-    """Serves one studio."""
+    """The server of one studio."""
 
     def __init__(self, studio: Studio, *, port: int | None) -> None:
         self.studio = studio
@@ -161,7 +161,7 @@ class Server:
         assert task is not None
         self._connections.add(task)
         try:
-            # An ending server cancels connections.
+            # A server that ends cancels its connections.
             with suppress(
                 *(ConnectionError, asyncio.IncompleteReadError),
                 *(TimeoutError, asyncio.CancelledError),
@@ -224,7 +224,7 @@ class Server:
 
         def send(text: str) -> None:
             if writer.transport.get_write_buffer_size() > MOST_UNSENT:
-                writer.transport.abort()  # it reads no longer; one that does connects again
+                writer.transport.abort()  # the page has stopped reading; a live one reconnects
             writer.write(f"data: {text}\n\n".encode())
 
         self.studio.join(send)

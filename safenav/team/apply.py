@@ -135,7 +135,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return _obstacle(_dropped(state, k), k, state=Is.SEALED, given_up=False)
         case now.Seen(k):
             match state.obstacles[k].state:
-                case Is.HIDDEN | Is.AWAY:  # robots may have met needs of it unknowingly
+                case Is.HIDDEN | Is.AWAY:  # robots may have fulfilled needs of it unknowingly
                     return _obstacle(state, k, state=Is.SEEN)
                 case Is.OVER:
                     return replace(_with(state, k, ObstacleNow(Is.SEEN)), plan=None)

@@ -23,7 +23,7 @@ ByTick = dict[int, Mask]
 
 class Walker(Struct, frozen=True, eq=False):
     """A robot in ``allowed`` poses; ``ticks``: duration of its fastest step. ``gates``: sets of
-    poses, each with the first tick in which the robot may set out for them, the latest first."""
+    poses, each with the first tick in which the robot may depart for them, the latest first."""
 
     graph: PoseGraph
     ticks: int
@@ -56,7 +56,7 @@ def _add(to: ByTick, tick: int, poses: Mask) -> None:
 
 class Bound:
     """Bounds at one moment: after the turns of the first ``had`` robots in the present tick.
-    ``times``: for each open obstacle the earliest turn in which each of its needs can be met.
+    ``times``: for each open obstacle the earliest turn in which each of its needs can be fulfilled.
 
     Obstacles that will disappear are ignored, and robots out of service count as in service: this
     only lowers the bounds."""
@@ -127,10 +127,10 @@ class Bound:
 
     def _needs(self, k: int) -> list[int]:
         """Return the earliest turn of each need of an obstacle, in sequence: several may be met in
-        one turn. For needs that are already met, the present turn."""
+        one turn. For needs that are already fulfilled, the present turn."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
         found, former = [self.now] * stage.need, dict[int, ByTick]()
-        begun = since = self.now + 1  # from these turns the former need and this one can be met
+        begun = since = self.now + 1  # turns that can fulfil the former need and this one
         for number in range(stage.need, len(needs)):
             need, done = needs[number], stage.done if number == stage.need else frozenset()
             fields, turns = dict[int, ByTick](), list[int]()
@@ -151,7 +151,7 @@ class Bound:
         self, i: int, k: int, number: int, since: tuple[int, int], former: Mapping[int, ByTick]
     ) -> ByTick:
         """Return the poses from which a robot goes to take part in a need of an obstacle; empty if
-        it cannot. ``since``: the turns from which the former need and this one can be met;
+        it cannot. ``since``: the turns from which the former need and this one can be fulfilled;
         ``former``: the poses of the robots that took part in the former need."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
         if number == stage.need:  # none if it has done its part, or is not in the group

@@ -148,8 +148,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return after < len(self.gate(g).needs) and self.gate(g).needs[after].same
 
     def advanced(self, g: int, stages: Stages, group: Iterable[int] | None = None) -> Stages:
-        """Return the stages after the next need is met, by a group and the robots that had done
-        their part."""
+        """Return the stages after the next need is fulfilled, by a group and the robots that had
+        done their part."""
         stage = stages[g]
         met = stage.group if group is None else stage.done.union(group)
         return put(stages, g, Stage(stage.need + 1, group=met if self.chained(g, stages) else None))

@@ -121,10 +121,10 @@ class RobotNow(Struct, frozen=True):
 
 class Waypoint(NamedTuple):
     """A stop of a plan: the pose, and the conditions of its step. ``after`` (robot, waypoint): that
-    other robot has arrived there; ``needs``: these needs of obstacles are met (obstacle, how many);
-    ``progress``: its count (memory and met), if exactly the obstacles ``over`` are: the plan counts
-    immediately what staying meets; ``charge``: the charge that it then has; on a charger it waits
-    for that charge, and until ``tick``."""
+    other robot has arrived there; ``needs``: these needs of obstacles are fulfilled (obstacle, how
+    many); ``progress``: its count (memory and met), if exactly the obstacles ``over`` are: the plan
+    counts immediately what staying meets; ``charge``: the charge that it then has; on a charger it
+    waits for that charge, and until ``tick``."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -200,7 +200,7 @@ class Time(Change, frozen=True):
 
 
 class Departed(Event, frozen=True):
-    """A robot sets out for a pose. ``by``: the origin of the decision; ``node``: that of its
+    """A robot departs for a pose. ``by``: the origin of the decision; ``node``: that of its
     strategy there, with the ``values`` of its formulas; ``due``: the tick in which the step ends,
     if it takes several; live: ``command``, its number, and ``seconds``, its expected duration."""
 

@@ -335,8 +335,8 @@ class Told(Record, frozen=True, tag="told"):
 
 
 class Met(Record, frozen=True, tag="met"):
-    """One of several needs of an obstacle was met: number ``need``, by ``robot`` in the region
-    ``at``. ``robots``: all that took part, if several were needed."""
+    """One of several needs of an obstacle was fulfilled: number ``need``, by ``robot`` in the
+    region ``at``. ``robots``: all that took part, if several were needed."""
 
     obstacle: str
     need: Count
@@ -347,9 +347,9 @@ class Met(Record, frozen=True, tag="met"):
 
 
 class Resolved(Record, frozen=True, tag="resolved"):
-    """An obstacle is resolved: its last need was met. ``requested``: whether a request for it was
-    open; ``traversable``: the truth that it revealed; ``robots``: all that took part, if there are
-    several."""
+    """An obstacle is resolved: its last need was fulfilled. ``requested``: whether a request for it
+    was open; ``traversable``: the truth that it revealed; ``robots``: all that took part, if there
+    are several."""
 
     obstacle: str
     robot: str

@@ -33,7 +33,7 @@ class Plan:
         require(robot in self.ways, f"{robot} moves by a plan that it is not in")
         index, way = self.at[robot] + 1, self.ways[robot]
         require(index < len(way), f"{robot} has no more places in its plan")
-        require(way[index] == after, f"{robot} goes to {after}; its plan says {way[index]}")
+        require(way[index] == after, f"{robot} goes to {after}, but its plan to {way[index]}")
         for first, i, then, j in self.orders:
             if (then, j) == (robot, index):
                 to = s.robots[first].bound  # after its last place a strategy may drive it
@@ -252,7 +252,7 @@ class Evidence:
         self.claims.append({"id": name, "kind": kind, "text": when + text, "evidence": shown})
 
     def keeps(self, e: Line, s: State) -> None:
-        """Each strategy obeys the scenario: moves, walls, an answer to each observation, goals
+        """Each strategy obeys the scenario: moves, walls, a successor for each observation, goals
         under named assumptions; and a robot for which none exists has a counterstrategy."""
         proof = proof_file(e)
         text = f"{e.robot} for '{_objective(formed(e.objective, e.form), s)}'"
@@ -313,7 +313,7 @@ class Evidence:
         view, there = {*(e.sight_closed or ())}, {one.region for one in known}
         blind = not e.knowledge or view == there
         require(blind, f"{name} takes {sorted(view)} to block the view, not {sorted(there)}")
-        require(may_remember(task, s), f"{name} cannot remember {dict(task.memory)}")
+        require(may_remember(task, s), f"{name} cannot have the memory {dict(task.memory)}")
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
@@ -417,9 +417,8 @@ class Evidence:
         by = "Each follows a strategy or a joint plan, stays, or backs up from an obstacle."
         self.claim("moves", None, f"{what} {by}")
         if self.plans:
-            what = "each joint plan keeps its robots apart, however long their steps take"
-            began = "once the steps that began before it have ended"
-            self.claim("apart", None, f"Rivals never meet: {what}, {began}.")
+            what = "Each joint plan keeps rivals apart, however long their steps take"
+            self.claim("apart", None, f"{what}, once the steps that began before it have ended.")
         if hands:
             self.claim("changed", None, f"A user, an operator or the world made {hands} changes.")
 

@@ -335,14 +335,14 @@ class Task:
         require(start == self.opening, "the initial input cannot occur")
         begin = self.answered(start)
         missing = self.openings() - {self.done[node] for node in begin}
-        require(not missing, f"the robot could begin with {missing}")
+        require(not missing, f"the robot could begin with {missing}: no node")
         for node in (nodes := graph.reach(begin)):
             row, after = chosen[node], graph.next[node]
             occurs = row in self.expected(self.asked[node])
             require(occurs, f"the input chosen in node {node} cannot occur")
             listed = {self.done[target] for target in after if graph.inputs[target] == row}
             missing = self.replies(node, row) - listed
-            require(not missing, f"in node {node} the robot could continue to {missing}")
+            require(not missing, f"in node {node} the robot could continue to {missing}: no node")
         edges, (*each, last) = graph.edges(nodes), proof["measures"]
         goals, assumed = self.met(edges)
         for k, (met, measure) in enumerate(zip(assumed, each, strict=bool(edges[0]))):
@@ -363,7 +363,7 @@ class Others:
         whole = s.world.free.issubset(frozenset().union(*s.cells))
         require(whole or not known, "the cells of beliefs leave out a free region")
         slow = not self.live and s.robots[e.robot].data.timing > 1
-        require(not (known and slow), "between its looks others take more than one step")
+        require(not (known and slow), "between its turns, others take more than one step")
         require(set(known) <= {*s.robots} - {e.robot}, "it knows of robots that do not exist")
         self.first = {name: self.number(name, what) for name, what in known.items()}
         self.names = {name: f"at_{name}" for name in self.first}
@@ -426,7 +426,7 @@ class Others:
         """Refuse unless the robot's knowledge of other robots is true."""
         for name, value in self.first.items():
             where = self.whereabouts(name, value)
-            later = self.later(where) if s.tick else where  # it may have moved since the look
+            later = self.later(where) if s.tick else where  # it may have moved since then
             holds = s.robots[name].holds & later
             require(holds, f"{self.line.robot} believes {name} to be where it is not")
 

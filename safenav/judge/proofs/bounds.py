@@ -1,8 +1,8 @@
 """Lower bounds on the times of resolutions, rounds and the mission (docs/deadlines.md).
 
 The bounds ignore collisions and assume that robots are never busy, and that each open obstacle is
-gone from the earliest turn in which its needs could be met. Turn ``tick * n + i`` is that of robot
-i. No run is faster, so a deadline before a bound is lost.
+gone from the earliest turn in which its needs could be fulfilled. Turn ``tick * n + i`` is that of
+robot i. No run is faster, so a deadline before a bound is lost.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -21,7 +21,7 @@ Charges = dict[Pose, float]
 
 class Bound:
     """Bounds at the end of a turn of a tick, given the pose of each robot and the tick at which it
-    is there. ``met``: for each open obstacle the earliest turn in which each unmet need can be met.
+    is there. ``met``: for each open obstacle the earliest turn that can fulfil each open need.
     Formulas of objectives that still change are ignored."""
 
     def __init__(self, s: State, tick: int) -> None:
@@ -125,7 +125,7 @@ class Bound:
         return turn if turn < ready * self.count + own else NEVER
 
     def _needs(self, one: Rest) -> list[int]:
-        """Return the earliest turn in which each unmet need of an obstacle can have been met."""
+        """Return the earliest turn in which each open need of an obstacle can be fulfilled."""
         turns, fields = list[int](), dict[str, Ticks]()
         begun = before = self.turn + 1
         for number, need in enumerate(one.left):

@@ -1,10 +1,10 @@
 """The closure of all that a team can do, and its consequences: obstacles that are never resolved,
 robots that can never continue.
 
-The closure has the poses that each robot can reach if every need is met whose regions enough robots
-can reach. A robot that cannot continue there never can. Otherwise each choice of a group of robots
-that meets the next need is followed; a choice after which all its robots can return represents all
-choices.
+The closure has the poses that each robot can reach if every need is fulfilled whose regions enough
+robots can reach. A robot that cannot continue there never can. Otherwise each choice of a group of
+robots that meets the next need is followed; a choice after which all its robots can return
+represents all choices.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -200,7 +200,7 @@ def team_closure(
     case: Case, start: Sets, opened: tuple[Rest, ...]
 ) -> tuple[Sets, tuple[Rest, ...]]:
     """Return the poses that each robot can reach, and the obstacles that are never resolved, each
-    with the need that is never met. ``start``: the poses in which the robots may be."""
+    with the need that is never fulfilled. ``start``: the poses in which the robots may be."""
     left = opened
     while True:
         inside = {name: case.reach(name, start[name], left) for name in case.names}

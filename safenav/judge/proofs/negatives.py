@@ -183,7 +183,7 @@ def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Re
 
 def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     """Return the remaining goals of a robot after it was in a pose."""
-    goals, covered = left  # in order: the next goal
+    goals, covered = left  # covered: of goals in order, the next one
     count = len(targets)
     if not goals:
         return left if own.ordered else (0, 0)
@@ -227,7 +227,7 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
     robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
         if (number := _memory(name, stated, s)) is None:
-            yield f"the formulas of {name} cannot remember {', '.join(stated)} so"
+            yield f"the formulas of {name} exclude this memory: {', '.join(stated)}"
             return
         numbers[name] = number
     if e.cause != "deadlock":

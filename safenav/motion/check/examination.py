@@ -1,6 +1,5 @@
-"""A motion with its trace, the findings about it, and the space that bodies occupy: each piece of
-motion as samples of discs; the rules of room: reservations of regions, bodies inside reserved
-regions, and distances.
+"""A motion with its trace, the findings about it, and the space that bodies occupy, as samples of
+discs. Rules of space: reservations of regions, bodies inside reserved regions, and distances.
 """
 
 from collections.abc import Hashable, Iterator, Sequence

@@ -50,7 +50,7 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
     there is none."""
     header, world = motion.header, trace.header.scenario.map
     if header.trace != trace.digest:
-        return "the motion is of another trace: the sha256 of its header is not this one's"
+        return "the motion is of another trace, whose header has another sha256"
     if (header.rows, header.cols) != (world.rows, world.cols):
         return f"a map of {header.rows} x {header.cols} regions"
     if set(header.robots) != set(trace.robots):
@@ -130,7 +130,7 @@ def _jumps(before: Curve | Moving, after: Curve | Moving) -> Iterator[str]:
             yield f"{what} jumps by {jump:.4f} {UNITS.get(what, 'm')}"
     for what in sorted(start.keys() - end.keys()):
         if what.endswith("in the air"):
-            yield f"{what} comes from nowhere"
+            yield f"{what} has no earlier position"
 
 
 def _state(piece: Curve | Moving, *, last: bool) -> dict[str, tuple[float, ...]]:
@@ -190,7 +190,7 @@ def check_joins(case: Examination, robot: str) -> None:
             (col, row), (to_col, to_row) = map(case.grid.place, (piece.origin, piece.to))
             off = remainder(piece.turning[1] - atan2(to_row - row, to_col - col), tau)
             if abs(off) > NEAR:
-                found = f"it faces {abs(off):.3f} rad off the way of its step to region {piece.to}"
+                found = f"it faces {abs(off):.3f} rad off the direction of its step to {piece.to}"
                 case.wrong(piece.t1, robot, "turning", found)
         elif (off := dist(_place(piece), case.grid.centre(piece.origin))) > STILL:
             what = f"it begins a step {off:.3f} m from the centre of region {piece.origin}"

@@ -120,7 +120,7 @@ def _broken(walked: Walked, limits: Limits) -> Iterator[Broken]:
     if abs(gravity - GRAVITY) > 1e-6:
         yield 0, "gravity", f"a gravity of {gravity:.4f} m/s^2, not {GRAVITY}"
     elif abs(lasting - seconds) > NEAR:
-        yield 0, "time", f"phases of {lasting:.4f} s in {seconds:.4f} s"
+        yield 0, "time", f"phases last {lasting:.4f} s, the segment {seconds:.4f} s"
     elif end := next((end for end, metres in missed.items() if metres > 1e-8), None):
         what = f"the centre of mass misses the {end} of its segment by {missed[end]:.4f} m"
         yield 0, "dynamics", what

@@ -33,7 +33,7 @@ Check = Callable[[], None]
 
 
 class Pending(Exception):  # noqa: N818 - it is not an error
-    """An answer is not available yet. ``robots``: those that wait for a strategy."""
+    """Signal that an answer is not available yet. ``robots``: those that wait for a strategy."""
 
     def __init__(self, robots: frozenset[int] = frozenset()) -> None:
         self.robots = robots
@@ -41,11 +41,11 @@ class Pending(Exception):  # noqa: N818 - it is not an error
 
 
 class Obsolete(Exception):  # noqa: N818 - it is not an error
-    """The question is no longer asked."""
+    """Signal that the question has been abandoned."""
 
 
 class Question(Struct, eq=False):
-    """A question under way. ``asked``: whether it was asked since the last call of ``forget``."""
+    """An open question. ``asked``: whether it was repeated since the last call of ``forget``."""
 
     future: Future[Any] | None = None
     asked: bool = True
@@ -135,7 +135,7 @@ class Answers:
 
     @property
     def ready(self) -> bool:
-        """Whether no question is under way."""
+        """Whether no question is open."""
         return all(each.future is None or each.future.done() for each in self._questions.values())
 
     def fresh(self) -> bool:
@@ -145,12 +145,12 @@ class Answers:
         return come
 
     def keep(self) -> None:
-        """Keep all questions under way, as if each had been asked."""
+        """Keep all open questions, as if each had been repeated."""
         for each in self._questions.values():
             each.asked = True
 
     def forget(self) -> None:
-        """Abandon the questions that were not asked since the last call."""
+        """Abandon the questions that were not repeated since the last call."""
         for key, each in [*self._questions.items()]:
             if not each.asked:
                 each.obsolete = True

@@ -1,6 +1,6 @@
-"""The deadlines of a run: their starts and verdicts (docs/deadlines.md), as a fold over events;
-before the start, deadlines that cannot be met and charges that do not suffice. Lines follow those
-of an event, or of a turn with new requests or bounds.
+"""Starts and verdicts of the deadlines of a run (docs/deadlines.md), as a fold over its events.
+Their lines follow those of the event, or of the turn with new requests or bounds. Before the start:
+the deadlines that cannot be met, and the charges that do not suffice.
 """
 
 from collections.abc import Callable, Iterable

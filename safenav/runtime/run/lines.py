@@ -25,7 +25,7 @@ def move_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
     """Return the line in lockstep of a robot's turn, in which it moves, stays or is in transit;
-    None if it has just set out, and arrives in this turn."""
+    None if it departs and arrives in this turn."""
     result = None
     match event:
         case now.Goes(i):

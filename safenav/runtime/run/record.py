@@ -256,7 +256,7 @@ class Recorder:
         self.emit(records.ActionEnd(*who, results, left, event.why or None))
 
     def _acted(self, before: State, event: now.Acted) -> None:
-        """Record for each obstacle the needs that are met, and its resolution. Loads are put down
+        """Record for each obstacle the fulfilled needs, and its resolution. Loads are put down
         first, and taken last."""
         truths, stages = dict(event.truths), dict(event.stages)
         i, obstacles = event.robot, self.team.obstacles
@@ -300,7 +300,7 @@ class Recorder:
         return records.KnownObstacle(self.tick, *about, reason, because, for_now)
 
     def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
-        """Return the robots that meet a need when robot i acts; None if it does so alone."""
+        """Return the robots that fulfil a need when robot i acts; None if it does so alone."""
         obstacle, stage = self.team.obstacles[k], state.obstacles[k].stage
         need, first, size = obstacle.needs[number], number == stage.need, self.team.size
         group = [*sorted({i, *(stage.done if first else ())})]

@@ -474,7 +474,7 @@ def _is_early(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
     """Return whether a report has a robot deliver a load that it has only taken: the same robot
-    must still meet a need elsewhere."""
+    must still fulfil a need elsewhere."""
     here = state.robots[i].pose % team.size
     return any(
         need.same and here not in obstacle.resolution_regions(team.world, number)

@@ -94,7 +94,7 @@ class Lockstep:
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
         """Return the obstacles that the robot has resolved, each checked to be one that it can."""
-        if self._simulated is not None:  # other worlds do all that they can
+        if self._simulated is not None:  # other worlds resolve all that the robot can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
         entries = asked(call, lambda: list(self._world.act(robot)))

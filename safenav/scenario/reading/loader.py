@@ -221,7 +221,7 @@ def check_assignable(
     parts += [(robot.name, "the battery") for robot in team if robot.model.battery is not None]
     parts += [(name, "'form: literal'") for name, objective in given if objective.literal]
     for name, part in dict.fromkeys(parts):
-        found = f"'coordination: assignable' cannot keep {part} of {name}"
+        found = f"'coordination: assignable' does not support {part} of {name}"
         findings.add(node, found, "leave it out, or use 'coordination: resynthesis'")
 
 

@@ -165,7 +165,7 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
     for number, (place, row) in enumerate(rows):
         if len(row) != (cols := len(rows[0][1])):
             found = f"ragged map: row {number} has {len(row)} characters, row 0 has {cols}"
-            findings.add(place, found, "every row of the grid is equally long")
+            findings.add(place, found, "give all rows of the grid the same length")
         if not _CHARACTERS.issuperset(row):
             odd = next(i for i, char in enumerate(row) if char not in _CHARACTERS)
             at = Place(place.line, place.column + odd)

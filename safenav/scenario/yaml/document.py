@@ -56,8 +56,7 @@ class Sequence(Struct, frozen=True):
 
 
 class Mapping(Struct, frozen=True):
-    """Keys are text and differ from each other. ``cut``: it has other entries, which were
-    reported."""
+    """A mapping with distinct keys of text. ``cut``: it had other entries, which were reported."""
 
     place: Place
     entries: tuple[tuple[Scalar, Node], ...]

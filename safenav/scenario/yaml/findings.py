@@ -173,7 +173,7 @@ def wrong_type(
     node: Node | None, what: str, expected: str, findings: Findings, hint: str = ""
 ) -> None:
     """Report that a node is not of the expected type; do nothing if it is missing, or a mapping
-    without a key that can be one, which was reported."""
+    that is empty because its entries were reported."""
     if node is None or (isinstance(node, Mapping) and node.cut and not node.entries):
         return
     if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:

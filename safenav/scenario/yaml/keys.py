@@ -92,7 +92,7 @@ class Key(Struct, frozen=True, eq=False):
         return " ".join(filter(None, (self.about, default if plain else "")))
 
     def range(self, kind: type) -> tuple[float, float]:
-        """Return the limits of a number; without its own, those of numbers that traces hold."""
+        """Return the limits of a number; by default, those of numbers in traces."""
         least, most = (0, MOST) if kind is int else (-MOST_NUMBER, MOST_NUMBER)
         return least if self.least is None else self.least, most if self.most is None else self.most
 
@@ -158,8 +158,8 @@ class Raw(Struct, frozen=True):
 
 
 class OneOf(Struct, frozen=True):
-    """Keys of which a mapping has exactly one; without ``several``, at least one. ``missing`` and
-    ``several``: the hints if it has none, and beside another one."""
+    """Keys of which a mapping has exactly one; without ``several``, at least one. ``missing``:
+    the hint if it has none; ``several``: the hint if it has more than one."""
 
     keys: tuple[str, ...]
     missing: str
