@@ -167,11 +167,11 @@ class Rest(NamedTuple):
         return tuple(takewhile(lambda need: need.same, self.left[1:]))
 
     def takes(self) -> bool:
-        """Return whether the robots that meet the next need then carry a load."""
+        """Return whether the robots that fulfil the next need then carry a load."""
         return bool(self.chain()) and not self.left[0].same
 
     def carriers(self) -> frozenset[str]:
-        """Return the robots that met the last need and must meet the next one."""
+        """Return the robots that fulfilled the last need and must fulfil the next one."""
         return self.left[0].able if self.left and self.left[0].same else frozenset()
 
     def laden(self) -> frozenset[str]:
@@ -180,7 +180,7 @@ class Rest(NamedTuple):
         return self.carriers() | (self.done if shares else frozenset())
 
     def advanced(self, group: Iterable[str]) -> Rest:
-        """Return the rest after a group and those that have done their part met the next need."""
+        """Return the rest after a group, with those that have done their part, fulfils a need."""
         left, met = self.left[1:], self.done.union(group)
         if left and left[0].same:
             left = (left[0]._replace(able=left[0].able & met), *left[1:])

@@ -96,7 +96,7 @@ class Task(Struct, frozen=True):
 class Weakening(StrEnum):
     """Reasons for a weaker form of an objective, in words."""
 
-    TURNED = "where it stands it cannot begin with the target whose turn it is"
+    TURNED = "from its pose it cannot begin with the target whose turn it is"
     CORRIDOR = "the corridor leaves no other path"
     MOBILITY = "its mobility leaves no other path"
     RULES = "what it avoids or always keeps leaves no other path"

@@ -3,7 +3,7 @@ robots that can never continue.
 
 The closure has the poses that each robot can reach if every need is fulfilled whose regions enough
 robots can reach. A robot that cannot continue there never can. Otherwise each choice of a group of
-robots that meets the next need is followed; a choice after which all its robots can return
+robots that fulfils the next need is followed; a choice after which all its robots can return
 represents all choices.
 """
 
@@ -140,7 +140,7 @@ class Case:
         return {name: there for name, there in at.items() if there}
 
     def groups(self, one: Rest, at: Sets) -> Iterator[tuple[str, ...]]:
-        """Yield the groups that can meet the next need."""
+        """Yield the groups that can fulfil the next need."""
         missing = max(0, one.left[0].robots - len(one.done))
         for group in combinations(at, missing) if missing <= len(at) else ():
             self.world.spend()
@@ -242,8 +242,8 @@ def is_hopeless(case: Case) -> bool:
 def _options(
     case: Case, sets: Sets, opened: tuple[Rest, ...]
 ) -> Iterator[tuple[tuple[Sets, tuple[Rest, ...]], bool]]:
-    """Yield what follows if a group meets the next need of an obstacle, or a robot does its part of
-    it: where the robots may be, and the open obstacles; and whether it loses nothing, since all
+    """Yield what follows if a group fulfils the next need of an obstacle, or a robot does its part
+    of it: where the robots may be, and the open obstacles; and whether it loses nothing, since all
     can return from there."""
     full = case.full(opened)
     for k, one in enumerate(opened):

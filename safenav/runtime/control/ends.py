@@ -318,7 +318,7 @@ class Request:
         return bool(there & graph.poses_on(self.need.regions))
 
     def _returns(self, i: int) -> bool:
-        """Return whether a robot could return to its pose after it has met the next need."""
+        """Return whether a robot could return to its pose after it has fulfilled the next need."""
         floor, graph, pose = self.floor, self.floor.graphs[i], 1 << self.poses[i]
         there = graph.closure(pose, floor.allowed(i, self.stages))
         then = floor.allowed(i, floor.advanced(self.g, self.stages, (i,)))
