@@ -61,7 +61,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
         if unknown := e.values.keys() - s.inputs.keys():
             yield f"there is no input {', '.join(sorted(unknown))}"
         for each in s.scenario.inputs:
-            told = e.values.get(each.name) not in (None, *_stated(each, s.now(e), s))
+            told = e.values.get(each.name) not in (None, _is_on(each, s.now(e)))
             if told and each.name not in (*s.by_user, *(e.user or ())) and not s.external:
                 yield f"{each.name} is not {'on' if e.values[each.name] else 'off'} at {s.now(e):g}"
         return
@@ -121,20 +121,17 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
             break
         if change.objective is not None:
             yield f"{change.robot} does not get its objective of {change.at}"
-        elif change.active is s.robots[change.robot].out and not (s.live and s.hands):
+        elif change.active is s.robots[change.robot].out:
             yield f"the service of {change.robot} does not change at {change.at}"
     for each in s.scenario.inputs:
         on = s.inputs[each.name]
-        if each.name not in s.by_user and on not in _stated(each, now, s):
+        if each.name not in s.by_user and on is not _is_on(each, now):
             yield f"{each.name} must be {'off' if on else 'on'} at {now:g}"
 
 
-def _stated(each: Line, now: float, s: State) -> set[bool]:
-    """Return the values that the scenario gives an input; live, both values at the moment of a
-    change."""
-    on = any(first <= now < last + 1 for first, last in each.spans)
-    changes = s.live and any(now in (first, last + 1) for first, last in each.spans)
-    return {on, not on} if changes else {on}
+def _is_on(each: Line, now: float) -> bool:
+    """Return the value that the scenario gives an input."""
+    return any(first <= now < last + 1 for first, last in each.spans)
 
 
 def _taken(region: int, now: float, s: State) -> bool:
@@ -184,13 +181,16 @@ def memory(e: Line, s: State) -> Iterator[str]:
     """A strategy begins with a memory that its robot may have."""
     robot = s.robots[e.robot]
     own, turn = robot.own, robot.progress.turn
-    if not e.memory or e.objective.data != own.data:
+    if e.objective.data != own.data:
         return
-    if robot.memories is not None:
-        if s.arriving(robot).isdisjoint(own.formulas.remembering(e.memory)):
-            yield f"the formulas of {e.robot} exclude this memory: {', '.join(e.memory)}"
+    if robot.memories:
+        begins = own.formulas.begins(s.destination(e.robot))
+        begins = own.formulas.remembering(e.memory) if e.memory else begins
+        if s.arriving(robot).isdisjoint(begins):
+            what = ", ".join(e.memory or own.formulas.names)
+            yield f"the formulas of {e.robot} exclude this memory: {what}"
         return
-    same = own.in_turn and not own.ends and e.objective.kind == own.kind
+    same = own.in_turn and not own.ends and e.objective.kind == own.kind and e.memory
     if same and e.form != "other_memory" and turn not in (None, e.memory.get("goal", turn)):
         yield f"{e.robot} continues with target {turn}, not {e.memory['goal']}"
 

@@ -299,7 +299,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     untold = s.external and not one.known  # some of its needs may have been fulfilled before
     if not one.there and not s.external:
         yield f"{one.name} is absent"
-    elif one.resolved and not (s.external and not s.live):
+    elif one.resolved:
         yield f"{one.name} was resolved before"
     elif number >= len(one.needs) or (one.stage < number and not untold):
         yield f"need {one.stage + 1} of {one.name} is the next one, not {number + 1}"

@@ -151,9 +151,6 @@ def may_remember(task: Task, s: State) -> bool:
     for targets in turn meets them from each."""
     e, robot = task.line, s.robots[task.line.robot]
     own = robot.own
-    if robot.memories and e.objective.serves(own):
-        begins = own.formulas.remembering(e.memory) if e.memory else own.formulas.begins(task.pose)
-        return not s.arriving(robot).isdisjoint(begins)
     judged = task.objective.ends or (task.objective.strict and e.verdict == "unrealizable")
     if not (judged and e.memory):
         return True
