@@ -10,8 +10,9 @@ from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
 from safenav.world.poses import Mask, bits, region_mask
 
-REPEATS, MANY = 4, 100
-FEW = 12
+REPEATS = 4
+FEW, LITTLE = 12, 0.02
+"""More than ``FEW`` robots end with the first round that saves only a ``LITTLE`` of the ticks."""
 MOST_CELLS = 40_000
 MUCH, PATIENCE = 1.2, 3
 
@@ -56,7 +57,7 @@ def _shortened(
     best, plan = _shown(floor, states[0], [joint.poses for joint in states], served)
     if best is None:
         return None, plan
-    for _ in range(REPEATS if len(floor.robots) <= MANY else REPEATS // 2):
+    for _ in range(REPEATS):
         ends = [_moves(way)[1] for way in _ways(best)]
         order = sorted(floor.robots, key=lambda i: -ends[i])
         before, together = best, [order]
@@ -66,7 +67,8 @@ def _shortened(
         for group in together:
             best, plan = _improved(floor, best, group, served) or (best, plan)
         best, plan = _without_loops(floor, best, served) or (best, plan)
-        if best is before:
+        least = LITTLE * len(before) if len(order) > FEW else 0
+        if best is before or len(before) - len(best) < least:
             break
     return best, plan
 
