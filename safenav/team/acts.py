@@ -3,9 +3,11 @@ unknown obstacles and lost robots."""
 
 from collections.abc import Collection, Iterator, Sequence
 
+from msgspec.structs import replace
+
 from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Obstacle, ObstacleType, Robot
 from safenav.team import state as now
-from safenav.team.floor import acting_floor, barred, stages_of
+from safenav.team.floor import acting_floor, barred, put, stages_of
 from safenav.team.state import Is, State
 from safenav.team.team import Team, introduced
 from safenav.world.map import Region
@@ -58,15 +60,17 @@ def acts_on(
 
 
 def participants(
-    team: Team, state: State, at: Sequence[int | None], i: int, k: int
+    team: Team, state: State, at: Sequence[int | None], i: int, k: int, later: int | None = None
 ) -> tuple[int, ...]:
     """Return the robots that act when robot ``i`` acts on an obstacle: all that must do so
-    together, else itself."""
-    stage = state.obstacles[k].stage
-    need = team.obstacles[k].needs[stage.need]
+    together, else itself. ``later``: a need after the present one."""
+    stage = state.obstacles[k].stage if later is None else now.Stage(later)
+    need, floor = team.obstacles[k].needs[stage.need], acting_floor(team, state)
     if not need.together:
         return (i,)
-    able = acting_floor(team, state, (k,)).able(0, (stage,))
+    floor = floor if k in floor.gates else replace(floor, gates=(*floor.gates, k))
+    g = floor.gates.index(k)
+    able = floor.able(g, put(stages_of(floor, state), g, stage))
     return tuple(j for j in able if (region := at[j]) is not None and need.regions >> region & 1)
 
 

@@ -3,7 +3,7 @@ apply it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from msgspec.structs import replace
 
@@ -68,8 +68,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             begun = _stepped(team, state, i, state.robots[i].pose, event.values)
             begun |= {} if node is None else {"node": node}
             return _robot(state, i, **begun) if begun else state
-        case now.Counted(i, ticks, duty):
-            return _counted(team, state, i, ticks, duty)
+        case now.Counted():
+            return _with_counts(team, state, event)
         case now.Time(at, flows):
             for i, robot in enumerate(state.robots if flows else ()):
                 if robot.to is None:
@@ -346,25 +346,14 @@ def on_own(team: Team, state: State, i: int) -> bool:
     return state.robots[i].objective == team.members[i].objective
 
 
-Goals = Iterator[tuple[int, int]]
-"""The targets that a robot counts where it stands, each with the rounds then completed."""
-
-
-def goals(team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = True) -> Goals:
-    """Return the goals that a robot meets where it stands: its own, and those of its ``duty``."""
-    yield from own_goals(team, state, i, ticks)
-    robot = state.robots[i]
-    if duty and not on_own(team, state, i):
-        yield from _met(
-            robot.objective, _counts(team, robot, i, robot.objective, robot.task, 1, ticks)
-        )
-
-
-def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Return the goals of a robot's own objective; on a duty only those that are remembered."""
-    if on_own(team, state, i) or _remembers(team, state, i):
-        robot, own = _begun(team, state, i), team.members[i].objective
-        yield from _met(own, _counts(team, robot, i, own, robot.own, team.rounds, ticks))
+def goals(
+    team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = True
+) -> Iterator[tuple[int, int]]:
+    """Yield the targets that a robot counts where it stands, its own and those of its ``duty``,
+    each with the rounds then completed."""
+    for objective, (before, after, met) in _counts(team, state, i, ticks, duty):
+        for goal in met if objective.goals else ():
+            yield goal, rounds(objective, after if goal == met[-1] else before)
 
 
 def _remembers(team: Team, state: State, i: int) -> bool:
@@ -374,30 +363,36 @@ def _remembers(team: Team, state: State, i: int) -> bool:
     return member.planned or (assigned and not (robot.fresh and robot.own.held))
 
 
-def _met(objective: Objective, counts: Iterable[Counted]) -> Goals:
-    for before, after, met in counts:
-        for goal in met if objective.goals else ():
-            yield goal, rounds(objective, after if goal == met[-1] else before)
-
-
 Counted = tuple[Count, Count, tuple[int, ...]]
 """Progress before and after one count, and the targets met."""
 
 
 def _counts(
+    team: Team, state: State, i: int, ticks: int | None, duty: bool
+) -> Iterator[tuple[Objective, Counted]]:
+    """Yield each count of a robot where it stands, none in transit: with its own objective; on a
+    ``duty`` only if that remembers them, and then with the duty."""
+    robot, own = _begun(team, state, i), team.members[i].objective
+    mine = robot.objective == own
+    if robot.to is None and (mine or _remembers(team, state, i)):
+        for each in _counted(team, i, robot, own, robot.own, team.rounds, ticks):
+            yield own, each
+    if robot.to is None and duty and not mine:
+        for each in _counted(team, i, robot, robot.objective, robot.task, 1, ticks):
+            yield robot.objective, each
+
+
+def _counted(
     team: Team,
-    robot: RobotNow,
     i: int,
+    robot: RobotNow,
     objective: Objective,
     count: Count,
     most: int,
     ticks: int | None,
 ) -> Iterator[Counted]:
-    """Yield each count of the goals that a robot meets where it stands, none in transit. There is
-    one count; if the turn takes no time there is one for each target and, where the objective
+    """Yield one count; if the turn takes no time, one for each target and, where the objective
     settles, for up to ``most`` rounds. Formulas count one step each time."""
-    if robot.to is not None:
-        return
     here, region = reached(objective, team.members[i].graph, robot), robot.pose % team.size
     once, pursuit = ticks or objective.formulas is not None, objective.pursuit
     for _ in range(1 if once else pursuit.targets + most * pursuit.settles):
@@ -447,19 +442,15 @@ def rounds(objective: Objective, count: Count) -> int:
     return objective.pursuit.rounds(count.met)
 
 
-def _counted(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> State:
-    """Count goals of a robot's own objective and of its ``duty``; a resolution restarts both."""
-    robot, member = _begun(team, state, i), team.members[i]
-    mine, own, task = robot.objective == member.objective, robot.own, robot.task
-    if mine or _remembers(team, state, i):
-        for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
-            own = step[1]
-    other = duty and not mine
-    for step in _counts(team, robot, i, robot.objective, task, 1, ticks) if other else ():
-        task = step[1]
-    robot = replace(robot, own=own, task=task, fresh=robot.fresh and robot.to is not None)
-    same = robot == state.robots[i]
-    return state if same else _robot(state, i, own=own, task=task, fresh=robot.fresh)
+def _with_counts(team: Team, state: State, event: now.Counted) -> State:
+    """Count goals; a resolution restarts both counts."""
+    i, member = event.robot, team.members[event.robot]
+    robot = _begun(team, state, i)
+    changes = {"own": robot.own, "task": robot.task, "fresh": robot.fresh and robot.to is not None}
+    for objective, (_, after, _) in _counts(team, state, i, event.ticks, event.duty):
+        changes["own" if objective == member.objective else "task"] = after
+    same = replace(robot, **changes) == state.robots[i]
+    return state if same else _robot(state, i, **changes)
 
 
 def will_count(team: Team, state: State, i: int) -> bool:

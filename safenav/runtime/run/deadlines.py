@@ -13,7 +13,7 @@ from safenav.runtime.control.ends import End
 from safenav.scenario.model import Clock, LatePolicy, switching
 from safenav.scenario.objective import formulas_in
 from safenav.team import state as now
-from safenav.team.apply import on_own, own_goals, rounds
+from safenav.team.apply import goals, on_own, rounds
 from safenav.team.battery import Energy
 from safenav.team.bound import NEVER, Bound, least_within
 from safenav.team.state import Count, State
@@ -110,7 +110,7 @@ class Ledger:
             case now.Served(i, True) | now.Placed(i):
                 self._begins(team, i)
             case now.Counted(i, ticks):
-                for _, whole in own_goals(team, before, i, ticks):
+                for _, whole in goals(team, before, i, ticks, duty=False):
                     round_ = self.dues.get((ROUND, i))
                     if round_ is not None and whole > round_.done:  # the goal completes it
                         if not round_.past:
