@@ -403,10 +403,9 @@ def gates_of(state: State) -> tuple[int, ...]:
     return tuple(sorted(newest, key=lambda k: (dues[k] is None, dues[k] or 0)))
 
 
-def floor_now(team: Team, state: State, *, everyone: bool = False) -> Floor:
-    """Return the floor as the team knows it, with all robots in service, or with ``everyone``."""
-    pairs = enumerate(() if everyone else state.robots)
-    out = frozenset((i, robot.next) for i, robot in pairs if not robot.active)
+def floor_now(team: Team, state: State) -> Floor:
+    """Return the floor as the team knows it, with all robots in service."""
+    out = frozenset((i, robot.next) for i, robot in enumerate(state.robots) if not robot.active)
     closed, within = barred(team, state), inside(team, state)
     gates = gates_of(state)
     full = laden(team, state, gates)

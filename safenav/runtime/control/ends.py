@@ -244,6 +244,19 @@ class Request:
         self.need = self.floor.need(self.g, self.stages)
         self.poses = tuple(robot.next for robot in state.robots)
 
+    def bids(self) -> dict[str, int | None]:
+        """Return the ticks in which each robot with the actions of the next need could be in its
+        regions; None without a path."""
+        floor, found = hopeful(self.team, self.state, given_up=False).floor, dict[str, int | None]()
+        for i in floor.skilled(self.g, self.stages):
+            member, robot, graph = self.team.members[i], self.state.robots[i], floor.graphs[i]
+            # Out of service, it still acts where it stands.
+            allowed = floor.allowed(i, self.stages) if robot.active else 1 << robot.next
+            there = graph.poses_on(self.need.regions)
+            steps = graph.steps_between(1 << robot.next, there, allowed)
+            found[member.name] = None if steps is None else steps * member.ticks
+        return found
+
     def why_nobody(self) -> str | None:
         """Return the reason why no robot helps now, although some could get there; None if the bids
         show it."""

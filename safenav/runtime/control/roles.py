@@ -26,8 +26,7 @@ class Role(Struct, frozen=True):
 
 
 class Roles:
-    """The roles that follow from a settlement. ``before``: the obstacle that each robot served
-    until now."""
+    """The roles that follow from a settlement."""
 
     def __init__(
         self, team: Team, state: State, floor: Floor, stages: Stages, found: Settlement

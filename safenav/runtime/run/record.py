@@ -20,6 +20,7 @@ from safenav.solve.reasons import shortfall_words
 from safenav.spec.belief import automatic
 from safenav.team import floor as floors
 from safenav.team import state as now
+from safenav.team.acts import participants
 from safenav.team.apply import apply, goals, rounds
 from safenav.team.state import State
 from safenav.team.team import Team
@@ -301,16 +302,12 @@ class Recorder:
 
     def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
         """Return the robots that fulfil a need when robot i acts; None if it does so alone."""
-        obstacle, stage = self.team.obstacles[k], state.obstacles[k].stage
-        need, first, size = obstacle.needs[number], number == stage.need, self.team.size
-        group = [*sorted({i, *(stage.done if first else ())})]
+        need, stage = self.team.obstacles[k].needs[number], state.obstacles[k].stage
+        later = None if number == stage.need else number
+        group = [*sorted({i, *(stage.done if later is None else ())})]
         if need.together:
-            known = floors.acting_floor(self.team, state)
-            floor = known if k in known.gates else replace(known, gates=(*known.gates, k))
-            g, stages = floor.gates.index(k), floors.stages_of(floor, state)
-            at = stages if first else floors.put(stages, g, now.Stage(number))
-            able = floor.able(g, at)
-            group = [j for j in able if need.regions >> state.robots[j].pose % size & 1]
+            at = [robot.pose % self.team.size for robot in state.robots]
+            group = [*participants(self.team, state, at, i, k, later)]
             acting = [j for j in group if state.robots[j].acting == i]
             group = acting if len(acting) >= need.robots else group  # else unknown to the team
         return tuple(map(self._robot, group)) if len(group) > 1 else None
@@ -386,23 +383,11 @@ class Recorder:
         control: Control,
         because: str | None = None,
     ) -> records.Request:
-        floor = floors.floor_now(self.team, state)
-        stages, g = floors.stages_of(floor, state), floor.gates.index(k)
-        need, number, bids = floor.need(g, stages), stages[g].need, {}
-        free = floors.floor_now(self.team, state, everyone=True)
-        for i in free.skilled(g, stages):
-            graph, allowed = free.graphs[i], free.allowed(i, stages)
-            if not state.robots[i].active:
-                allowed = 1 << state.robots[i].next  # it still acts where it stands
-            steps = graph.steps_between(
-                1 << state.robots[i].next, graph.poses_on(need.regions), allowed
-            )
-            bids[self._robot(i)] = None if steps is None else steps * self.team.members[i].ticks
-        asked = state.obstacles[k].asked
+        request = Request(self.team, state, control.found, k)
+        bids, there = request.bids(), state.obstacles[k]
         if because is None:
-            request = Request(self.team, state, control.found, k)
             helping = [i for i, role in enumerate(control.roles) if role.helps == k]
-            if state.obstacles[k].aside and k not in control.vain:
+            if there.aside and k not in control.vain:
                 because = ASIDE
             elif helping:
                 because = request.why_others(helping, bids)
@@ -411,10 +396,10 @@ class Recorder:
         return records.Request(
             self.tick,
             self._name(k),
-            self._robot(asked[-1][0]) if asked else None,
+            self._robot(there.asked[-1][0]) if there.asked else None,
             bids,
             helpers,
-            need=number if len(self.team.obstacles[k].needs) > 1 else None,
+            need=there.stage.need if len(self.team.obstacles[k].needs) > 1 else None,
             because=because,
         )
 
