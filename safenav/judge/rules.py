@@ -287,7 +287,7 @@ def encounter(e: Line, s: State) -> Iterator[str]:
     if not near or e.robot not in one.blocks:
         yield f"{e.robot} cannot encounter {one.name} from {s.show(here)}"
     elif not one.open and not s.external:
-        yield f"{one.name} is not there"
+        yield f"{one.name} is absent or resolved"
 
 
 @rule("met", "resolved")

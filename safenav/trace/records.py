@@ -177,8 +177,8 @@ class ActionEnd(Record, frozen=True, tag="acted"):
 
 
 class Late(Note, frozen=True, tag="late"):
-    """A report of the world or an intervention was dropped. ``event``: its kind; ``reason``: that
-    of the drop."""
+    """A report of the world or an intervention was dropped. ``event``: its kind; ``reason``: why
+    it was dropped."""
 
     event: str
     reason: str

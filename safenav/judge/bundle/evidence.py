@@ -57,7 +57,7 @@ def plan_of(e: Line, s: State) -> Plan:
     for first, _, then, j in e.orders:
         exists = first in e.robots and j < len(e.robots.get(then, ()))
         require(exists, f"an order names place {j} of {then}, or {first}, which does not exist")
-        require(j > at[then], f"an order lets {then} wait for what it has begun")
+        require(j > at[then], f"an order delays a step that {then} has begun")
     plan = Plan(e.robots, e.orders, at)
     for problem in _meetings(plan, s):
         raise RefusedError(problem)
