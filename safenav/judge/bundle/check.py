@@ -6,7 +6,7 @@ BUNDLE is a folder or a .zip. Exit status 0: accepted; 1: refused, with the firs
 bundle; 3: exceeds the limits of this checker. Only Python's standard library is needed.
 
 The folder ``judge`` judges each line of the trace; ``judge/bundle`` adds ``keeps``, ``apart`` and
-``follows``: each strategy obeys the scenario, no rivals meet by strategies and plans, and the run
+``follows``: each strategy obeys the scenario, strategies and plans keep rivals apart, and the run
 follows them. These remain trusted: this program and Python; the truth of the trace; the mobility of
 the robots. The last lines of the output name the parts that were not compared.
 """
