@@ -296,7 +296,8 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     stand in its regions (simultaneously, if together); the last one reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
-    untold = s.external and not one.known  # some of its needs may have been fulfilled before
+    # Needs that nobody attends to may have been fulfilled before.
+    untold = s.external and (one.declared or not one.known)
     if not one.there and not s.external:
         yield f"{one.name} is absent"
     elif one.resolved:

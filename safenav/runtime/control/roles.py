@@ -168,7 +168,9 @@ class Roles:
     def _goes_between(self, i: int, targets: tuple[Mask, ...]) -> bool:
         graph, safe = self.floor.graphs[i], self.found.safe[i]
         allowed = self.floor.allowed(i, self.stages) & (-1 if safe is None else safe)
-        return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, allowed))
+        inside = sum(1 << pose for _, _, pose, _ in self.floor.inside[i])
+        again = allowed if any(each & inside for each in targets) else allowed & ~inside
+        return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, again))
 
     def _forbidden(self, i: int, targets: tuple[Mask, ...]) -> frozenset[Pose]:
         """Return the poses, other than the safe ones, from which a robot could still meet its
