@@ -225,8 +225,8 @@ def told_by_signals(trace: Sequence[Line]) -> list[str]:
 
 def broken_promises(trace: Sequence[Line]) -> list[str]:
     """Plans that the robots have followed to their end, whereupon they need another one although
-    nothing else has happened: a plan completes the mission, or all that it serves. Only rounds
-    that are due continue, by a plan at a time."""
+    nothing else has happened (a battery loses charge while its robot waits): a plan completes the
+    mission, or all that it serves. Only rounds that are due continue, by a plan at a time."""
     scenario, rounds = trace[0]["scenario"], Counter[str]()
     due = any(robot.get("within") for robot in scenario["robots"])
     told = {robot["name"] for robot in scenario["robots"] if "ltl" not in robot["objective"]}
@@ -245,7 +245,7 @@ def broken_promises(trace: Sequence[Line]) -> list[str]:
             case "move" | "depart" | "arrive":
                 pass
             case kind:
-                ended = ended and bool(line.get("note"))
+                ended = ended and bool(line.get("note")) and kind != "charge"
                 if kind == "resolved":
                     rounds.clear()
     return found[:1]
