@@ -223,7 +223,8 @@ def team_of(scenario: model.Scenario) -> Team:
     for robot in robots:
         others = (k for k, o in enumerate(robots) if o is not robot and robot.conflicts(o))
         members.append(_member(scenario, robot, frozenset(others), tuple(_zones(scenario, robot))))
-    return Team(scenario, tuple(members), tuple(_obstacle(o, scenario) for o in scenario.obstacles))
+    obstacles = (_obstacle(each, scenario.robots, scenario) for each in scenario.obstacles)
+    return Team(scenario, tuple(members), tuple(obstacles))
 
 
 def _member(
@@ -267,7 +268,8 @@ def _zones(scenario: model.Scenario, robot: model.Robot) -> Iterator[Zone]:
 
 def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None) -> Team:
     """Return the team with one more obstacle, which the scenario does not list."""
-    new = replace(_obstacle(source, team.scenario), battery_of=battery_of)
+    robots = [member.robot for member in team.members]  # with their present objectives
+    new = replace(_obstacle(source, robots, team.scenario), battery_of=battery_of)
     return replace(team, obstacles=(*team.obstacles, new))
 
 
@@ -287,8 +289,10 @@ def assigned(
     return replace(team, members=members, obstacles=tuple(obstacles))
 
 
-def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
-    robots, listed, found = scenario.robots, source.needs, list[Need]()
+def _obstacle(
+    source: model.Obstacle, robots: Sequence[model.Robot], scenario: model.Scenario
+) -> Obstacle:
+    listed, found = source.needs, list[Need]()
     for k, need in enumerate(listed):
         regions = region_mask(source.resolution_regions(scenario.map, k))
         skills, takes = model.actions_of(listed, k), model.takes(listed, k)

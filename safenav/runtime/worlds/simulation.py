@@ -194,7 +194,7 @@ class SimulatedWorld:
             replace(each, strays=strays.get(each.name, each.strays))
             for each in self._team.obstacles
         )
-        self._team = replace(self._team, obstacles=tuple(obstacles))
+        self._team = replace(self._team, members=team.members, obstacles=tuple(obstacles))
 
     def remove(self, name: str) -> bool:
         """Remove an obstacle immediately; return whether it was there."""
