@@ -216,8 +216,8 @@ def negative(e: Line, s: State) -> Iterator[str]:
 
 @rule("blocked")
 def shut(e: Line, s: State) -> Iterator[str]:
-    """An obstacle is given up only if no robot can ever resolve it, or an operator says so."""
-    if e.reason in ("no_capable_robot", "unresolvable") and not s.obstacles[e.obstacle].declared:
+    """An obstacle is given up only if no robot can ever resolve it."""
+    if e.reason in ("no_capable_robot", "unresolvable"):
         yield from _proven(shut_problems(e, s))
 
 

@@ -243,6 +243,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 one.known = True
         case "request" | "push":
             _due(e, one, s)
+            one.shut = one.shut and one.resolved  # one that was given up is tried again
         case "appeared":
             one.begin()
             one.since = e.tick
