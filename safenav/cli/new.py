@@ -86,12 +86,17 @@ def new(
 
 def _schema(of: str | None) -> str:
     if of == "trace":
-        from safenav.trace.schema import schema_text
-    elif of == "fleet":
-        from safenav.fleet.file import schema_text
-    else:
-        from safenav.scenario.reading.loader import schema_text
-    return schema_text()
+        from safenav.trace import schema
+
+        return schema.schema_text()
+    from safenav.scenario.language import ScenarioKeys
+    from safenav.scenario.yaml.keys import schema_text
+
+    if of == "fleet":
+        from safenav.fleet.file import FleetKeys
+
+        return schema_text(FleetKeys)
+    return schema_text(ScenarioKeys)
 
 
 def _catalogue() -> str:

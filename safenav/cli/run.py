@@ -269,10 +269,7 @@ def _executed(
 
                 echo = partial(click.echo, err=files.printed)
                 listeners.append(Story(plan, echo, files.maps))
-            world = None
-            if connected is not None:
-                world = running.enter_context(connected())
-                listeners.append(world.observe)
+            world = None if connected is None else running.enter_context(connected())
             mission = Mission(
                 plan,
                 default_synthesizer(plan),

@@ -4,7 +4,7 @@ One file serves all scenarios with these robots.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -12,10 +12,10 @@ from typing import Annotated, ClassVar
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.scenario import values
-from safenav.scenario.model import Failures, Obstacle, Scenario
+from safenav.scenario.language import ObstacleKeys
+from safenav.scenario.model import Failures, Obstacle, ObstacleType, Scenario
+from safenav.scenario.reading.events import obstacles_of
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml import keys
 from safenav.scenario.yaml.document import Node, Scalar, below, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.keys import Item, Key, key, version
@@ -51,21 +51,12 @@ def _in_ros(pattern: re.Pattern[str], about: str = "") -> Key:
 RosName = Annotated[str, _in_ros(NAME)]
 
 
-def _type_of_obstacle(value: str, node: Node, what: str, findings: Findings) -> str | None:
-    assert isinstance(findings, Reading)
-    return value if findings.type(node, what) is not None else None
-
-
 class ScanUse(Struct, frozen=True):
     """A lidar that finds obstacles in the regions beside the robot."""
 
     obstacle: Annotated[
-        str,
-        Key(
-            "The obstacle type at the end of a ray.",
-            "a type of obstacle",
-            check=_type_of_obstacle,
-        ),
+        ObstacleType,
+        Key("The type at the end of a ray.", "a type of obstacle", form=str, by="type"),
     ]
     topic: RosName = "scan"
 
@@ -135,57 +126,36 @@ class Network(Struct, frozen=True):
     ] = ("127.0.0.1",)
 
 
-EXAMPLE = "{type: door, region: 47}"
-
-
-class HiddenKeys(Item, frozen=True):
-    """A true obstacle of a simulation."""
-
-    one: ClassVar = "an obstacle of simulation"
-    type: values.Type | None = key("An obstacle type of the scenario.", EXAMPLE)
-    region: values.RegionValue | None = key("Its region, as in a scenario.", EXAMPLE)
-    traversable: bool | None = key("The truth that resolving it reveals.")
-
-
 class SimulationUse(Struct, frozen=True):
     """Settings of the transport 'simulation'."""
 
     pace: Annotated[float, Key("Upper limit of the speed-up over real time.", above=0)] = 1.0
     obstacles: Annotated[
-        tuple[HiddenKeys, ...] | None, Key("The true obstacles. Default: those of the scenario.")
+        tuple[ObstacleKeys, ...] | None, Key("The true obstacles. Default: those of the scenario.")
     ] = None
-
-    @property
-    def hidden(self) -> list[Obstacle]:
-        """The true obstacles that the fleet file lists."""
-        return [
-            Obstacle(each.type, each.region, each.traversable)
-            for each in self.obstacles or ()
-            if each.type is not None and each.region is not None
-        ]
 
 
 class FleetFile(Struct, frozen=True):
-    """The data of a fleet file. ``inputs``: the topic (std_msgs/Bool) of each input of the
-    environment that has one. ``failures``: the policies of the drive."""
+    """The data of a fleet file. ``obstacles``: the true ones of a simulation. ``inputs``: the topic
+    (std_msgs/Bool) of each input of the environment that has one. ``failures``: the policies of the
+    drive."""
 
     transport: TransportKind
     network: Network
-    simulation: SimulationUse
+    pace: float
+    obstacles: Sequence[Obstacle]
     stations: Mapping[str, Station]
     inputs: Mapping[str, str] = field(default_factory=dict)
     failures: Failures = Failures()
-
-
-VERSION = 1
 
 
 class FleetKeys(Item, frozen=True):
     """Connection, sensors and actions of each robot of a scenario."""
 
     label: ClassVar = ""
+    title: ClassVar = "safenav fleet file"
     spelled: ClassVar = {"version": "safenav-fleet"}
-    version: int | None = version(VERSION, "fleet file", "safenav-fleet")
+    version: int | None = version(1, "fleet file", "safenav-fleet")
     transport: TransportKind | None = key(
         "The middleware between safenav and the robots.", "'transport: ros2' or 'simulation'"
     )
@@ -223,7 +193,10 @@ def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
     if kind is TransportKind.ROS2:
         _check_apart(stations, item.at("robots") or item.node, findings)
     inputs = _inputs(item, kind, scenario, findings)
-    return FleetFile(kind, item.network, item.simulation, stations, inputs, item.failures)
+    pace, true = item.simulation.pace, scenario.obstacles
+    if (listed := item.simulation.obstacles) is not None:
+        true = (*obstacles_of(listed, findings), *(each for each in true if each.ordered))
+    return FleetFile(kind, item.network, pace, true, stations, inputs, item.failures)
 
 
 def _check_apart(stations: Mapping[str, Station], node: Node, findings: Findings) -> None:
@@ -264,8 +237,3 @@ def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap |
     found = replace(found, **mine)
     stripped = (found.namespace or name).strip("/")
     return replace(found, namespace=f"/{stripped}" if stripped else "")
-
-
-def schema_text() -> str:
-    """Return the JSON Schema (draft 2020-12) of fleet files."""
-    return keys.schema_text(FleetKeys, "safenav fleet file")

@@ -16,7 +16,7 @@ from safenav.world.map import Frame, Region
 from safenav.world.poses import Mobility, Pose
 
 if TYPE_CHECKING:
-    from safenav.fleet.following import Follower, Following
+    from safenav.fleet.following import Following
 
 
 FRESH = 1.0
@@ -70,11 +70,6 @@ class Goals:
         self.events: list[protocol.WorldEvent] = []
         self.sensing = Sensing(scenario, self.places, self.bodies, self._sensed)
         self._goals = 0
-
-    @property
-    def followers(self) -> Mapping[str, Follower]:
-        """Return the robots that are driven by references, with their plans."""
-        return {} if self.following is None else self.following.followers
 
     def now(self) -> float:
         return self.transport.now() - self.begun
@@ -171,7 +166,7 @@ class Goals:
         obstacle, through regions that other robots may enter. A robot near the middle of another
         region is lost; a follower's reference is monitored instead."""
         task, off = body.task, self.sensing.off(body)
-        if task is None or body.robot.name in self.followers:
+        if task is None or body.station.follow is not None:
             return
         if task.phase is Phase.GOING and off > body.station.tolerance:
             self.stop(body, task, f"{off:.2f} m outside the regions of its step")
@@ -242,7 +237,7 @@ class Goals:
         """Return whether a robot is within its tolerance, or ``least`` metres, of the centre of a
         region. It is true of a follower, since its reference has ended there."""
         far = self._metres_to(body, region)
-        return body.robot.name in self.followers or far <= max(body.station.tolerance, least)
+        return body.station.follow is not None or far <= max(body.station.tolerance, least)
 
     def _is_well_inside(self, body: DrivenRobot, region: Region) -> bool:
         return self._near(body, region, self.places.frame.resolution / 4)

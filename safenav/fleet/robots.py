@@ -163,11 +163,11 @@ GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
     """Yield warnings: actions without a service that a named obstacle needs and a robot has."""
-    named = [*scenario.obstacles, *fleet.simulation.hidden]
+    named = [*scenario.obstacles, *fleet.obstacles]
     types = {obstacle.type.name: obstacle.type for obstacle in named}
     for station in fleet.stations.values():
         if station.scan is not None:
-            types[station.scan.obstacle] = scenario.catalogue.obstacles[station.scan.obstacle]
+            types[station.scan.obstacle.name] = station.scan.obstacle
     for robot in scenario.robots:
         for kind in types.values():
             needed = {need.action for need in kind.needs} & {*robot.capabilities}
@@ -194,11 +194,9 @@ class FleetProgress:
         such as a second parcel, is unchanged."""
         self._stages.pop(obstacle.name, None)
 
-    def group(
-        self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]
-    ) -> tuple[str, ...]:
+    def group(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> tuple[str, ...]:
         """Return the robots that fulfil the next need of an obstacle now, if this one is among
-        them."""
+        them. ``idle``: the regions of those that can take part."""
         floor, stages = self._floor(obstacle)
         need, members = floor.need(0, stages), self._team.members
         there = [
@@ -206,13 +204,13 @@ class FleetProgress:
             for i in floor.able(0, stages)
             if (region := idle.get(members[i].name)) is not None and need.regions >> region & 1
         ]
-        if robot.name not in there:
+        if robot not in there:
             return ()
         if not need.together:
-            return (robot.name,)
+            return (robot,)
         return tuple(there) if len(there) >= need.robots else ()
 
-    def meet(self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]) -> bool:
+    def meet(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> bool:
         """Record that the robot has done its part; return whether the obstacle is then resolved."""
         floor, stages = self._floor(obstacle)
         names = self.group(obstacle, robot, idle)
@@ -253,7 +251,7 @@ class TeamAction(Struct):
         empty if none is left. ``idle``: regions of robots without another command."""
         self.on, self.team = None, {}
         for obstacle in self.obstacles:
-            group = self.progress.group(obstacle, self.robot, idle)
+            group = self.progress.group(obstacle, self.robot.name, idle)
             if obstacle.name in self.results or (obstacle.name in self.advanced and not group):
                 continue
             self.need = self.progress.need(obstacle)
@@ -282,8 +280,8 @@ class TeamAction(Struct):
         if self.progress.need(obstacle) != self.need:  # other robots were faster
             self.advanced.add(obstacle.name)
             return True
-        more = worst in GOOD and bool(self.progress.group(obstacle, self.robot, idle))
-        if more and not self.progress.meet(obstacle, self.robot, idle):
+        more = worst in GOOD and bool(self.progress.group(obstacle, self.robot.name, idle))
+        if more and not self.progress.meet(obstacle, self.robot.name, idle):
             self.advanced.add(obstacle.name)
         else:
             self.results[obstacle.name] = worst

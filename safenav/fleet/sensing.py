@@ -171,7 +171,7 @@ class Sensing:
         if hit > far:
             wide = self._nearest(scan, at, region, WIDE)
             ajar = wide is not None and wide <= far
-            if known is not None and known.type.name == use.obstacle and not ajar:
+            if known is not None and known.type.name == use.obstacle.name and not ajar:
                 self._missing(scan.robot, region, scan.stamp, heard, scan.robot)
             return View.SEEN
         if known is not None:
@@ -190,7 +190,7 @@ class Sensing:
         if self._is_past(region, heard):
             return View.DOUBT
         self._hit[region, scan.robot] = heard
-        new = self._saw(scan.robot, region, use.obstacle, scan.stamp)
+        new = self._saw(scan.robot, region, use.obstacle.name, scan.stamp)
         return View.SEEN if new else View.DOUBT
 
     def _missing(self, robot: str, region: Region, stamp: float, now: float, source: str) -> None:

@@ -18,7 +18,6 @@ from safenav.fleet.file import FleetFile, Station, TransportKind
 from safenav.fleet.goals import FRESH, LATE, SETTLING, Goals, frame_of
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.poses import Pose
@@ -42,11 +41,6 @@ class FleetWorld:
         self._progress = robots.FleetProgress(scenario)
         self._untold: dict[str, robots.FleetTask] = {}
         self._inputs: dict[str, bool] = {}
-
-    @property
-    def idle(self) -> bool:
-        """Whether no command is open."""
-        return all(body.task is None for body in self._bodies.values())
 
     # The protocol
 
@@ -79,13 +73,6 @@ class FleetWorld:
         """Return the inputs of the environment received so far."""
         del tick
         return self._inputs
-
-    def observe(self, record: Record) -> None:
-        """Process a record of the trace: a robot departs once its ``depart`` is written, not
-        before. Add this as a listener of the mission after the trace writer; otherwise robots
-        depart when the mission waits."""
-        if isinstance(record, Depart) and record.robot in self._untold:
-            self._set_out(record.robot)
 
     def _set_out(self, robot: str) -> None:
         body, task = self._bodies[robot], self._untold.pop(robot)
@@ -154,7 +141,7 @@ class FleetWorld:
             for one in self._sensing.seen()
             if one not in known
             and len(one.needs) == 1
-            and self._progress.group(one, robot, idle) == (robot.name,)
+            and self._progress.group(one, robot.name, idle) == (robot.name,)
         ]
 
     def placed(self, robot: Robot, pose: Pose) -> None:
@@ -245,8 +232,7 @@ class FleetWorld:
         if isinstance(message, transport.InputHeard):
             self._inputs[message.name] = message.on
             return
-        body = self._bodies.get(message.robot)
-        if body is None:
+        if (body := self._bodies.get(message.robot)) is None:
             return
         match message:
             case transport.Located():
@@ -343,11 +329,9 @@ class FleetWorld:
             self._end_action(body, task)
 
     def _end_action(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        if task.team_action is not None:
-            self._sensing.acted_on -= {one.region for one in task.team_action.obstacles}
-        if body.place is not None:
-            body.arrived = body.place.stamp
-        assert task.over is not None
+        assert task.team_action is not None and task.over is not None and body.place is not None
+        self._sensing.acted_on -= {one.region for one in task.team_action.obstacles}
+        body.arrived = body.place.stamp
         self.goals.end(body, Acted, *task.over)
 
     def _idle(self, task: robots.FleetTask | None) -> dict[str, Region]:
@@ -398,8 +382,7 @@ def fleet_world(scenario: Scenario, fleet: FleetFile) -> FleetWorld:
     if fleet.transport is TransportKind.SIMULATION:
         from safenav.fleet.lab.simulation import SimulationTransport
 
-        simulated = SimulationTransport(scenario, stations, fleet.simulation)
-        return FleetWorld(scenario, stations, simulated)
+        return FleetWorld(scenario, stations, SimulationTransport(scenario, fleet))
     try:
         from safenav.fleet.ros2.transport import Ros2Transport
     except ImportError as error:

@@ -405,6 +405,7 @@ class ScenarioKeys(Item, frozen=True):
     docs/scenario.md."""
 
     label: ClassVar = ""
+    title: ClassVar = "safenav scenario"
     example: ClassVar = "the file that 'safenav new FILE' writes"
     elsewhere: ClassVar = {
         "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults"

@@ -34,8 +34,9 @@ from msgspec import Struct
 
 from safenav.errors import SafenavError, UsageError, file_words
 from safenav.report.page.html import asset, framed
+from safenav.scenario.language import ScenarioKeys
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.loader import schema_text
+from safenav.scenario.yaml.keys import schema_text
 from safenav.studio.live import WatchedRun
 from safenav.studio.process import RunOrder
 from safenav.studio.session import ReplaceError, Studio
@@ -203,7 +204,7 @@ class Server:
         if path == "":
             return Answer(200, page(self.studio.title).encode(), "text/html")
         if path in FILES:
-            text = schema_text() if path == "schema.json" else asset(path)
+            text = schema_text(ScenarioKeys) if path == "schema.json" else asset(path)
             return Answer(200, text.encode(), FILES[path])
         if path == "events":
             return Answer(200, kind=EVENTS)

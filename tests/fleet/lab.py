@@ -50,7 +50,7 @@ def physics_of(scenario: Path, fleet: Path) -> Any:
     """The watched physics of the robots of a scenario, which a fleet file puts into a lab."""
     plan = load_scenario(scenario)
     given = load_fleet(fleet, plan)
-    return watched(SimulationTransport(plan, given.stations, given.simulation).physics)
+    return watched(SimulationTransport(plan, given).physics)
 
 
 def drive_in(world: FleetWorld, plan: Scenario, path: Path) -> tuple[list[str], float]:
@@ -58,7 +58,7 @@ def drive_in(world: FleetWorld, plan: Scenario, path: Path) -> tuple[list[str], 
     try:
         world.open()
         with TraceWriter(path) as writer:
-            mission = Mission(plan, world=world, listeners=[writer, world.observe])
+            mission = Mission(plan, world=world, listeners=[writer])
             mission.run()
     finally:
         world.close()

@@ -10,16 +10,17 @@ import pytest
 import yaml
 
 from once import ROOT, SCENARIOS, beside, from_yaml
-from safenav import Diagnostic, InputError, Scenario, load_scenario, load_scenario_text
+from safenav import Diagnostic, InputError, Scenario, built_in, load_scenario, load_scenario_text
 from safenav.fleet import file as fleet_file
 from safenav.scenario.model import Failures
+from safenav.scenario.yaml.keys import schema_text
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import Done, safenav
 
 CASE = SCENARIOS / "case_study_1.yaml"
 FILES = from_yaml(beside(__file__, "fleet_files.yaml"))
 HEAD = "safenav-fleet: 1\ntransport: ros2\n"
-SCHEMA = json.loads(fleet_file.schema_text())
+SCHEMA = json.loads(schema_text(fleet_file.FleetKeys))
 
 
 def rehearsed(fleet: str, folder: Path, scenario: Path = CASE) -> Done:
@@ -117,7 +118,7 @@ def test_own_keys_override_defaults(tmp_path: Path) -> None:
     assert fleet.transport is fleet_file.TransportKind.ROS2
     assert fleet.network == fleet_file.Network(7, "wlan0", ("10.0.0.7",))
     assert fleet.failures == Failures(retries=0, timeout=9.0)
-    scan = fleet_file.ScanUse("door")
+    scan = fleet_file.ScanUse(built_in().obstacles["door"])
     assert fleet.stations == {
         "quad": fleet_file.Station("/quad", speed=0.4, scan=scan),
         "digit": fleet_file.Station(

@@ -24,7 +24,7 @@ class Floor:
         scenario = load_scenario_text(text, "made.yaml")
         assert scenario.map.frame is not None
         self.places = Places(scenario.map, scenario.map.frame)
-        self.physics: Any = watched(Physics(self.places, scenario.robots, obstacles))
+        self.physics: Any = watched(Physics(scenario, self.places, obstacles))
 
     def ended(self, name: str) -> Any:
         """How the goal or action of a robot ends."""

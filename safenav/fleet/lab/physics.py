@@ -17,13 +17,14 @@ import numpy as np
 from msgspec import Struct, field
 
 from safenav.fleet import transport
+from safenav.fleet.robots import FleetProgress
 from safenav.fleet.setpoints import TABLE, Setpoints
 from safenav.fleet.transport import GoalEnd, GoalPoint, Places, turned
 from safenav.motion.columns import body_rows
 from safenav.motion.file import Curve
 from safenav.motion.geometry import PEAK, quintic
 from safenav.pace.robot import glide
-from safenav.scenario.model import Need, Obstacle, Robot
+from safenav.scenario.model import Need, Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
@@ -52,24 +53,16 @@ ACTING = 2.0
 
 
 class LabObstacle(Struct, eq=False):
-    """An obstacle. ``key``: name of its box, ``geom`` of the model, if it has one; ``stage``:
-    number of fulfilled needs; ``parts``: the robots that have done their part of the next need."""
+    """An obstacle. ``key``: name of its box, ``geom`` of the model, if it has one."""
 
     obstacle: Obstacle
     key: str
     geom: Any = None
-    stage: int = 0
-    parts: set[str] = field(default_factory=set)
 
     @property
     def solid(self) -> bool:
         """Return whether it has a body."""
         return not self.obstacle.type.has_truth and self.obstacle.type.blocks != frozenset()
-
-    @property
-    def need(self) -> Need:
-        """Return the next need."""
-        return self.obstacle.needs[min(self.stage, len(self.obstacle.needs) - 1)]
 
 
 class Dimensions(Struct, frozen=True):
@@ -125,19 +118,18 @@ class SimulatedBody(Struct):
 class Physics:
     """A world in MuJoCo; robots start in the centre of their region."""
 
-    def __init__(
-        self, places: Places, robots: Sequence[Robot], obstacles: Iterable[Obstacle]
-    ) -> None:
-        self._places, self._robots = places, robots
+    def __init__(self, scenario: Scenario, places: Places, obstacles: Iterable[Obstacle]) -> None:
+        self._places, self._robots = places, scenario.robots
+        self._progress = FleetProgress(scenario)
         known = [LabObstacle(one, f"{one.name}~{number}") for number, one in enumerate(obstacles)]
-        kinds = [body_of(robot) for robot in robots]
+        kinds = [body_of(robot) for robot in self._robots]
         self._model: Any = mujoco.MjModel.from_xml_string(_model_text(places, known, kinds))
         self._data: Any = mujoco.MjData(self._model)
         # Views that stay valid: reading from them takes a tenth of the time of a lookup.
         self._coordinate, self._velocity = self._data.qpos.item, self._data.qvel.item
         self._force = self._data.qfrc_applied
         self._bodies: dict[str, SimulatedBody] = {}
-        for robot, kind in zip(robots, kinds, strict=True):
+        for robot, kind in zip(self._robots, kinds, strict=True):
             yaw = places.yaw(robot.start)
             at = (*places.centre(robot.start.region), places.frame.yaw if yaw is None else yaw)
             self._bodies[robot.name] = self._placed(kind, at)
@@ -185,6 +177,10 @@ class Physics:
         x, y, yaw = map(self._coordinate, body.dofs)
         return x, y, yaw
 
+    def _here(self, body: SimulatedBody) -> Region | None:
+        """Return the region in which a robot is; None off the map."""
+        return self._places.region(*self._at(body)[:2])
+
     def moves(self, robot: str) -> bool:
         body = self._bodies[robot]
         return body.goal is not None or self.now < body.reference.end
@@ -216,9 +212,14 @@ class Physics:
     def perform(self, robot: str, action: str, number: int) -> None:
         """Let a robot act on an obstacle that needs this action, in its region or beside it."""
         body = self._bodies[robot]
-        here = self._places.region(*self._at(body)[:2])
+        here = self._here(body)
         found = None if here is None else self._reached(here, action)
         body.acts = Handling(action, number, found, self.now + ACTING)
+
+    def due(self, name: str) -> str:
+        """Return the action that an obstacle needs next; empty if it is absent."""
+        one = self.standing.get(name)
+        return "" if one is None else self._need(one).action
 
     def bring(self, obstacle: Obstacle) -> None:
         """Add an unlisted obstacle without a body that the team itself has created: an operator's
@@ -251,7 +252,7 @@ class Physics:
     def noticed(self, name: str, *, bodies: bool = False) -> dict[Region, str | None]:
         """Return the adjacent regions with the name of what the robot sees there: an uncertain
         region or, with ``bodies``, any obstacle."""
-        here = self._places.region(*self._at(self._bodies[name])[:2])
+        here = self._here(self._bodies[name])
         near = () if here is None else self._places.world.neighbours(here)
         found: dict[Region, str | None] = dict.fromkeys(near)
         for one in self.standing.values():
@@ -310,7 +311,8 @@ class Physics:
         not enter its region now; or below the floor, if it does not stand."""
         if one.geom is None:
             return
-        closed = [n for n, r in enumerate(self._robots) if one.obstacle.closed_to(r, one.stage)]
+        stage = self._progress.need(one.obstacle)
+        closed = [n for n, r in enumerate(self._robots) if one.obstacle.closed_to(r, stage)]
         everyone = len(closed) == len(self._robots)
         one.geom.conaffinity = EVERY if everyone else sum({*map(contact_bit, closed)})
         there = self.standing.get(one.obstacle.name) is one
@@ -330,6 +332,7 @@ class Physics:
 
     def _remove(self, one: LabObstacle) -> None:
         del self.standing[one.obstacle.name]
+        self._progress.forget(one.obstacle)
         self._show(one)
 
     def _busy(self, region: Region) -> bool:
@@ -348,53 +351,53 @@ class Physics:
         for one in self.standing.values():
             if not any(need.action == action for need in one.obstacle.needs):
                 continue
-            if self._due(one, here, action):
+            need, number = self._need(one), self._progress.need(one.obstacle)
+            due = need.action == action
+            if due and here in one.obstacle.resolution_regions(world, number):
                 return one
-            elsewhere = one.need.action == action and isinstance(one.need.at, frozenset)
-            if one.obstacle.region in near and not elsewhere:
+            if one.obstacle.region in near and not (due and isinstance(need.at, frozenset)):
                 beside = one
         return beside
 
-    def _due(self, one: LabObstacle, here: Region | None, action: str) -> bool:
-        """Return whether a robot in a region fulfils the next need of an obstacle by an action."""
-        regions = one.obstacle.resolution_regions(self._places.world, one.stage)
-        return one.need.action == action and here in regions
+    def _need(self, one: LabObstacle) -> Need:
+        """Return the next need of an obstacle that stands."""
+        return one.obstacle.needs[self._progress.need(one.obstacle)]
 
     def _worked(self, body: SimulatedBody, act: Handling) -> None:
-        """End the work of a robot. It fulfils a need if enough robots have worked; a joint action
-        requires them at the same time."""
+        """End the work of a robot: it does its part of a need, alone or with the robots that have
+        worked by now."""
         one = act.obstacle
         if one is None or self.standing.get(one.obstacle.name) is not one:
-            self._answer(ActResult.NOTHING, body)
+            self._answer(ActResult.NOTHING, body.kind.name)
             return
-        need = one.need
-        if not self._due(one, self._places.region(*self._at(body)[:2]), act.action):
-            self._answer(ActResult.FAILED, body)
+        there = {
+            name: region
+            for name, other in self._bodies.items()
+            if (own := other.acts) is not None
+            and own.obstacle is one
+            and own.action == self._need(one).action
+            and self.now >= own.until
+            and (region := self._here(other)) is not None
+        }
+        name = body.kind.name
+        group = self._progress.group(one.obstacle, name, there)
+        if not group:
+            self._answer(ActResult.FAILED, name)
             return
-        team = [body]
-        if need.together:
-            acts = ((other, other.acts) for other in self._bodies.values())
-            same = [(other, a) for other, a in acts if a and a.obstacle is one]
-            team = [other for other, a in same if a.action == act.action and self.now >= a.until]
-        one.parts.add(body.kind.name)
-        done = len(team) if need.together else len(one.parts)
-        if done < need.robots:
-            self._answer(ActResult.FAILED if need.together else ActResult.DONE, body)
-            return
+        resolved = self._progress.meet(one.obstacle, name, there)
         passable = not one.obstacle.type.has_truth or one.obstacle.traversable
-        self._answer(ActResult.DONE if passable else ActResult.UNTRAVERSABLE, *team)
-        one.stage, one.parts = one.stage + 1, set()
-        if one.stage >= len(one.obstacle.needs):
+        self._answer(ActResult.DONE if passable else ActResult.UNTRAVERSABLE, *group)
+        if resolved:
             self._remove(one)
         else:
             self._show(one)
 
-    def _answer(self, result: ActResult, *team: SimulatedBody) -> None:
+    def _answer(self, result: ActResult, *team: str) -> None:
         """End the actions of robots."""
-        for body in team:
+        for name in team:
+            body = self._bodies[name]
             assert body.acts is not None
-            name, number = body.kind.name, body.acts.number
-            body.ended.append(transport.Performed(name, number, result))
+            body.ended.append(transport.Performed(name, body.acts.number, result))
             body.acts = None
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from math import tau
 
 from safenav.errors import missing_package
 from safenav.fleet import transport
-from safenav.fleet.file import SimulationUse, Station
+from safenav.fleet.file import FleetFile
 from safenav.fleet.transport import Places
 from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.world.map import Region
@@ -23,23 +23,18 @@ class SimulationTransport:
     """A fleet in MuJoCo. Only ``step`` advances time, at most ``pace`` times as fast as real time:
     time stands still while the run computes, so a drive does not depend on the machine's speed."""
 
-    def __init__(
-        self, scenario: Scenario, stations: Mapping[str, Station], use: SimulationUse
-    ) -> None:
+    def __init__(self, scenario: Scenario, fleet: FleetFile) -> None:
         try:
             from safenav.fleet.lab.physics import Physics
         except ImportError as error:
             raise missing_package("transport simulation", "mujoco", "simulation") from error
         assert scenario.map.frame is not None
         places = Places(scenario.map, scenario.map.frame)
-        true: Sequence[Obstacle] = scenario.obstacles
-        if use.obstacles is not None:
-            true = [*use.hidden, *(each for each in true if each.ordered)]
-        self.physics = Physics(places, scenario.robots, true)
+        self.physics = Physics(scenario, places, fleet.obstacles)
         self.navigate, self.follow = self.physics.navigate, self.physics.follow
         self.cancel = self.physics.cancel
-        self._stations, self._types = stations, scenario.catalogue.obstacles
-        self._pace = use.pace
+        self._stations, self._types = fleet.stations, scenario.catalogue.obstacles
+        self._pace = fleet.pace
         self._beside: dict[str, dict[Region, str | None]] = {}
         self._post: Callable[[transport.Message], None] = print  # until ``open``
         self._due, self._steps = 0.0, 0
@@ -59,8 +54,7 @@ class SimulationTransport:
         self.physics.bring(brought)
         # One service may perform several actions.
         actions = [name for name, one in self._stations[robot].act.items() if one == action]
-        there = self.physics.standing.get(obstacle)
-        due = there.need.action if there is not None else ""
+        due = self.physics.due(obstacle)
         self.physics.perform(robot, due if due in actions else actions[0], number)
 
     def close(self) -> None:

@@ -20,8 +20,13 @@ def resolve_obstacles(
     items: Sequence[language.ObstacleKeys] | None, node: Node | None, reading: Reading
 ) -> None:
     """Add the readable obstacles to ``reading``; errors in the others are reported."""
+    reading.keep(obstacles_of(items or (), reading), node)
+
+
+def obstacles_of(items: Sequence[language.ObstacleKeys], reading: Reading) -> list[Obstacle]:
+    """Return the readable obstacles; errors in the others are reported."""
     found: list[Obstacle] = []
-    for item in items or ():
+    for item in items:
         obstacle, where = _obstacle(item, reading), item.at("region")
         if obstacle is None:
             continue
@@ -38,7 +43,7 @@ def resolve_obstacles(
                 acts = any(need.action in robot.capabilities for need in obstacle.needs)
                 alone = f": {robot.name} alone does not resolve it from inside" if acts else ""
                 reading.add(where, message, f"move one of them{alone}")
-    reading.keep(found, node)
+    return found
 
 
 def _meet(one: Obstacle, other: Obstacle) -> bool:

@@ -35,7 +35,6 @@ from safenav.scenario.reading.regions import (
     resolve_exclusions,
 )
 from safenav.scenario.reading.robots import resolve_robots
-from safenav.scenario.yaml import keys
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of, one_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.typed import Stages, read
@@ -113,12 +112,6 @@ def load_draft(
     except InputError as error:
         return Draft(None, reading.catalogue, reading.world, error.diagnostics)
     return Draft(scenario, reading.catalogue, reading.world, ())
-
-
-def schema_text() -> str:
-    """Return the JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It
-    describes their shape only, so it accepts a region in a wall or an unknown robot model."""
-    return keys.schema_text(language.ScenarioKeys, "safenav scenario")
 
 
 def _resolve_catalogue(

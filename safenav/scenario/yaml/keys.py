@@ -191,7 +191,8 @@ class Item(Struct, frozen=True, kw_only=True):
     in it was reported. ``rules``: which keys need others; ``example``: for messages; ``elsewhere``:
     hints for keys that it does not have; ``open``: other keys are allowed. ``one`` names an item of
     a list or a mapping in messages, ``label`` follows a key: {what} is the item, {rest} that
-    without its first word, {name} its number or key, {type} the text of its key ``type``.
+    without its first word, {name} its number or key, {type} the text of its key ``type``;
+    ``title``: that of a schema.
     """
 
     rules: ClassVar[tuple[OneOf | Beside, ...]] = ()
@@ -200,6 +201,7 @@ class Item(Struct, frozen=True, kw_only=True):
     open: ClassVar[bool] = False
     one: ClassVar[str] = "an item of {what}"
     label: ClassVar[str] = "of {what}"
+    title: ClassVar[str] = ""
     node: document.Mapping
     of: str
     flawed: bool = False
@@ -257,13 +259,14 @@ def version(number: int, file: str, mark: str) -> Any:
     return Key(about, needed, least=-MOST, check=check, schema={"const": number})
 
 
-def schema_text(root: type[Struct], title: str) -> str:
-    """Return the JSON Schema (draft 2020-12) of documents of a class, as JSON text."""
+def schema_text(root: type[Item]) -> str:
+    """Return the JSON Schema (draft 2020-12) of documents of a class, as JSON text. It describes
+    their shape only, so it accepts a region in a wall or an unknown robot model."""
     definitions: dict[str, Any] = {}
     schema(root, definitions)
     whole = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": title,
+        "title": root.title,
         **definitions.pop(_definition(root)),
         "$defs": dict(sorted(definitions.items())),
     }
