@@ -24,7 +24,7 @@ from frames import described, gaps_of
 from report.browser import Browser, Keys
 from report.runs import own
 from runtime.played import play
-from safenav import read_run
+from safenav import read_trace
 from safenav.report.page.html import page_of
 
 LOADED = """
@@ -47,7 +47,7 @@ def main() -> None:
         trace.write_text("".join(lines))
         page = Path(folder) / "crowd.html"
         before = time.process_time()
-        page.write_text(page_of(read_run(trace), trace.name))
+        page.write_text(page_of(read_trace(trace), trace.name))
         spent = time.process_time() - before
         print(f"trace             {trace.stat().st_size / 1e6:8.3f} MB, {len(lines)} lines")
         print(f"page              {page.stat().st_size / 1e6:8.3f} MB, {spent:.2f} s to write")

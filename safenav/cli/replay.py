@@ -74,9 +74,9 @@ def replay(
     if solid:
         write_out(output, _page3d(lines, trace, motion))
     elif form == ".html":
-        from safenav.report.page.html import page_of_trace
+        from safenav.report.page.html import page_of
 
-        write_out(output, page_of_trace(lines, trace.name))
+        write_out(output, page_of(lines, trace.name))
     elif form == ".gif":
         run = run_of(lines)
         _film(

@@ -282,9 +282,9 @@ def _executed(
             )
             _carry_out(mission, operator)
         if trace is not None and files.html is not None:
-            from safenav.report.page.html import page_of_trace
+            from safenav.report.page.html import page_of
 
-            write_out(files.html, page_of_trace(read_trace(trace), trace.name))
+            write_out(files.html, page_of(read_trace(trace), trace.name))
     return _reported(mission, ledger, files, advice=begun is None)
 
 

@@ -14,10 +14,8 @@ from typing import TypeVar
 from msgspec import Struct, field
 
 from safenav.scenario.model import OPERATOR_ACTION
-from safenav.scenario.objective import Word, number_word
 from safenav.trace import records
-from safenav.trace.words import obstacle_words
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import Region
 
 T = TypeVar("T")
 
@@ -103,9 +101,6 @@ class StoryKind(StrEnum):
     """Used only while the run is read as it happens."""
 
 
-SynthesisOutcome = records.Synthesis
-
-
 class Event(Struct, frozen=True):
     """An event of a run. ``text`` describes it in scenario terms; ``robot`` is the robot concerned
     and ``region`` the place, if there is one. ``round``: the round of a robot that a goal
@@ -118,7 +113,7 @@ class Event(Struct, frozen=True):
     region: Region | None = None
     obstacle: str | None = None
     round: int = 0
-    synthesis: SynthesisOutcome | None = None
+    synthesis: records.Synthesis | None = None
 
 
 class RobotBelief(Struct, frozen=True):
@@ -156,10 +151,6 @@ class Hidden(Struct):
         named = ("an operator" if a == OPERATOR_ACTION else f"'{a}'" for a in self.actions[met:])
         return ", then ".join(named)
 
-    def label(self, world: RegionMap) -> str:
-        """Return ``door@47``, or ``door@dock`` if the region has a name."""
-        return obstacle_words(self.name, world.word)
-
 
 class StackRow(Struct, frozen=True):
     """One entry of the objective stack: obstacle, requester and helpers."""
@@ -167,10 +158,6 @@ class StackRow(Struct, frozen=True):
     obstacle: str
     requester: str | None
     helpers: tuple[str, ...]
-
-    def about(self, word: Word = number_word) -> str:
-        """Return ``door@47``; ``word`` names regions."""
-        return obstacle_words(self.obstacle, word)
 
 
 class Look(Struct, frozen=True):

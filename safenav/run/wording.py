@@ -47,10 +47,6 @@ _REASONS = {
 }
 """Reasons of syntheses, of permanent obstacles, and of ends of joint plans."""
 
-_UNCOUNTED = (
-    "debris dirt dust fire fog glass gravel ice mud oil rubble sand smoke snow uncertainty water"
-)
-"""Obstacle types that are uncountable: they have no article."""
 _LISTED_ROBOTS = 4
 """Largest team whose robots are listed by name in place of the whole team."""
 _OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
@@ -155,8 +151,7 @@ class Wording(Struct, frozen=True):
         return self._at(value) if name in ("from_", "to") else str(value)
 
     def _violation(self, line: records.Violation) -> str:
-        kind = with_article(line.obstacle.partition("@")[0])
-        found = f"finds {kind} at {self._at(line.proposed)} and keeps out"
+        found = f"finds {self.obstacle(line.obstacle)} and keeps out"
         who = f"{line.robot} at {self._at(line.at)}"
         if line.action == OPERATOR_ACTION:
             if line.obstacle.startswith(f"lost_{line.robot}@"):
@@ -272,10 +267,3 @@ def synthesis_words(line: records.Synthesis) -> str:
     spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
     proof = {None: "", True: ", verified", False: ", verification failed"}[line.verified]
     return f"{found}{spent}{proof}"
-
-
-def with_article(kind: str) -> str:
-    """Return ``a door``, ``an obstacle``, ``rubble``."""
-    if kind.lower() in _UNCOUNTED.split():
-        return kind
-    return f"{'an' if kind[:1].lower() in tuple('aeiou') else 'a'} {kind}"

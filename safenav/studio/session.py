@@ -16,7 +16,7 @@ from typing import Any
 
 from safenav.certify.bundle import bundle_of_trace
 from safenav.errors import UsageError, missing_package
-from safenav.report.page.html import page_of_trace
+from safenav.report.page.html import page_of
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.yaml.findings import STDIN
@@ -27,7 +27,7 @@ from safenav.trace.file import read_bytes
 
 
 def replay_page(trace: bytes, name: str) -> bytes:
-    return page_of_trace(read_bytes(trace, name), name).encode()
+    return page_of(read_bytes(trace, name), name).encode()
 
 
 def page_3d(trace: bytes, name: str) -> bytes:

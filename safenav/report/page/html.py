@@ -28,6 +28,7 @@ from safenav.run.run import Run
 from safenav.run.tracks import LongStep, RobotTrack
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.file import Trace
+from safenav.trace.words import obstacle_words
 from safenav.world.map import Region, RegionMap
 
 _DOCUMENT = """\
@@ -55,14 +56,10 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 {style}</style>"""
 
 
-def page_of(run: Run, source: str) -> str:
-    """Return the replay as an HTML document. ``source``: the name of its trace."""
+def page_of(trace: Trace, source: str) -> str:
+    """Return the replay of a trace as an HTML document. ``source``: its name."""
+    run = run_of(trace)
     return document(f"{run.name}: replay", data_element("run", encoded(run, source)))
-
-
-def page_of_trace(trace: Trace, source: str) -> str:
-    """Return the page of a trace."""
-    return page_of(run_of(trace), source)
 
 
 def document(title: str, *data: str) -> str:
@@ -231,7 +228,9 @@ class _Rows:
 
     def _stack(self, stack: Sequence[values.StackRow]) -> list[Any]:
         word = self._run.map.word
-        return [[[row.about(word), row.requester, [*row.helpers]] for row in stack]]
+        return [
+            [[obstacle_words(row.obstacle, word), row.requester, [*row.helpers]] for row in stack]
+        ]
 
     @staticmethod
     def _progress(done: values.RobotProgress) -> list[Any]:
@@ -254,7 +253,7 @@ def _last(step: LongStep) -> int:
 def _obstacle(hidden: values.Hidden, world: RegionMap) -> dict[str, Any]:
     return {
         "name": hidden.name,
-        "label": hidden.label(world),
+        "label": obstacle_words(hidden.name, world.word),
         "type": hidden.type,
         "shape": obstacle_pictogram(hidden.type),
         "opened": opened_pictogram(hidden.type),

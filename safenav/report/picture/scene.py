@@ -253,7 +253,7 @@ class _Drawing(Struct):
 
     def _obstacle(self, hidden: Hidden) -> None:
         status, cell = hidden.status.at(self.tick), self.cell
-        mark, (x, y) = svg.STATUS_MARKS[status], self._corner(hidden.region)
+        mark, (x, y) = svg.GLYPHS.status[status], self._corner(hidden.region)
         resolved = status is ObstacleStatus.RESOLVED
         dashes = "3 3" if status is ObstacleStatus.HIDDEN else None
         tint = {ObstacleStatus.HIDDEN: 0.0, ObstacleStatus.BLOCKED: 0.35}.get(status, 0.16)

@@ -190,7 +190,6 @@ class Glyphs(Struct, frozen=True):
 
 
 GLYPHS = json.decode(Path(__file__).with_name("glyphs.json").read_bytes(), type=Glyphs)
-STATUS_MARKS = GLYPHS.status
 
 
 def obstacle_pictogram(kind: str) -> str:

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
     from safenav.synthesis.slugs import SynthesisProgress
-
-
-def terminal_width(stream: TextIO | None = None) -> int | None:
-    """Return the width in characters of the terminal that is ``stream`` (default: standard output);
-    None if it is not a terminal."""
-    if not (stream or sys.stdout).isatty():
-        return None
-    from shutil import get_terminal_size  # imported here: it loads the modules of all archives
-
-    return get_terminal_size().columns
 
 
 def echo_lines(lines: Iterable[str], err: bool = False) -> None:
@@ -62,7 +53,7 @@ class StatusLine:
     def show(self, text: str, seconds: float) -> None:
         """Show the state of the work after some seconds."""
         if self.live:
-            width = terminal_width(sys.stderr) or 80
+            width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
             click.echo(f"\r\033[K{text[: width - 1]}", nl=False, err=True)
             self._shown = True
         elif seconds - self.last >= self.EVERY:
