@@ -124,12 +124,15 @@ def entries(kind: Any) -> tuple[FieldInfo, ...]:
     return tuple(known[name] for name in names if name in known and name != "line")
 
 
+_PLAIN = {str, int, float, bool, type(None)}
+
+
 def plain(value: Any) -> Any:
     """Return a part of a record as JSON data."""
+    if type(value) in _PLAIN:
+        return value
     if isinstance(value, Enum):
         return value.value
-    if isinstance(value, str | int | float | None):
-        return value
     if isinstance(value, Objective):
         return to_data(value)
     if isinstance(value, Struct):

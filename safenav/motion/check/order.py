@@ -22,8 +22,7 @@ from safenav.trace.vocabulary import ChangeCause, MoveEnd
 JUDGED = {
     **dict.fromkeys(("continuity", "mobility", "service"), "order"),
     **{"collision": "overlap", "never-together": "never-together"},
-    **dict.fromkeys(("unresolved-obstacle", "in-time"), "obstacle"),
-    "resolution": "action",
+    **{"unresolved-obstacle": "obstacle", "resolution": "action"},
 }
 """The rules of traces whose findings depend on the times of a motion, with their names for
 motions."""
