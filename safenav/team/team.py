@@ -5,9 +5,10 @@ Robots and obstacles are numbered in the scenario's order. A set of regions or p
 """
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from itertools import takewhile
 from math import ceil
+from operator import or_
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -167,6 +168,11 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         """For each robot: the robot with its rivals, if all of these are rivals of each other."""
         whole = [member.rivals | {i} for i, member in enumerate(self.members)]
         return tuple(each if all(whole[j] == each for j in each) else None for each in whole)
+
+    @cached_property
+    def worksites(self) -> Mask:
+        """The regions in which an act can change some obstacle."""
+        return reduce(or_, (need.regions for each in self.obstacles for need in each.needs), 0)
 
     @cached_property
     def sharing(self) -> tuple[int, ...]:

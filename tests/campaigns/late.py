@@ -108,7 +108,7 @@ class LateTransport(SimulationTransport):
     the physics, independent of the run."""
 
     def __init__(self, scenario: Scenario, fleet: Any, random: Random) -> None:
-        super().__init__(scenario, fleet.stations, fleet.simulation)
+        super().__init__(scenario, fleet)
         self._random, self._channels = random, dict[tuple[str, str], Channel]()
         kind = random.choice(["steady", "random", "random", "bursts", "mixed", "mixed", "mixed"])
         for name, station in fleet.stations.items():

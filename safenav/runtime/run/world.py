@@ -283,6 +283,9 @@ class World:
             return None
         if self.live and not (there.to is None and there.active):
             return None
+        own = self.truth if self.simulated else None
+        if own is not None and not own.is_worksite(there.pose % run.team.size):
+            return None  # most turns
         acts = self._acts(run, i)
         expected = self._changes(run, i, acts)
         asks = (self.truth is not None and not self.live) or i not in self._asked

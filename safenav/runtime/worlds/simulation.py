@@ -99,6 +99,10 @@ class SimulatedWorld:
         self._parts[i] = tuple(parts)
         return [(team.obstacles[k].source, truth) for k, truth in over]
 
+    def is_worksite(self, region: Region) -> bool:
+        """Return whether an act in a region can change some obstacle, present or not."""
+        return bool(self._team.worksites >> region & 1)
+
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
         """Return the obstacles that a robot's last action changed without resolving them, at their
         stages."""
