@@ -9,6 +9,7 @@ of the plan.
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 
+from safenav.team.acts import acts_on, standing
 from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
@@ -254,16 +255,19 @@ def at_end(state: State, among: Iterable[int]) -> bool:
 
 
 def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
-    """Return whether a plan cannot continue by itself: none of its robots moves, acts, can step, or
-    counts by staying, and none waits for an act of a robot with a strategy (``helped``: the
-    obstacles of these)."""
+    """Return whether a plan cannot continue by itself: none of its robots moves, acts, can act or
+    step, or counts by staying, and none waits for an act of a robot with a strategy (``helped``:
+    the obstacles of these)."""
     plan = state.plan
     assert plan is not None
+    at = standing(team, state, moving=False)
     for i in team.sharing:
         robot = state.robots[i]
         if not robot.active:
             continue
         if not robot.idle or next_step(team, state, i) is not None or will_count(team, state, i):
+            return False
+        if acts_on(team, state, at, i):
             return False
         way = plan.ways[i][robot.at + 1 : robot.at + 2]
         energy = team.members[i].energy
