@@ -353,7 +353,9 @@ class Recorder:
                 self.emit(synthesis_line(self.tick, why, controller, self.team.world))
         for event in decided:
             if isinstance(event, now.Counted):
-                self.record(before, event, after)
+                i = event.robot  # of a duty that a later decision replaces, no line tells
+                kept = before.robots[i].objective == after.robots[i].objective
+                self.record(before, event if kept else replace(event, duty=False), after)
             before = apply(self.team, before, event)
 
     def _told(self, state: State, new: Collection[int]) -> None:
