@@ -27,7 +27,7 @@ from safenav.scenario.model import Clock
 from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE
-from safenav.team.apply import apply, charged, done, initial, orders_ahead, stands
+from safenav.team.apply import apply, charged, done, initial, on_own, orders_ahead, stands
 from safenav.team.floor import driven, floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
@@ -119,8 +119,9 @@ def coordinate(
                     decide(now.Turned(i, mine.task.memory.index))
         for i in told:
             robot, begun = state.robots[i], before.roles and team.members[i].planned
-            if robot.fresh and robot.active and robot.to is None and not begun:
-                decide(now.Counted(i))
+            stays = team.members[i].pursuit.settles and robot.own.met and on_own(team, state, i)
+            if robot.fresh and robot.active and robot.to is None and not (begun or stays):
+                decide(now.Counted(i))  # a stay that goes on counts in the robot's turn
         control = replace(control, question=_question(team, state))
     if control.end is None:
         try:
