@@ -272,9 +272,10 @@ def _settled(
             whole = floor_now(team, state)
             joint = joint_now(state, whole)._replace(stages=stages_of(whole, state))
             proven = lost(whole, joint, [i for i, _ in failed])
-            if proven is not None:
-                dead = deadlocked(team, state, proven)
-                links = (*end.links, *dead.links)
+            if proven is not None:  # a robot out of service might have resolved what is open
+                out = [i for i, robot in enumerate(state.robots) if not robot.active]
+                dead = _without(team, state, out) if out else deadlocked(team, state, proven)
+                links = (*end.links, *(dead.links or (dead.explanation,)))
                 end = replace(dead, explanation="; ".join(links), links=links)
     return Control(None, found, roles, tuple(controllers), tuple(new), end)
 
