@@ -181,6 +181,10 @@ class Nature(Uneven):
     def placed(self, robot: Robot, pose: Pose) -> None:
         super().placed(robot, pose)
         self._dead.discard(robot.name)
+        self._coming = [one for one in self._coming if one[3].name != robot.name]
+        heapq.heapify(self._coming)  # whoever lifts a robot ends what it does
+        for command in (self._bound, self._untold, self._reserved):
+            command.pop(robot.name, None)
         self._write("put", robot=robot.name, at=pose.region)
 
     def changes(self, at: float, occupied: Collection[Region]) -> list[Any]:

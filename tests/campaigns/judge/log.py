@@ -93,9 +93,9 @@ class Walk:
         self.silent: set[str] = set()
         """Robots that were asked to give up a step, and not sent anywhere since: their reports came
         so late that the run may take them for lost."""
-        self.heard: set[tuple[str, int | None]] = set()
+        self.given: set[tuple[str, int | None]] = set()
         self.settled: set[tuple[str, int | None]] = set()
-        """Commands that ended before their robot was put down: repeated reports mean nothing."""
+        """Commands given before their robot was put down: reports of them mean nothing."""
         self.acting: set[str] = set()
         self.hidden: tuple[Any, ...] = ()
         self.slid: set[str] = set()
@@ -153,7 +153,7 @@ class Walk:
             case "put":
                 self.at[name] = {line["at"]}
                 self.out.discard(name)
-                self.settled |= {told for told in self.heard if told[0] == name}
+                self.settled |= {told for told in self.given if told[0] == name}
                 self.failures[name].clear()
                 self._forgive(robot=name)
                 self._apart(line, name)
@@ -174,6 +174,7 @@ class Walk:
         # decided so is in the trace, which is checked.
         self.visits[name].append(origin)
         self.at[name], self.way[name] = {origin, to}, (origin, to)
+        self.given.add((name, line["command"]))
         self._apart(line, name)
         self._rules(line, name)
         if stops is not None:
@@ -241,7 +242,7 @@ class Walk:
         if line["event"] == "blocked":
             self.known.add(line["obstacle"])
         command = name, line["command"]
-        self.heard.add(command)
+        self.given.add(command)
         lost = line["event"] == "lost" and len(self.at[name]) > 1  # until it is put down
         if command not in self.settled and (lost or (line["fatal"] and name not in self.back)):
             self.out.add(name)
