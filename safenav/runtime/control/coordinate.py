@@ -121,7 +121,7 @@ def coordinate(
             robot, begun = state.robots[i], before.roles and team.members[i].planned
             stays = team.members[i].pursuit.settles and robot.own.met and on_own(team, state, i)
             if robot.fresh and robot.active and robot.to is None and not (begun or stays):
-                decide(now.Counted(i))  # a stay that goes on counts in the robot's turn
+                decide(now.Counted(i))  # a continued stay counts in the robot's turn
         control = replace(control, question=_question(team, state))
     if control.end is None:
         try:
