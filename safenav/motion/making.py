@@ -15,7 +15,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Glider, Mover, flown_through
 from safenav.motion.timing import actions_of, by_command, dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
-from safenav.pace.robot import KINDS
+from safenav.pace.robot import BOUNDS, KINDS
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Robot
 from safenav.trace import records
@@ -109,12 +109,12 @@ def mover(
     if kind not in KINDS:
         known = ", ".join(sorted(KINDS))
         raise UsageError(f"{robot}: unknown kind of motion '{kind[:40]}'\n    known: {known}")
-    values: dict[str, float] = {}
-    for name, parameter in KINDS[kind].items():
-        values[name] = value = float(str(motion[name]))
-        if not parameter.least <= value <= parameter.most:
-            limits = f"from {parameter.least:g} to {parameter.most:g}"
-            raise UsageError(f"{robot}: '{name}' of its motion is {value:g}, not {limits}")
+    values = {name: float(str(motion[name])) for name in KINDS[kind]}
+    for name in ("size", "speed"):
+        of = BOUNDS[kind, name]
+        if not of.least <= values[name] <= of.most:
+            limits = f"from {of.least:g} to {of.most:g}"
+            raise UsageError(f"{robot}: '{name}' of its motion is {values[name]:g}, not {limits}")
     if kind == "walker":
         walker = WalkerMover(robot, floor, region, heading, values, kind)
         if (fault := fault_of(walker.gait)) is not None:

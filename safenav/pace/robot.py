@@ -15,47 +15,48 @@ from safenav.errors import UsageError
 from safenav.pace.gait import LEFT, Walker, gait_on, least_side_of, starting, stopping, walking
 
 
-class Parameter(Struct, frozen=True):
-    """A numerical parameter of a kind of motion: its default, its bounds, and its meaning."""
+class Bounds(Struct, frozen=True):
+    """The bounds of a number of a model, and its meaning."""
 
-    default: float
     least: float
     most: float
     meaning: str
 
 
-ACTION = Parameter(2.0, 0.0, 3600.0, "duration of an action in seconds")
+ACTION = 2.0
+"""Seconds of an action."""
 
-KINDS: Mapping[str, Mapping[str, Parameter]] = {
+KINDS: Mapping[str, Mapping[str, float]] = {
     "walker": {
-        "size": Parameter(0.6, 0.1, 2.0, "diameter of its body in metres"),
-        "speed": Parameter(0.45, 0.05, 2.0, "maximum speed of each foot in metres per second"),
-        "height": Parameter(0.8, 0.3, 1.5, "height of the centre of mass in metres"),
-        "foot": Parameter(0.18, 0.1, 0.4, "metres from the centre line to each foot"),
-        "clearance": Parameter(0.12, 0.02, 0.3, "foot clearance in metres"),
-        "action_seconds": ACTION,
+        **{"size": 0.6, "speed": 0.45, "action_seconds": ACTION},
+        "height": 0.8,  # metres of the centre of mass
+        "foot": 0.18,  # metres from the centre line to each foot
+        "clearance": 0.12,  # metres below a swinging foot
     },
     "flyer": {
-        "size": Parameter(0.5, 0.05, 5.0, "diameter of its body in metres"),
-        "speed": Parameter(1.0, 0.05, 20.0, "maximum speed in metres per second"),
-        "altitude": Parameter(2.2, 0.1, 100.0, "metres above the ground"),
-        "tilt": Parameter(3.4, 0.5, 8.0, "maximum horizontal acceleration in m/s^2"),
-        "action_seconds": ACTION,
+        **{"size": 0.5, "speed": 1.0, "action_seconds": ACTION},
+        "altitude": 2.2,  # metres above the ground
+        "tilt": 3.4,  # maximum horizontal acceleration in m/s^2
     },
     "rover": {
-        "size": Parameter(0.6, 0.05, 5.0, "diameter of its body in metres"),
-        "speed": Parameter(0.8, 0.05, 10.0, "maximum speed in metres per second"),
-        "acceleration": Parameter(0.5, 0.05, 10.0, "maximum acceleration in m/s^2"),
-        "turning": Parameter(1.0, 0.05, 10.0, "maximum turning rate in radians per second"),
-        "action_seconds": ACTION,
+        **{"size": 0.6, "speed": 0.8, "action_seconds": ACTION},
+        "acceleration": 0.5,  # maximum in m/s^2
+        "turning": 1.0,  # maximum rate in radians per second
     },
-    "disc": {
-        "size": Parameter(0.5, 0.01, 10.0, "diameter in metres"),
-        "speed": Parameter(0.5, 0.01, 20.0, "maximum speed in metres per second"),
-        "action_seconds": ACTION,
-    },
+    "disc": {"size": 0.5, "speed": 0.5, "action_seconds": ACTION},
 }
-"""Parameters of the built-in kinds by name. ``size`` and ``speed`` are keys of the model."""
+"""Parameters of the built-in kinds by name; a model may set ``size`` and ``speed``."""
+
+BOUNDS = {
+    ("walker", "size"): Bounds(0.1, 2.0, "diameter of its body in metres"),
+    ("walker", "speed"): Bounds(0.05, 2.0, "maximum speed of each foot in metres per second"),
+    ("flyer", "size"): Bounds(0.05, 5.0, "diameter of its body in metres"),
+    ("flyer", "speed"): Bounds(0.05, 20.0, "maximum speed in metres per second"),
+    ("rover", "size"): Bounds(0.05, 5.0, "diameter of its body in metres"),
+    ("rover", "speed"): Bounds(0.05, 10.0, "maximum speed in metres per second"),
+    ("disc", "size"): Bounds(0.01, 10.0, "diameter in metres"),
+    ("disc", "speed"): Bounds(0.01, 20.0, "maximum speed in metres per second"),
+}
 
 AIR = "air"
 """The layer of robots that fly unless their model says otherwise."""
@@ -71,22 +72,15 @@ def resolved(
     Without ``motion``, a model of the layer ``air`` flies if its size and speed allow that, and any
     other model with a speed moves as a disc. None without motion and speed.
     """
-    if motion is None and layer == AIR and _within("flyer", size=size, speed=speed):
+    own = {name: value for name, value in (("size", size), ("speed", speed)) if value}
+    fits = (BOUNDS["flyer", n].least <= v <= BOUNDS["flyer", n].most for n, v in own.items())
+    if motion is None and layer == AIR and all(fits):
         motion = "flyer"
     if motion is None:
         if speed is None:
             return None
         motion = "disc"
-    known = KINDS.get(motion, {})
-    values: dict[str, object] = {name: parameter.default for name, parameter in known.items()}
-    values.update((name, own) for name, own in (("size", size), ("speed", speed)) if own)
-    return {"kind": motion, **values}
-
-
-def _within(kind: str, **values: float | None) -> bool:
-    """Return whether a built-in kind takes these values."""
-    known = KINDS[kind]
-    return all(v is None or known[n].least <= v <= known[n].most for n, v in values.items())
+    return {"kind": motion, **KINDS.get(motion, {}), **own}
 
 
 SIDE = 2.7

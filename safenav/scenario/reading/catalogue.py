@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from msgspec.structs import replace
 
-from safenav.pace.robot import KINDS, ONLY_WITH_HEADING
+from safenav.pace.robot import BOUNDS, ONLY_WITH_HEADING
 from safenav.scenario import language
 from safenav.scenario.model import Battery, Catalogue, Need, ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.reading.regions import Reading
@@ -131,7 +131,7 @@ def _motion(item: language.ModelKeys, findings: Findings) -> str | None:
         found = f"{item.named('motion')}: a {item.motion} moves with a heading"
         findings.add(item.at("motion"), found, hint)
     for key in ("size", "speed"):
-        known = KINDS[item.motion][key]
+        known = BOUNDS[item.motion, key]
         limits = Key(least=known.least, most=known.most, why=known.meaning)
         read(float, item.at(key), item.named(key), findings, limits)
     return item.motion
