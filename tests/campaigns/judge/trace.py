@@ -215,6 +215,8 @@ def told_by_signals(trace: Sequence[Line]) -> list[str]:
     for line in trace:
         if line["type"] == "blocked":
             blocked.update(line["robots"])
+        elif line["type"] == "resumed":  # robots may have been interrupted in their steps
+            blocked.update(robot["name"] for robot in trace[0]["scenario"]["robots"])
         if line["type"] != "synthesis" or line["reason"] == "initial":
             continue
         if line["robot"] not in blocked:
