@@ -132,7 +132,9 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
         else:
             robot.charge = max(0.0, charge_after(e, robot, s))
     if step.at != here[0]:
-        robot.came = None if step.strays else here[0]
+        there = (one for one in s.at.get(step.at, ()) if one.there and one.open and s.external)
+        appeared = any(one.rest.closes(robot.name) for one in there)
+        robot.came = None if step.strays or appeared else here[0]
         robot.jumps += s.world.side(here[0], step.at) is None
     robot.pose = step.at, step.heading if robot.faces else None
     s.left |= dict.fromkeys(robot.holds - step.holds, s.time)
@@ -247,6 +249,8 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
         case "appeared":
             one.begin()
             one.since = e.tick
+            for robot in s.robots.values() if s.external else ():
+                robot.came = None if robot.pose[0] == one.region else robot.came
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
             listed = [each for each in s.coming if each.name == one.name]

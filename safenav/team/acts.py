@@ -41,6 +41,15 @@ def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
     return bool(member.shut(zones) >> region & 1)
 
 
+def is_shut(team: Team, state: State, i: int, region: int) -> bool:
+    """Return whether an obstacle has appeared where a robot arrives, which then may leave on any
+    side: a robot enters no region that was closed to it before."""
+    pairs = zip(team.obstacles, state.obstacles, strict=True)
+    present = (Is.HIDDEN, Is.SEEN, Is.OPEN)
+    there = (p for p in pairs if p[0].region == region and p[1].state in present)
+    return any(i in obstacle.closed_to[each.stage.need] for obstacle, each in there)
+
+
 def acts_on(
     team: Team, state: State, at: Sequence[int | None], i: int, among: Collection[int] | None = None
 ) -> tuple[tuple[int, now.Stage], ...]:

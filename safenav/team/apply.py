@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Objective
 from safenav.team import state as now
-from safenav.team.acts import stands_for
+from safenav.team.acts import is_shut, stands_for
 from safenav.team.floor import restarted
 from safenav.team.formulas import reached
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
@@ -89,11 +89,12 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             way = state.plan.ways[i] if state.plan else ()
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             region, mine = robot.next % team.size, team.members[i].objective
+            here = robot.pose % team.size
             held = robot.own.held and mine.stays(robot.own.memory, region)
             ended: dict[str, object] = {"pose": robot.next, "to": None, "due": None, "by": None}
             ended["failed"] = ()
-            if region != robot.pose % team.size:
-                ended["behind"] = robot.pose % team.size
+            if region != here:
+                ended["behind"] = None if is_shut(team, state, i, region) else here
             ended["own"] = robot.own._replace(held=held)
             return _robot(state, i, at=at + planned, **ended)
         case now.Elsewhere(i, pose):
@@ -154,7 +155,10 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return _asked(team, state, k, (*asked, (i, here)))
         case now.Appeared(k):
             state = _with(state, k, ObstacleNow())
-            ordered = team.obstacles[k].ordered
+            ordered, region = team.obstacles[k].ordered, team.obstacles[k].region
+            for i in team.obstacles[k].blocks:
+                if state.robots[i].pose % team.size == region:
+                    state = _robot(state, i, behind=None)
             return replace(_asked(team, state, k, ()), plan=None) if ordered else state
         case now.Gone(k):
             known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
