@@ -45,17 +45,10 @@ class Finished(Struct, frozen=True):
     timed_out: bool
 
     @property
-    def last_words(self) -> str:
-        """The last lines of its standard error, for messages."""
-        text = self.stderr.decode("utf-8", "replace").strip()
-        lines = [line.rstrip() for line in text.splitlines() if line.strip()]
-        return "\n".join(lines[-12:])[-2000:]
-
-    @property
     def explanation(self) -> str:
-        """Its ``last_words``, without the banner and the verdict."""
-        lines = self.last_words.splitlines()
-        return "\n".join(line for line in lines if not _ROUTINE.match(line))
+        """The last lines of its standard error, without the banner and the verdict."""
+        lines = map(str.rstrip, self.stderr.decode("utf-8", "replace").splitlines())
+        return "\n".join([e for e in lines if e and not _ROUTINE.match(e)][-12:])[-2000:]
 
 
 class DismissedError(Exception):

@@ -362,7 +362,7 @@ def verdict_of(finished: Finished, binary: Path, robot: str) -> Verdict:
 def failure(problem: str, finished: Finished, binary: Path, robot: str) -> SynthesizerError:
     """Return an error with the problem, the synthesizer's last messages, and advice."""
     lines = [f"the synthesizer {binary} {problem} (robot '{robot}')"]
-    words = finished.last_words.splitlines()
+    words = finished.explanation.splitlines()
     lines.append("    its last output:" if words else "    it printed nothing")
     lines += [f"      {line}" for line in words]
     advice = "`safenav synth -o DIR` writes the specification, to try and to report this"
