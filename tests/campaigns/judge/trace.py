@@ -209,12 +209,15 @@ def judge_trace(mission: Mission, trace: Sequence[Line]) -> str:
 
 
 def told_by_signals(trace: Sequence[Line]) -> list[str]:
-    """With signals a team is synthesized once, and robots for which the known map has changed."""
+    """With signals a team is synthesized once; and robots for which the known map has changed, or
+    that are elsewhere than their strategies say."""
     blocked: set[str] = set()  # with a new permanent obstacle since their last strategy
     found = []
     for line in trace:
         if line["type"] == "blocked":
             blocked.update(line["robots"])
+        elif line["type"] == "arrive" and line["result"] != "arrived":
+            blocked.add(line["robot"])
         elif line["type"] == "resumed":  # robots may have been interrupted in their steps
             blocked.update(robot["name"] for robot in trace[0]["scenario"]["robots"])
         if line["type"] != "synthesis" or line["reason"] == "initial":
