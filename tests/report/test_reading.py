@@ -12,6 +12,7 @@ import pytest
 
 from report.runs import changed, own, trace_of
 from safenav import InputError, read_run
+from safenav.run.tracks import LongStep
 from support import damage
 from warm import safenav, started
 
@@ -198,3 +199,9 @@ def test_strategies_of_many_robots_share_one_sentence(tmp_path: Path) -> None:
     named, together = synthesized(8), synthesized(9)
     assert named.count(", verified") == named.count(" assumes: infinitely often fog is off") == 8
     assert "synthesized 9 strategies, verified\n" in together and "assumes" not in together
+
+
+def test_a_step_is_never_shown_past_its_end() -> None:
+    """It may last longer than expected."""
+    step = LongStep(0, 3, 5, 0.0, 2.0)
+    assert [step.part(time) for time in (-1.0, 1.0, 9.0)] == [0.0, 0.5, 1.0]
