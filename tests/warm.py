@@ -197,4 +197,5 @@ def _import_everything() -> None:
         if not name.endswith("__main__"):
             with contextlib.suppress(ImportError):
                 importlib.import_module(name)
+    gc.set_threshold(200_000, 20, 100)  # as the command does
     gc.freeze()
