@@ -42,12 +42,13 @@ def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
 
 
 def is_shut(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether an obstacle has appeared where a robot arrives, which then may leave on any
-    side: a robot enters no region that was closed to it before."""
-    pairs = zip(team.obstacles, state.obstacles, strict=True)
-    present = (Is.HIDDEN, Is.SEEN, Is.OPEN)
-    there = (p for p in pairs if p[0].region == region and p[1].state in present)
-    return any(i in obstacle.closed_to[each.stage.need] for obstacle, each in there)
+    """Return whether an obstacle that is present, known or not, closes a region to a robot."""
+    for obstacle, each in zip(team.obstacles, state.obstacles, strict=True):
+        if obstacle.region == region and each.state not in (Is.AWAY, Is.OVER):
+            sealed = each.state is Is.SEALED
+            if i in (obstacle.blocks if sealed else obstacle.closed_to[each.stage.need]):
+                return True
+    return False
 
 
 def acts_on(

@@ -93,7 +93,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             held = robot.own.held and mine.stays(robot.own.memory, region)
             ended: dict[str, object] = {"pose": robot.next, "to": None, "due": None, "by": None}
             ended["failed"] = ()
-            if region != here:
+            if region != here:  # what has appeared around it lets it leave on any side
                 ended["behind"] = None if is_shut(team, state, i, region) else here
             ended["own"] = robot.own._replace(held=held)
             return _robot(state, i, at=at + planned, **ended)
