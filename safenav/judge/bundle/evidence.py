@@ -393,7 +393,8 @@ class Evidence:
         """Claim the negatives that the judge has proven, and the end."""
         if e.kind == "blocked" and e.reason in ("no_capable_robot", "unresolvable"):
             kind, region = e.obstacle.partition("@")[0], s.obstacles[e.obstacle].region
-            self.claim("never", e, f"No robot can ever resolve {kind}@{_word({region}, s)}.")
+            what = f"No robot can resolve {kind}@{_word({region}, s)}"
+            self.claim("never", e, f"{what}, unless the scenario or an operator changes something.")
         elif e.kind == "deadline" and e.verdict == "lost" and e.of in s.obstacles:
             what = f"{e.of} cannot be resolved by tick {e.due}, when it is due"
             self.claim("lost", e, f"{what}, whatever the robots do.")
