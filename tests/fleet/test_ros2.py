@@ -332,16 +332,17 @@ def test_every_socket_of_ros_2_is_confined_to_its_interface() -> None:
 
 
 def test_goals_and_actions_without_a_server_fail_and_a_goal_is_cancelled_once_accepted() -> None:
-    """The server of a robot is slow: it accepts a goal after its cancellation."""
-    told: list[Any] = []
+    """The server of a robot is slow: it accepts a goal after its cancellation. It rejects the
+    next one."""
+    told = SimpleQueue[Any]()
     stations = {"digit": Station("/digit", act={"push": "push"})}
     ros = streams.Ros2Transport(Network(domain=20 + os.getpid() % 200), stations, {})
-    ros.open(told.append)
+    ros.open(told.put)
     goal, action = GoalPoint(1, 0.0, 0.0, None), "/digit/navigate_to_pose"
     ros.navigate("digit", goal)
     ros.perform("digit", "push", "door@9", 2)
-    assert told[0] == GoalEnded("digit", 1, GoalEnd.UNREACHABLE, "no action server")
-    assert told[1] == Performed("digit", 2, ActResult.FAILED, "no server of push")
+    assert told.get_nowait() == GoalEnded("digit", 1, GoalEnd.UNREACHABLE, "no action server")
+    assert told.get_nowait() == Performed("digit", 2, ActResult.FAILED, "no server of push")
     assert ros.missing() == [action]
     asked, served = SimpleQueue[Any](), f"{action}/_action"
     for service, kind in (
@@ -362,6 +363,10 @@ def test_goals_and_actions_without_a_server_fail_and_a_goal_is_cancelled_once_ac
     accept.write(accepted(sent.client, sent.number, True, node.Time()))
     kinds = {type(asked.get(timeout=300)) for _ in range(2)}
     assert kinds == {node.message(f"{kind}_Request") for kind in (asks, cancels)}
+    ros.navigate("digit", replace(goal, number=2))
+    sent = asked.get(timeout=300)
+    accept.write(accepted(sent.client, sent.number, False, node.Time()))
+    assert told.get(timeout=300) == GoalEnded("digit", 2, GoalEnd.REJECTED, "goal rejected")
     ros._robots["digit"].cancel = cancel = Mock()  # type: ignore[method-assign]
     ros.close()
     cancel.assert_called_once_with()
