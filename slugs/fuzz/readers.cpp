@@ -1,8 +1,8 @@
 // Fuzzes a reader: for any bytes it must end, with a specification or with messages.
 //
 // What it accepts must survive: printed as slugsin it must be read again, with the same
-// variables and as many constraints.  FUZZ_PREFIX is put before the bytes: the
-// declaration of an integer makes every input structuredslugs.
+// variables and as many constraints.  Two programs differ in what they put before
+// the bytes, `prefix.cpp`.
 
 #include "read/reader.hpp"
 #include "read/slugsin.hpp"
@@ -13,6 +13,8 @@
 #include <iostream>
 #include <sstream>
 #include <string>
+
+extern const char *const prefix;
 
 namespace fuzz {
 
@@ -72,6 +74,6 @@ inline void read_and_translate(const std::string &text) {
 } // namespace fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size) {
-  fuzz::read_and_translate(FUZZ_PREFIX + std::string(reinterpret_cast<const char *>(data), size));
+  fuzz::read_and_translate(prefix + std::string(reinterpret_cast<const char *>(data), size));
   return 0;
 }

@@ -13,6 +13,7 @@
 
 using namespace slugs;
 
+namespace test_bdd {
 namespace {
 
 constexpr std::uint32_t bits = 4;
@@ -397,18 +398,17 @@ void a_limit_ends_an_operation_that_starts_again() {
   EXPECT(stopped);
 }
 
-} // namespace
+const expect::Suite suite("test_bdd", [] {
+  operations_agree_with_truth_tables();
+  functions_survive_collection_and_sifting();
+  sifting_finds_a_linear_order();
+  large_diagrams_stay_consistent();
+  memory_limit_is_an_exception_and_leaves_the_store_whole();
+  an_interrupt_stops_an_operation();
+  an_operation_that_outgrows_its_bound_starts_again_in_a_better_order();
+  an_operation_does_not_give_up_while_edges_without_handles_are_held();
+  a_limit_ends_an_operation_that_starts_again();
+});
 
-int main() {
-  return expect::run([] {
-    operations_agree_with_truth_tables();
-    functions_survive_collection_and_sifting();
-    sifting_finds_a_linear_order();
-    large_diagrams_stay_consistent();
-    memory_limit_is_an_exception_and_leaves_the_store_whole();
-    an_interrupt_stops_an_operation();
-    an_operation_that_outgrows_its_bound_starts_again_in_a_better_order();
-    an_operation_does_not_give_up_while_edges_without_handles_are_held();
-    a_limit_ends_an_operation_that_starts_again();
-  });
-}
+} // namespace
+} // namespace test_bdd

@@ -19,6 +19,7 @@
 
 using namespace slugs;
 
+namespace test_engine {
 namespace {
 
 Specification read(const std::string &text) {
@@ -465,20 +466,19 @@ void a_specification_without_variables_has_one_state() {
   EXPECT(solve(empty, {}).verdict == Verdict::Unrealizable);
 }
 
-} // namespace
+const expect::Suite suite("test_engine", [] {
+  the_fixpoint_is_the_plain_one();
+  bytes_do_not_depend_on_the_tuning();
+  bytes_do_not_depend_on_the_order_of_variables();
+  a_bias_for_action_changes_choices_not_verdicts();
+  a_verdict_alone_is_the_same_verdict();
+  both_forms_show_the_same_automaton();
+  limits_end_a_run_wherever_it_is();
+  a_run_can_start_again_after_an_interrupt();
+  strategies_larger_than_memory_reach_the_limit();
+  two_solvers_live_side_by_side();
+  a_specification_without_variables_has_one_state();
+});
 
-int main() {
-  return expect::run([] {
-    the_fixpoint_is_the_plain_one();
-    bytes_do_not_depend_on_the_tuning();
-    bytes_do_not_depend_on_the_order_of_variables();
-    a_bias_for_action_changes_choices_not_verdicts();
-    a_verdict_alone_is_the_same_verdict();
-    both_forms_show_the_same_automaton();
-    limits_end_a_run_wherever_it_is();
-    a_run_can_start_again_after_an_interrupt();
-    strategies_larger_than_memory_reach_the_limit();
-    two_solvers_live_side_by_side();
-    a_specification_without_variables_has_one_state();
-  });
-}
+} // namespace
+} // namespace test_engine

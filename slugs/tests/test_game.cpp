@@ -13,6 +13,7 @@
 
 using namespace slugs;
 
+namespace test_game {
 namespace {
 
 const std::string two_walkers = "[INPUT]\nhere\na:0...3\nb:0...3\n[OUTPUT]\ngo\n"
@@ -100,13 +101,12 @@ void test_products_quantify_early_what_they_would_at_the_end() {
   }
 }
 
-} // namespace
+const expect::Suite suite("test_game", [] {
+  test_parts_are_found();
+  test_the_start_order_has_one_part_above_the_rest();
+  test_the_start_order_begins_with_hubs();
+  test_products_quantify_early_what_they_would_at_the_end();
+});
 
-int main() {
-  return expect::run([] {
-    test_parts_are_found();
-    test_the_start_order_has_one_part_above_the_rest();
-    test_the_start_order_begins_with_hubs();
-    test_products_quantify_early_what_they_would_at_the_end();
-  });
-}
+} // namespace
+} // namespace test_game

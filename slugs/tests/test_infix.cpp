@@ -11,6 +11,7 @@
 
 using namespace slugs;
 
+namespace test_infix {
 namespace {
 
 struct Connective {
@@ -227,15 +228,14 @@ void test_large_numbers_do_not_wrap_around() {
   EXPECT(!reading::holds(s, reading::only(s, Section::SysInit), 2147483646));
 }
 
-} // namespace
+const expect::Suite suite("test_infix", [] {
+  test_three_connectives_group_by_precedence_and_to_the_left();
+  test_grouping_and_spellings();
+  test_comparisons_are_those_of_true_integers();
+  test_a_long_sum_of_few_variables_is_a_small_formula();
+  test_sums_of_many_variables_are_those_of_true_integers();
+  test_large_numbers_do_not_wrap_around();
+});
 
-int main() {
-  return expect::run([] {
-    test_three_connectives_group_by_precedence_and_to_the_left();
-    test_grouping_and_spellings();
-    test_comparisons_are_those_of_true_integers();
-    test_a_long_sum_of_few_variables_is_a_small_formula();
-    test_sums_of_many_variables_are_those_of_true_integers();
-    test_large_numbers_do_not_wrap_around();
-  });
-}
+} // namespace
+} // namespace test_infix

@@ -13,6 +13,7 @@
 
 using namespace slugs;
 
+namespace test_invariants {
 namespace {
 
 // Return the output of a child that runs `work` before it aborts; nothing if it
@@ -112,16 +113,15 @@ void sifting_loses_no_edge() {
   EXPECT(asserts("counts_[e >> 1] > 0", [&](BddStore &store) { count(store, true); }));
 }
 
-} // namespace
+const expect::Suite suite("test_invariants", [] {
+  whoever_breaks_nothing_lives();
+  a_node_is_above_what_it_branches_to();
+  an_edge_without_a_handle_dies_with_a_collection();
+  a_handle_does_not_come_after_the_collection();
+  only_functions_of_the_present_move_to_the_next_state();
+  nothing_is_reordered_while_edges_are_held();
+  sifting_loses_no_edge();
+});
 
-int main() {
-  return expect::run([] {
-    whoever_breaks_nothing_lives();
-    a_node_is_above_what_it_branches_to();
-    an_edge_without_a_handle_dies_with_a_collection();
-    a_handle_does_not_come_after_the_collection();
-    only_functions_of_the_present_move_to_the_next_state();
-    nothing_is_reordered_while_edges_are_held();
-    sifting_loses_no_edge();
-  });
-}
+} // namespace
+} // namespace test_invariants

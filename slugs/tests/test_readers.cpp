@@ -15,6 +15,7 @@
 
 using namespace slugs;
 
+namespace test_readers {
 namespace {
 
 std::string names(const Specification &specification) {
@@ -289,23 +290,22 @@ void test_what_says_nothing_is_read_again() {
   }
 }
 
-} // namespace
+const expect::Suite suite("test_readers", [] {
+  test_slugsin_keeps_the_order_of_the_file();
+  test_structuredslugs_has_inputs_first();
+  test_range_limits_only_where_bits_can_exceed_the_range();
+  test_sections_repeat_and_keep_text_and_line();
+  test_a_line_ends_at_a_line_feed_alone();
+  test_languages_are_recognized_by_content();
+  test_buffers_nest_and_may_use_earlier_entries();
+  test_what_each_section_may_use();
+  test_declarations_look_at_the_limits();
+  equal_formulas_are_one();
+  a_very_large_pool_remembers_what_is_recent();
+  test_round_trip();
+  test_shared_formulas_are_written_once();
+  test_what_says_nothing_is_read_again();
+});
 
-int main() {
-  return expect::run([] {
-    test_slugsin_keeps_the_order_of_the_file();
-    test_structuredslugs_has_inputs_first();
-    test_range_limits_only_where_bits_can_exceed_the_range();
-    test_sections_repeat_and_keep_text_and_line();
-    test_a_line_ends_at_a_line_feed_alone();
-    test_languages_are_recognized_by_content();
-    test_buffers_nest_and_may_use_earlier_entries();
-    test_what_each_section_may_use();
-    test_declarations_look_at_the_limits();
-    equal_formulas_are_one();
-    a_very_large_pool_remembers_what_is_recent();
-    test_round_trip();
-    test_shared_formulas_are_written_once();
-    test_what_says_nothing_is_read_again();
-  });
-}
+} // namespace
+} // namespace test_readers

@@ -15,6 +15,7 @@
 
 using namespace slugs;
 
+namespace test_successors {
 namespace {
 
 using Valuation = std::string; // 0 or 1 by bit, as declared; compares lexicographically
@@ -150,11 +151,10 @@ void many_answers_cost_no_more_than_one() {
     }
 }
 
-} // namespace
+const expect::Suite suite("test_successors", [] {
+  lists_are_those_of_all_valuations();
+  many_answers_cost_no_more_than_one();
+});
 
-int main() {
-  return expect::run([] {
-    lists_are_those_of_all_valuations();
-    many_answers_cost_no_more_than_one();
-  });
-}
+} // namespace
+} // namespace test_successors

@@ -1,0 +1,4 @@
+// What a fuzzer puts before the bytes: the declaration of an integer makes every input
+// structuredslugs.
+
+extern const char *const prefix = FUZZ_PREFIX;
