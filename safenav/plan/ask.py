@@ -100,7 +100,8 @@ def _ask(
     if answer is None or isinstance(answer, Deadlock):
         return answer
     if not isinstance(answer, Exhausted):
-        return Found(shortened(floor, chain([answer], search.others()), frozenset(served)))
+        others = search.others(len(answer))
+        return Found(shortened(floor, chain([answer], others), frozenset(served)))
     if served:
         possible: tuple[int, ...] = ()
         for g in served:  # in order: each is served if it can be with those before it

@@ -56,6 +56,7 @@ class ChargedSearch(Search):
         }
         self._best: dict[object, list[Charges]] = {}
         self._effects: dict[object, dict[tuple[int, ...], Effect]] = {}
+        self._joint: Joint | None = None
         # Without further goals, a robot charges to half of what it could have on its return.
         self._spare: dict[int, float] = {}
         for i, energy in self.energies.items() if super().goal(start) else ():
@@ -80,7 +81,8 @@ class ChargedSearch(Search):
         for how in islice(cycle(ORDERS), TRIES):
             if best is None or self.work < enough:
                 break
-            found = self.deep(self.start, self.goal, FIRST_BUDGET, how, self._order(how))
+            most = min(FIRST_BUDGET, len(best))
+            found = self.deep(self.start, self.goal, most, how, self._order(how))
             if found is not None and self._ticks(found) < self._ticks(best):
                 best = found
         return best
@@ -120,10 +122,11 @@ class ChargedSearch(Search):
         yield from super()._forced(joint, i)
 
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
-        effects = self._effects.setdefault(joint[:3], {})
-        if poses not in effects:
-            effects[poses] = self._effect(joint, poses)
-        after, gains = effects[poses]
+        if joint is not self._joint:
+            self._joint, self._ways = joint, self._effects.setdefault(joint[:3], {})
+        if (effect := self._ways.get(poses)) is None:
+            effect = self._ways[poses] = self._effect(joint, poses)
+        after, gains = effect
         charges = [*joint.charges]
         for i, most, gain, least in gains:
             charges[i] = min(most, round(charges[i] + gain, DECIMALS))

@@ -58,7 +58,7 @@ class Search:
         alive = self._alive if len(floor.robots) > MANY else None
         self._propose = Proposals(floor, self.random, alive).propose
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
-        self._fields: dict[tuple[int, Mask, Stages], Field] = {}
+        self._fields: dict[Stages, dict[tuple[int, Mask], Field]] = {}
         self._one_way = any(floor.graphs[i].one_way for i in floor.robots)
         self._turn = 0
 
@@ -85,22 +85,23 @@ class Search:
                         return self.singles(PROOF)
                     if found is not None:
                         return found
+            most = SINGLES << 2 * turn if few and turn <= PROOF_TURN else 0
+            if most and (answer := self.singles(most)) is not None:
+                return answer
             for _ in range(turn + 1):
                 if (found := self._legs(CHAIN << turn // 2)) is not None:
                     return found
-            most = {0: SINGLES, PROOF_TURN: PROOF}.get(turn, 0)
-            if few and most and (answer := self.singles(most)) is not None:
-                return answer
         return self.singles(PROOF) if few and self._turn <= PROOF_TURN else None
 
-    def others(self) -> Iterator[list[Joint]]:
-        """Yield the plans of other searches: one deep search often finds a long one."""
+    def others(self, most: int) -> Iterator[list[Joint]]:
+        """Yield the plans of other searches of at most so many states: one deep search often finds
+        a long one."""
         self.work = min(self.work, EXTRA)
         if len(self.floor.robots) <= FEWEST:
             found = self.singles(SINGLES // 4)
             yield from () if isinstance(found, Exhausted | None) else (found,)
         for how in (STATIC, ONE) * TRIES:
-            found = self.deep(self.start, self.goal, MOST_OF_AN_ORDER, how, self._order(how))
+            found = self.deep(self.start, self.goal, most, how, self._order(how))
             yield from () if isinstance(found, Exhausted | None) else (found,)
 
     def _rolled(self) -> list[Joint] | None:
@@ -247,25 +248,22 @@ class Search:
         """Return the distances of each robot to its current goal; None without a goal that it can
         reach."""
         guided, found = self._duties(joint), list[Field]([None] * len(joint.poses))
+        known = self._fields.setdefault(joint.stages, {})
         for i in self.floor.robots:
             mine = guided[i]
             own = self.floor.awaited(i, joint.counts[i]) if mine is None else mine
-            found[i] = self._field(joint, i, self._aim(joint, i, own, own=mine is None))
+            goal = self._aim(joint, i, own, own=mine is None)
+            if (i, goal) not in known:
+                allowed = self.floor.allowed(i, joint.stages)
+                known[i, goal] = self.floor.graphs[i].distances(goal, allowed) if goal else None
+            field = known[i, goal]
+            found[i] = field if field is not None and field[joint.poses[i]] < FAR else None
         return found
 
     def _duties(self, joint: Joint) -> Sequence[Mask | None]:
         if joint.stages not in self._guided:
             self._guided[joint.stages] = self.guide(joint.stages, joint.poses)
         return self._guided[joint.stages]
-
-    def _field(self, joint: Joint, i: int, goal: Mask) -> Field:
-        """Return the distances of a robot to a goal; None if it cannot reach it."""
-        key = i, goal, joint.stages
-        if key not in self._fields:
-            allowed = self.floor.allowed(i, joint.stages)
-            self._fields[key] = self.floor.graphs[i].distances(goal, allowed) if goal else None
-        field = self._fields[key]
-        return field if field is not None and field[joint.poses[i]] < FAR else None
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
         """Return the poses that a robot visits first for a goal. ``own``: it is its next target."""
@@ -357,6 +355,7 @@ class Proposals:
         self._rivals = [member.rivals for member in self._members]
         self._zoned = [bool(member.zones) for member in self._members]
         self._joint: Joint | None = None
+        self._stages: Stages | None = None
         self._order: Sequence[int] = ()
 
     def propose(
@@ -373,7 +372,9 @@ class Proposals:
             self._now: dict[int, list[int]] = {}
             for i in order:
                 self._now.setdefault(joint.poses[i] % self._size, []).append(i)
-            self._steps = [self._floor.steps(i, joint.stages) for i in range(len(joint.poses))]
+            if joint.stages is not self._stages:
+                self._stages, robots = joint.stages, range(len(joint.poses))
+                self._steps = [self._floor.steps(i, joint.stages) for i in robots]
         self._fields = fields
         self._next: dict[int, int] = {}
         self._entered: dict[int, list[int]] = {}
@@ -427,12 +428,12 @@ class Proposals:
         taken ones."""
         here, field, rivals = self._poses[i], self._fields[i], self._rivals[i]
         now, size, draw = self._now, self._size, self._random.random
-        ranks = [(0 if field is None else field[here], False, draw(), here)]
+        ranks = [((0 if field is None else field[here]) + draw() / 2, here)]
         for pose in self._steps[i][here]:
             if self._alive is not None and not self._alive[i] >> pose & 1:
                 continue
             there = now.get(pose % size)
-            taken = there is not None and not rivals.isdisjoint(there)
-            ranks.append((1 if field is None else field[pose], taken, draw(), pose))
+            taken = 0.5 if there is not None and not rivals.isdisjoint(there) else 0
+            ranks.append(((1 if field is None else field[pose]) + taken + draw() / 2, pose))
         ranks.sort()
-        return [rank[3] for rank in ranks]
+        return [pose for _, pose in ranks]

@@ -65,7 +65,10 @@ def _shortened(
         if floor.gates or len(order) <= FEW:
             together = [order, *([i] for i in order)]
         for group in together:
-            best, plan = _improved(floor, best, group, served) or (best, plan)
+            if (ways := _rerouted(floor, best, group)) is not None:
+                best, plan = _better(floor, best, ways, served) or (best, plan)
+            elif group is order:
+                break  # nor does one of them alone find a better route
         best, plan = _without_loops(floor, best, served) or (best, plan)
         least = LITTLE * len(before) if len(order) > FEW else 0
         if best is before or len(before) - len(best) < least:
@@ -93,7 +96,7 @@ def _without_loops(
         pairs = combinations(group, 2) if len(group) <= FEW else ()
         for some in dict.fromkeys((group, *pairs)):
             ways = _waiting(floor, best, some)
-            better = ways and _better(floor, best, list(zip(*ways, strict=True)), served)
+            better = ways and _better(floor, best, ways, served)
             if better:
                 found, best = better, better[0]
     return found
@@ -135,11 +138,9 @@ def _disturbed(
     )
 
 
-def _improved(
-    floor: Floor, best: list[Joint], who: Sequence[int], served: frozenset[int]
-) -> tuple[list[Joint], Plan] | None:
-    """Return the plan in which these robots, one after the other, follow their earliest routes;
-    None if it is not better."""
+def _rerouted(floor: Floor, best: list[Joint], who: Sequence[int]) -> list[list[int]] | None:
+    """Return the poses of each robot by tick if these, one after the other, follow their earliest
+    routes; None if nothing changes."""
     ways, changed = _ways(best), False
     shared: dict[frozenset[int], list[Mask]] = {}
     size = floor.team.size
@@ -153,15 +154,15 @@ def _improved(
                 for t, (old, new) in enumerate(zip(ways[i], way, strict=False)):
                     masks[t] = masks[t] & ~(1 << old % size) | 1 << new % size
             ways[i], changed = way, True
-    return _better(floor, best, list(zip(*ways, strict=True)), served) if changed else None
+    return ways if changed else None
 
 
 def _better(
-    floor: Floor, best: list[Joint], ticks: Sequence[tuple[int, ...]], served: frozenset[int]
+    floor: Floor, best: list[Joint], ways: Sequence[Sequence[int]], served: frozenset[int]
 ) -> tuple[list[Joint], Plan] | None:
-    """Return the plan with these joint poses; None if it does not complete the mission, or costs
-    as much as ``best``."""
-    found, plan = _shown(floor, best[0], ticks, served)
+    """Return the plan with these poses of each robot by tick; None if it does not complete the
+    mission, or costs as much as ``best``."""
+    found, plan = _shown(floor, best[0], list(zip(*ways, strict=True)), served)
     return None if found is None or _cost(found) >= _cost(best) else (found, plan)
 
 

@@ -7,7 +7,7 @@ in its order.
 """
 
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
@@ -218,7 +218,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
         """Return the joint state after robots ``who`` have gone to their ``poses``, all have acted,
         and goals have counted: before a resolution, for those that arrive before it."""
-        moved = [i for i in who if poses[i] != joint.poses[i]]
+        moved = {i for i in who if poses[i] != joint.poses[i]}
         after = self._settled(poses, joint.counts, joint.stages, who, moved)
         if len(moved) > 1 and self._restarts(joint.stages, after.stages):
             *_, (_, after) = self.sequence(joint, poses)
@@ -269,6 +269,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                 if pose % size not in taken and not shut >> pose % size & 1:
                     yield i, pose
 
+    @cached_method
     def is_done(self, i: int, count: tuple[int, int]) -> bool:
         """Return whether a robot has completed its rounds."""
         return self.rounds_done(i, count) >= (self.rounds or self.team.rounds)
@@ -277,6 +278,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         """Return the rounds that a robot has completed."""
         return self.team.members[i].pursuit.rounds(count[1])
 
+    @cached_method
     def awaited(self, i: int, count: tuple[int, int]) -> Mask:
         """Return the poses of a robot's next target; if its rounds are completed, those where it
         must end."""
@@ -321,8 +323,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                 counts, who = tuple(restarted(m, Count(*c))[:2] for m, c in pairs), self.robots
         changed: list[tuple[int, int]] | None = None
         for i in who:
-            kept = self.kept(i)[poses[i]]
-            here = self.reached(i)[poses[i]] if i in moved else kept
+            arriving, staying = self._meeting[i]
+            kept = staying[poses[i]]
+            here = arriving[poses[i]] if i in moved else kept
             if not here:
                 continue
             member, count = self.team.members[i], counts[i]
@@ -347,14 +350,10 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         over = {*self.open(before)} - {*self.open(after)}
         return any(self.gate(g).battery_of is None for g in over)
 
-    @cached_method
-    def reached(self, i: int) -> dict[int, int]:
-        return _Known(self.team.members[i].reached)
-
-    @cached_method
-    def kept(self, i: int) -> dict[int, int]:
-        """Return the targets that staying in each pose meets."""
-        return _Known(self.team.members[i].kept)
+    @cached_property
+    def _meeting(self) -> list[tuple[dict[int, int], dict[int, int]]]:
+        """The targets that each robot meets by arriving in a pose, and by staying there."""
+        return [(_Known(member.reached), _Known(member.kept)) for member in self.team.members]
 
 
 class _Known(dict[int, T]):
