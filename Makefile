@@ -12,6 +12,9 @@ SLUGS_TESTED := slugs/build-sanitized
 # 0.35 s a process, whatever the environment says.
 unexport PYTHONDONTWRITEBYTECODE
 
+# Those of Hypothesis for libraries that no test draws from; each process would import these.
+export HYPOTHESIS_NO_PLUGINS := 1
+
 .DEFAULT_GOAL := help
 .PHONY: help run test quick lint format slugs slugs-test fuzz front bench docs paper proof wheel clean install
 

@@ -20,6 +20,7 @@ from once import from_yaml
 from runtime.played import play
 from safenav import InputError, check_trace
 from support.damage import GOOD, Edit, Line, damage, text
+from support.examples import CHARACTERS
 from support.judged import believed
 
 BROKEN = from_yaml((Path(__file__).parent / "broken.yaml").read_text())
@@ -59,7 +60,7 @@ def test_a_broken_rule_is_named_with_tick_and_robot(
 TRACES = st.sampled_from(sorted(GOOD))
 VALUES = st.one_of(
     *(st.none(), st.booleans(), st.integers(-3, 60), st.integers(), st.floats()),
-    st.text(max_size=8),
+    st.text(CHARACTERS, max_size=8),
     st.sampled_from(["quad", "digit", "rover", "door@9", "north", "realizable", "hold"]),
     st.lists(st.integers(-1, 60), max_size=3),
     st.dictionaries(st.sampled_from(["quad", "hold", "x"]), st.integers(-1, 60), max_size=2),

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from random import Random
 from typing import TYPE_CHECKING
@@ -225,7 +224,8 @@ DAMAGES: tuple[Damage, ...] = (
 
 def damaged(automaton: Automaton, damage: Damage, starts: list[int], source: Random) -> Automaton:
     """A damaged copy of an automaton with these initial nodes."""
-    copy = deepcopy(automaton)
+    nodes = [replace(node, successors=[*node.successors]) for node in automaton.nodes]
+    copy = replace(automaton, nodes=nodes)
     damage(copy, source)
     return without_unreachable(copy, starts) if damage is no_memory else copy
 
@@ -235,9 +235,10 @@ def _some_node(automaton: Automaton, source: Random) -> Node:
 
 
 def without_unreachable(automaton: Automaton, starts: list[int]) -> Automaton:
-    graph = networkx.DiGraph(automaton.edges)
-    graph.add_nodes_from(starts)
-    kept = sorted({*starts}.union(*(networkx.descendants(graph, start) for start in starts)))
+    reached, latest = {*starts}, {*starts}
+    while latest := {to for one in latest for to in automaton.nodes[one].successors} - reached:
+        reached |= latest
+    kept = sorted(reached)
     number = {old: new for new, old in enumerate(kept)}
     nodes = (automaton.nodes[n] for n in kept)
     moved = [replace(n, successors=[number[to] for to in n.successors]) for n in nodes]

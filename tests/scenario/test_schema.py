@@ -8,7 +8,7 @@ import json
 import re
 from contextlib import suppress
 from copy import deepcopy
-from functools import reduce
+from functools import cache, reduce
 from itertools import product
 from operator import getitem
 from pathlib import Path
@@ -24,10 +24,7 @@ import warm
 from once import ROOT, beside, from_yaml
 from safenav import Diagnostic, InputError, load_scenario_text
 from scenario.mistakes import VALUES, disagreement, keys_of, mistakes, places, recorded
-from support.examples import campaign
-
-SCHEMA: dict[str, Any] = json.loads(warm.safenav("new", "--schema").stdout)
-VALIDATOR = Draft202012Validator(SCHEMA)
+from support.examples import CHARACTERS, campaign
 
 FULL = beside(__file__, "scenarios/schema_full.yaml")
 """A scenario with every key but those of other forms, which OTHERS has."""
@@ -57,14 +54,20 @@ def judged(text: str, file: str = "x.yaml") -> tuple[Diagnostic, ...]:
     return ()
 
 
+@cache
+def whole() -> Draft202012Validator:
+    """What the schema demands of a scenario."""
+    return Draft202012Validator(json.loads(warm.safenav("new", "--schema").stdout))
+
+
 def of_key(key: str) -> Draft202012Validator:
     """What the schema demands of one key."""
-    part = {"required": [], "properties": {key: SCHEMA["properties"][key]}}
-    return Draft202012Validator({**SCHEMA, **part})
+    part = {"required": [], "properties": {key: whole().schema["properties"][key]}}
+    return Draft202012Validator({**whole().schema, **part})
 
 
 def test_loader_and_schema_accept_the_same_scenarios_of_the_project() -> None:
-    Draft202012Validator.check_schema(SCHEMA)
+    Draft202012Validator.check_schema(whole().schema)
     wrong, count = {}, 0
     for folder in ("scenarios", "safenav/scenario/templates", "tests"):
         for file in sorted((ROOT / folder).rglob("*.yaml")):
@@ -73,7 +76,7 @@ def test_loader_and_schema_accept_the_same_scenarios_of_the_project() -> None:
                 if re.search("^safenav: ", text, re.MULTILINE):
                     data = from_yaml(text)
                     count += 1
-                    if told := disagreement(data, judged(text, str(file)), VALIDATOR):
+                    if told := disagreement(data, judged(text, str(file)), whole()):
                         wrong[str(file)] = told
     assert wrong == {}
     assert count > 200
@@ -81,9 +84,9 @@ def test_loader_and_schema_accept_the_same_scenarios_of_the_project() -> None:
 
 def test_the_full_scenario_is_valid_and_all_forms_together_have_every_key(tmp_path: Path) -> None:
     recorded(load_scenario_text(FULL), tmp_path / "t.jsonl")
-    assert list(VALIDATOR.iter_errors(DATA)) == []
+    assert list(whole().iter_errors(DATA)) == []
     ways = [way for key, value in FORMS for way in places({key: value})]
-    assert keys_of(SCHEMA, set()) <= {way[-1] for way in ways}
+    assert keys_of(whole().schema, set()) <= {way[-1] for way in ways}
 
 
 @pytest.mark.parametrize(
@@ -94,12 +97,12 @@ def test_loader_and_schema_agree_on_an_error(key: str, value: Any) -> None:
     for turn, way in enumerate(places({key: value})):
         for name, data in mistakes({key: value}, way, turn):
             scenario = {**{k: DATA[k] for k in NEEDED if k != key}, **data}
-            found = judged(json.dumps(scenario, indent=0))
+            found = judged(json.dumps(scenario, separators=(",\n", ": ")))
             missing = [d for d in found if d.found.endswith(" is missing")]
             assert all(d.hint for d in missing), "a missing key is told with an example"
             # The rest of the scenario is right, so that the schema need not see it.
             told = (
-                disagreement(scenario, found, VALIDATOR)
+                disagreement(scenario, found, whole())
                 if len(way) == 1
                 else disagreement(data, found, part)
             )
@@ -127,7 +130,7 @@ def test_loader_and_schema_agree_on_the_keys_of_a_map(form: dict[str, Any], star
         given = {key: SIZES[key] for key, is_chosen in zip(SIZES, chosen, strict=True) if is_chosen}
         data = {"safenav": 1, "map": {**form, **given}, "robots": {"ann": robot}}
         told = judged(json.dumps(data), str(ROOT / "tests/maps/scenario.yaml"))
-        assert VALIDATOR.is_valid(data) == (not told), (data, told)
+        assert whole().is_valid(data) == (not told), (data, told)
 
 
 def test_the_schema_refuses_a_helper_of_an_obstacle_without_a_place() -> None:
@@ -186,6 +189,6 @@ def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
 
 
 @campaign(100)
-@given(st.text(max_size=200))
+@given(st.text(CHARACTERS, max_size=200))
 def test_any_text_gives_a_scenario_or_an_input_error(line: Path, text: str) -> None:
     load_or_refuse(text, line)

@@ -6,6 +6,10 @@
 import os
 
 from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+CHARACTERS = st.characters(exclude_categories=["Cs"])
+"""Those of `st.text()`, which finds them by encoding each: for 2 s in each process."""
 
 
 def campaign(bounded: int) -> settings:

@@ -24,7 +24,8 @@ def of_header(who: str, words: str, path: str, value: object) -> tuple[str, str,
 NESTED: list[object] = []
 for _ in range(250):
     NESTED = [NESTED]
-MANY = [GOOD["door"]()[0]["scenario"]["robots"][0] | {"name": f"r{k}"} for k in range(1001)]
+ROBOT = GOOD["door"]()[0]["scenario"]["robots"][0]
+MANY = [ROBOT | {"name": f"r{k}"} for k in range(1001)]
 ALWAYS = "scenario.robots.0.objective.always"
 CASES = [
     *(

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from safenav import InputError, RegionMap, load_scenario_text
-from support.examples import campaign
+from support.examples import CHARACTERS, campaign
 
 MAPS = Path(__file__).parents[1] / "maps"
 Blocked = Any  # a numpy array of booleans, one row per row of pixels
@@ -199,7 +199,7 @@ DRAWN = (MAPS / "rooms.map").read_bytes()
     st.sampled_from(IMAGES).flatmap(damaged).map(lambda data: ("image", data))
     | st.binary(max_size=60).map(lambda data: ("image", data))
     | damaged(DRAWN).map(lambda data: ("movingai", data))
-    | st.text(max_size=60).map(lambda text: ("movingai", text.encode()))
+    | st.text(CHARACTERS, max_size=60).map(lambda text: ("movingai", text.encode()))
 )
 def test_any_bytes_give_a_map_or_an_error(folder: Path, drawn: tuple[str, bytes]) -> None:
     form, data = drawn
