@@ -238,14 +238,9 @@ def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
 
 def closed(team: Team, state: State, i: int) -> frozenset[int]:
     """Return the regions of known obstacles that a robot must not enter now."""
-    found = set()
-    for k, each in enumerate(state.obstacles):
-        obstacle = team.obstacles[k]
-        if (each.state is Is.OPEN and i in obstacle.closed_to[each.stage.need]) or (
-            each.state is Is.SEALED and i in obstacle.blocks
-        ):
-            found.add(obstacle.region)
-    return frozenset(found)
+    pairs = zip(team.obstacles, state.obstacles, strict=True)
+    known = ((one, each) for one, each in pairs if each.state in (Is.OPEN, Is.SEALED))
+    return frozenset(one.region for one, each in known if one.closes(i, each))
 
 
 def at_end(state: State, among: Iterable[int]) -> bool:

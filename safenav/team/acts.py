@@ -43,12 +43,8 @@ def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
 
 def is_shut(team: Team, state: State, i: int, region: int) -> bool:
     """Return whether an obstacle that is present, known or not, closes a region to a robot."""
-    for obstacle, each in zip(team.obstacles, state.obstacles, strict=True):
-        if obstacle.region == region and each.state not in (Is.AWAY, Is.OVER):
-            sealed = each.state is Is.SEALED
-            if i in (obstacle.blocks if sealed else obstacle.closed_to[each.stage.need]):
-                return True
-    return False
+    pairs = zip(team.obstacles, state.obstacles, strict=True)
+    return any(one.region == region and one.closes(i, each) for one, each in pairs)
 
 
 def acts_on(

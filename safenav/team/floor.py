@@ -385,11 +385,8 @@ def inside(team: Team, state: State) -> frozenset[Inside]:
         if each.state not in (Is.OPEN, Is.SEALED):
             continue
         for i in obstacle.blocks:
-            robot = state.robots[i]
-            shut = (i, k) in failed or each.state is Is.SEALED
-            if robot.next % team.size == obstacle.region and (
-                shut or i in obstacle.closed_to[each.stage.need]
-            ):
+            robot, shut = state.robots[i], (i, k) in failed or obstacle.closes(i, each)
+            if shut and robot.next % team.size == obstacle.region:
                 behind = robot.behind if robot.to is None else robot.pose % team.size
                 found.add((i, k, robot.next, behind if (i, k) in failed else None))
     return frozenset(found)

@@ -20,6 +20,7 @@ from safenav.scenario.model import Coordination
 from safenav.scenario.objective import Objective, Pursuit
 from safenav.team.battery import Energy
 from safenav.team.formulas import graph_of, targets_of
+from safenav.team.state import Is, ObstacleNow
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, PoseGraph, bits, plain_graph, region_mask
 
@@ -56,6 +57,12 @@ class Obstacle(Struct, frozen=True, eq=False):
     @property
     def ordered(self) -> bool:
         return self.source.ordered
+
+    def closes(self, i: int, now: ObstacleNow) -> bool:
+        """Return whether a robot must not enter its region, in this state of the obstacle."""
+        if now.state is Is.SEALED:  # perhaps after its last need
+            return i in self.blocks
+        return now.state not in (Is.AWAY, Is.OVER) and i in self.closed_to[now.stage.need]
 
 
 Zone = tuple[frozenset[int], Mask]

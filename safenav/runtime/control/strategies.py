@@ -209,10 +209,12 @@ def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[K
     ]
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
-        if each.state is Is.SEALED and i in obstacle.blocks:
+        if not obstacle.closes(i, each):
+            continue
+        if each.state is Is.SEALED:
             why = _sealed_words(team, state, k)
             found.append(Known(obstacle.region, f"obstacles.{obstacle.name}", why))
-        elif each.state is Is.OPEN and k in avoid and i in obstacle.closed_to[each.stage.need]:
+        elif each.state is Is.OPEN and k in avoid:
             found.append(
                 Known(obstacle.region, f"obstacles.{obstacle.name}", "found, and not resolved yet")
             )

@@ -145,8 +145,8 @@ def closing(team: Team, state: State, i: int, pose: int) -> int | None:
         if obstacle.region == here:
             if each.known and robot.behind not in (None, region):
                 return k
-        elif each.state is Is.SEALED or (
-            each.known and (i in obstacle.closed_to[each.stage.need] or (i, k) in failed)
+        elif (each.known or each.state is Is.SEALED) and (
+            (i, k) in failed or obstacle.closes(i, each)
         ):
             return k
     return None

@@ -252,8 +252,7 @@ class Operator:
             own = stands_for(obstacle.source, name)  # it is no longer lost
             if own or obstacle.region != region or obstacle.name in away:
                 continue
-            sealed = state.state is Is.SEALED  # perhaps after its last need
-            if i in (obstacle.blocks if sealed else obstacle.closed_to[state.stage.need]):
+            if obstacle.closes(i, state):
                 raise UsageError(f"{obstacle.name} is in region {region}: resolve it first")
         there = None if self.truth is None else self.truth.standing().get(region)
         if there is not None and there.name not in away and there.blocks(member.robot):

@@ -134,7 +134,7 @@ class SimulatedWorld:
         for k, each in enumerate(self._state.obstacles):
             obstacle = self._team.obstacles[k]
             there = each.state is Is.OPEN and obstacle.region == region
-            if there and i in obstacle.closed_to[each.stage.need]:
+            if there and obstacle.closes(i, each):
                 return obstacle.source
         return None
 
