@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from report.runs import changed, own, trace_of
-from safenav import InputError, read_run
+from safenav import InputError, read_run, read_trace
+from safenav.report.page.html import LiveRun
 from safenav.run.tracks import LongStep
 from support import damage
 from warm import safenav, started
@@ -51,6 +52,20 @@ def test_a_cut_off_trace_ends_with_its_last_complete_tick(tmp_path: Path) -> Non
         assert run.ending is None
         assert all(len(track.regions) == run.last + 1 for track in run.robots)
         assert all(event.tick <= run.last for event in run.events)
+
+
+def test_a_page_of_a_live_run_receives_all_entries_that_are_new() -> None:
+    trace = read_trace(trace_of("door"))
+    live = LiveRun(trace.header, "door")
+    for number, record in enumerate(trace.records):
+        live.append(record)
+        if number % 9:
+            continue
+        new, whole = live.news(), live.whole()
+        for part, every in zip(new["robots"], whole["robots"], strict=True):
+            assert part["path"] == every["path"][new["since"] :]
+            for key in ("tasks", "progress"):
+                assert part[key] == [entry for entry in every[key] if entry[0] >= new["since"]]
 
 
 STEP = {"robot": "quad", "command": 1, "tick": 1}
