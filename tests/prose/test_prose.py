@@ -3,9 +3,7 @@
 
 import ast
 import inspect
-import io
 import re
-import tokenize
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -42,12 +40,12 @@ def _markdown(text: str) -> Iterator[tuple[int, str, str]]:
 
 
 def _python(text: str) -> Iterator[tuple[int, str, str]]:
-    nodes = [*ast.walk(ast.parse(text))]
+    nodes = [*_walked(ast.parse(text))]
     inner: set[ast.AST] = set()
     docstrings: set[ast.AST] = set()
     for node in nodes:
         if isinstance(node, ast.JoinedStr):
-            inner.update(child for child in ast.walk(node) if child is not node)
+            inner.update(child for child in _walked(node) if child is not node)
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             docstrings.add(node.value)
     for node in nodes:
@@ -63,16 +61,34 @@ def _python(text: str) -> Iterator[tuple[int, str, str]]:
         elif isinstance(node, ast.JoinedStr):
             parts = (v.value if isinstance(v, ast.Constant) else "{}" for v in node.values)
             yield node.lineno, "message", " ".join("".join(map(str, parts)).split())
-    if "#" not in text:  # half of the files
-        return
-    block, start = "", 0
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type == tokenize.COMMENT:
-            start = start if block else token.start[0]
-            block = f"{block} {token.string.lstrip('# ')}".strip()
-        elif token.type != tokenize.NL and block:
-            yield start, "comment", block
-            block = ""
+    block, start, end = "", 0, 0
+    for found in _TOKEN.finditer(text):
+        if found[0].startswith("#"):
+            if block and text[end : found.start()].strip():
+                yield start, "comment", block
+                block = ""
+            start = start if block else text.count("\n", 0, found.start()) + 1
+            block, end = f"{block} {found[0].lstrip('# ')}".strip(), found.end()
+    if block:
+        yield start, "comment", block
+
+
+_TOKEN = re.compile(
+    r'''#[^\n]*|("""|\'\'\')(?:\\.|.)*?\1|"(?:\\.|[^"\\])*"|\'(?:\\.|[^'\\])*\'''', re.DOTALL
+)
+"""A comment or text of Python; ``tokenize`` takes ten times as long."""
+
+
+def _walked(tree: ast.AST) -> Iterator[ast.AST]:
+    """What ``ast.walk`` yields, in another order and in half of the time."""
+    nodes: list[object] = [tree]
+    while nodes:
+        node = nodes.pop()
+        if isinstance(node, ast.AST):
+            yield node
+            nodes += vars(node).values()
+        elif isinstance(node, list):
+            nodes += node
 
 
 def _braces(text: str) -> Iterator[tuple[int, str, str]]:
