@@ -334,21 +334,19 @@ class World:
             loads = [k for k in begun if run.state.obstacles[k].known and _takes(run, k)]
             acts = [k for k in acts if not _takes(run, k)] + loads
         stages = {k: stage for k, stage in self._changes(run, i, acts) if k not in again}
+        ready = {k for k, stage in stages.items() if resolved(team, k, stage)}
+        if begun is not None:  # others came meanwhile
+            stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
         if self.truth is not None:
-            seen = [k for k in stages if begun is None or k in begun]  # others came meanwhile
-            stages = {k: stages[k] for k in seen if resolved(team, k, stages[k])} | {
+            stages = {k: stages[k] for k in stages if k in ready} | {
                 number(run.team, run.state, obstacle): stage
                 for obstacle, stage in self.truth.parts(team.members[i].robot)
                 if self.truth.stands(obstacle)  # else it has disappeared in this instant
             }
         else:
             stages |= self._unnoticed(run, i)
-        failed = tuple(
-            k
-            for k in {**stages, **reported}
-            if reported.get(k) is ActResult.FAILED
-            or (k in stages and resolved(team, k, stages[k]) and k not in reported)
-        )
+        results = dict.fromkeys(ready, ActResult.FAILED) | reported
+        failed = tuple(k for k in stages | reported if results.get(k) is ActResult.FAILED)
         for k, result in reported.items():
             if result in (ActResult.DONE, ActResult.UNTRAVERSABLE):
                 has_truth = team.obstacles[k].source.type.has_truth
