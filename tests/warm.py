@@ -1,9 +1,9 @@
 """Commands as separate processes, without their start-up time.
 
 The start of Python and the imports take most of the time of a short command. Here a program that
-has imported all of safenav forks for each command: the command has its own process, working
-directory, environment, files and exit status, and ends as any Python program does. Tests of the
-start itself, of signals and of limits start safenav anew.
+has imported all of safenav, and read a scenario and a trace, forks for each command: the command
+has its own process, working directory, environment, files and exit status, and ends as any Python
+program does. Tests of the start itself, of signals and of limits start safenav anew.
 
 One program serves all processes of a test run: importing all takes 0.9 s. It is no child of the
 test run, so that tests can demand that no child is left; it ends when the test run ends.
@@ -29,7 +29,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
-from once import FOLDER, RUNNING, locked
+from once import FOLDER, ROOT, RUNNING, locked
 
 LIBRARIES = ("networkx", "numpy", "PIL.Image", "resvg_py", "daqp", "mcap.writer")
 LONGEST = 1 << 18
@@ -197,5 +197,16 @@ def _import_everything() -> None:
         if not name.endswith("__main__"):
             with contextlib.suppress(ImportError):
                 importlib.import_module(name)
+    if "coverage" not in sys.modules:  # the test that reads first has run these lines
+        with contextlib.suppress(Exception):  # the tests tell which
+            _read()
     gc.set_threshold(200_000, 20, 100)  # as the command does
     gc.freeze()
+
+
+def _read() -> None:
+    """Prepare the declarations of scenarios and traces, a third of the time of a short command."""
+    from safenav import check_trace, load_scenario
+
+    load_scenario(ROOT / "tests/scenario/scenarios/schema_full.yaml")
+    check_trace(ROOT / "tests/judge/good/door.jsonl")
