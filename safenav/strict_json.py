@@ -11,6 +11,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 MOST_NUMBER = 2**53 - 1
@@ -89,6 +90,12 @@ _WRITTEN = (str, dict, list)
 """Values that can have flaws: numbers have none."""
 
 
+@lru_cache(maxsize=4096)
+def is_name(text: str) -> bool:
+    """Return whether a text is a name; the lines of a trace repeat the same few."""
+    return NAME.fullmatch(text) is not None
+
+
 def flaws(line: Any, kind: str) -> Iterator[str]:
     """Yield the errors in the values of a line. ``kind``: its type. The state in a checkpoint is
     left to the reader that continues its run."""
@@ -102,13 +109,13 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             return
         if isinstance(value, dict):
             for name, inner in value.items():
-                if not NAME.fullmatch(name) and key not in _TEXTS:  # names of requirements are free
+                if not is_name(name) and key not in _TEXTS:  # names of requirements are free
                     yield f"{_shown(name)} is neither a field nor a name"
                 if isinstance(inner, _WRITTEN):
                     left.append((key if key in _TEXTS else name, inner, level + 1))
         elif isinstance(value, list):
             left.extend((key, inner, level + 1) for inner in value if isinstance(inner, _WRITTEN))
-        elif isinstance(value, str) and not (key in _TEXTS or NAME.fullmatch(value)):
+        elif isinstance(value, str) and not (key in _TEXTS or is_name(value)):
             yield f"`{key}` must be a name, not {_shown(value)}"
     if kind == "header":
         yield from _flaws_of_scenario(line.get("scenario"))

@@ -32,7 +32,7 @@ class Line:
     tick: int
     t: float | None
     number: int
-    step: Any
+    step: Any = None
 
     def __init__(self, **fields: Any) -> None:
         self.__dict__.update(fields)
@@ -303,6 +303,9 @@ KINDS = {
     }.items()
 }
 """The types of facts, which are judged; all other lines are marked as notes, and explain."""
+
+for _name in {name for each in (*KINDS.values(), *OBJECTS.values()) for name, _, _ in each}:
+    setattr(Line, "start" if _name == "from" else _name, None)  # as ``__getattr__``, but fast
 
 
 Text = str | bytes | dict[str, Any]
