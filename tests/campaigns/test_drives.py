@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -246,11 +246,21 @@ class Judge:
                     held[region] = held.get(region, 0) + more
                 if not 0 <= t <= end or any(since <= t <= until + 0.1 for since, until in acts):
                     continue
-                for region in range(self._places.world.rows * self._places.world.cols):
+                for region in self._near(x, y):
                     into = radius - self._places.outside(region, x, y)
                     if into > TOUCH and held.get(region, 0) < 1 and not self._bumped(name, t):
                         self._wrong(t, f"{name} reaches {into:.3f} m into {region}")
                         return
+
+    def _near(self, x: float, y: float) -> Iterable[int]:
+        """The regions that a body of at most their width can touch; all if it is off the map."""
+        world, here = self._places.world, self._places.region(x, y)
+        if here is None:
+            return range(world.rows * world.cols)
+        row, col = world.position(here)
+        rows = range(max(row - 1, 0), min(row + 2, world.rows))
+        cols = range(max(col - 1, 0), min(col + 2, world.cols))
+        return (world.region(r, c) for r in rows for c in cols)
 
     def _bumped(self, name: str, t: float) -> bool:
         """Whether a robot touches another one, which the scenario lets share its regions."""
