@@ -104,6 +104,12 @@ class Case:
             if any(regions.isdisjoint(need.regions) for need in load.chain()):
                 yield name
 
+    def way_back(self, name: str, pose: Any, obstacles: Iterable[Rest]) -> int | None:
+        """Return the only region to which a robot may leave an obstacle in which it stands now."""
+        robot = self.state.robots[name]
+        entered = robot.came is not None and robot.bound is None and pose == self.at[name]
+        return robot.came if entered and pose[0] in self.walls(name, obstacles) else None
+
     @staticmethod
     def walls(name: str, obstacles: Iterable[Rest]) -> frozenset[int]:
         return frozenset(one.region for one in obstacles if one.closes(name))

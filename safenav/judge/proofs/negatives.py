@@ -101,8 +101,9 @@ class Enumeration:
                 if name in robots and not regions.isdisjoint(mates):
                     taken |= regions
             taken |= self._walls(name, state.opened)
+            back = self.case.way_back(name, at[name], state.opened)
             for to in self.case.steps[name].get(at[name], ()):
-                if to[0] not in taken:
+                if to[0] not in taken and (back is None or to[0] in (back, at[name][0])):
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
                     yield self._settled(_State(poses, state.left, state.opened), k)
 

@@ -82,6 +82,7 @@ class Walk:
         self.at = {name: {region} for name, (region, _) in starts.items()}
         self.visits = {name: [region] for name, (region, _) in starts.items()}
         self.way: dict[str, tuple[int, int]] = {}
+        self.came: dict[str, int] = {}
         self.stages: dict[str, Stage] = {}
         self.walls, self.known = set[str](), set[str]()
         self.believed: set[str] = set()
@@ -136,6 +137,7 @@ class Walk:
                 self._acted(line, name)
             case "there":
                 self.stages[line["obstacle"]] = FIRST
+                self.came.clear()  # it may have appeared around a robot
             case "resolved" | "gone":
                 self._gone(line, line["obstacle"])
             case "cancel":
@@ -152,6 +154,7 @@ class Walk:
                     battery.told(line["t"], line["command"])
             case "put":
                 self.at[name] = {line["at"]}
+                self.came.pop(name, None)
                 self.out.discard(name)
                 self.settled |= {told for told in self.given if told[0] == name}
                 self.failures[name].clear()
@@ -174,6 +177,7 @@ class Walk:
         # decided so is in the trace, which is checked.
         self.visits[name].append(origin)
         self.at[name], self.way[name] = {origin, to}, (origin, to)
+        self.came.pop(name, None)
         self.given.add((name, line["command"]))
         self._apart(line, name)
         self._rules(line, name)
@@ -220,6 +224,7 @@ class Walk:
             self.failures[name].append(bound)
         elif line["how"] == "arrived":
             self.failures[name].clear()
+            self.came |= {name: before} if to != before else {}
 
     def _acted(self, line: Line, name: str) -> None:
         self.believed -= {n for n, result in line["found"].items() if result == "nothing"}
@@ -324,4 +329,5 @@ def _known_at_the_end(walk: Walk) -> tuple[Mission, Situation]:
     there = walk.known & mission.obstacles.keys() - walk.walls
     known = {name: walk.stages.get(name, FIRST) for name in there} | shown
     poses = {name: walk.pose(name) for name in walk.at}
-    return mission, Situation(poses, dict.fromkeys(poses, (0, 0)), known, frozenset(walk.walls))
+    begun = dict.fromkeys(poses, (0, 0))
+    return mission, Situation(poses, begun, known, frozenset(walk.walls), walk.came)

@@ -2,7 +2,7 @@
 
 import heapq
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 from campaigns.judge.mission import FIRST, NO_HEADING, Mission, Obstacle, Pose, Robot, Stage
@@ -68,12 +68,14 @@ and how many goals (otherwise: rounds) it has met since the last resolution."""
 @dataclass(frozen=True)
 class Situation:
     """A moment of a mission. ``stages``: the obstacles that are known and unresolved; those not
-    listed are absent. ``sealed``: those found to be permanent."""
+    listed are absent. ``sealed``: those found to be permanent. ``came``: the regions from which
+    robots came: they leave an unresolved obstacle nowhere else."""
 
     poses: Mapping[str, Pose]
     progress: Mapping[str, Progress]
     stages: Mapping[str, Stage]
     sealed: Collection[str] = ()
+    came: Mapping[str, int] = field(default_factory=dict)
 
 
 def at_start(mission: Mission, known: Iterable[str] = ()) -> Situation:
@@ -137,8 +139,10 @@ class Search:
         closed = self._closed(stages)
         for k, robot in enumerate(self.robots):
             taken = {poses[other][0] for other in self.rivals[k]}
+            inside = poses[k][0] in closed[k] and poses[k] == self.begin.poses[robot.name]
+            back = self.begin.came.get(robot.name) if inside else None
             for pose in self.mission.steps(robot, poses[k]):
-                if pose[0] not in taken and pose[0] not in closed[k]:
+                if pose[0] not in taken | closed[k] and back in (None, pose[0]):
                     yield self._settled((*poses[:k], pose, *poses[k + 1 :]), progress, stages)
 
     def is_complete(self, state: State) -> bool:
