@@ -205,7 +205,7 @@ def _import_everything() -> None:
 
 
 def _read() -> None:
-    """Prepare the declarations of scenarios and traces, a third of the time of a short command."""
+    """Prepare the declarations of scenarios and traces, as each command does."""
     from safenav import check_trace, load_scenario
 
     load_scenario(ROOT / "tests/scenario/scenarios/schema_full.yaml")

@@ -33,8 +33,8 @@ _NEEDED = "an operator will be needed, unless the run is completed before"
 
 class Foresight(Struct, frozen=True):
     """``reach``: the regions that each robot can reach once all resolvable obstacles are resolved.
-    ``stuck``: the robots that cannot meet their objective infinitely often; ``lacks``: the
-    shortfalls of obstacles that are never resolved."""
+    ``stuck``: the robots that cannot meet their objective; ``lacks``: the shortfalls of obstacles
+    that are never resolved."""
 
     reach: dict[str, frozenset[int]]
     stuck: tuple[str, ...]
@@ -53,8 +53,12 @@ def foresee(scenario: Scenario) -> Foresight:
             team.members, around.floor.graphs, closure.reach, strict=True
         )
     }
-    pairs = zip(team.members, closure.live, strict=True)
-    stuck = tuple(member.name for member, live in pairs if not live)
+    each = zip(team.members, closure.live, closure.reach, strict=True)
+    stuck = tuple(
+        member.name
+        for member, live, poses in each
+        if not live or (member.pursuit.settles and not all(poses & t for t in member.targets))
+    )
     return Foresight(reach, stuck, shortfalls(around, closure))
 
 
@@ -106,7 +110,9 @@ def _unmet(scenario: Scenario, found: Foresight) -> tuple[str, ...]:
     word = scenario.map.word
     who = listed(found.stuck)
     whose = "its objective" if len(found.stuck) == 1 else "their objectives"
-    warnings = [f"{who} cannot meet {whose} infinitely often: {_NEEDED}"]
+    ends = all(r.objective.settles for r in scenario.robots if r.name in found.stuck)
+    often = "" if ends else " infinitely often"
+    warnings = [f"{who} cannot meet {whose}{often}: {_NEEDED}"]
     lacks = [each for each in found.lacks if not each.too_few]  # another warning reports those
     return (*warnings, *(shortfall_words(each, word) for each in lacks))
 

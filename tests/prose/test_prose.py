@@ -76,7 +76,7 @@ def _python(text: str) -> Iterator[tuple[int, str, str]]:
 _TOKEN = re.compile(
     r'''#[^\n]*|("""|\'\'\')(?:\\.|.)*?\1|"(?:\\.|[^"\\])*"|\'(?:\\.|[^'\\])*\'''', re.DOTALL
 )
-"""A comment or text of Python; ``tokenize`` takes ten times as long."""
+"""A comment or text of Python, found faster than by ``tokenize``."""
 
 
 def _walked(tree: ast.AST) -> Iterator[ast.AST]:
