@@ -313,7 +313,7 @@ class Run:
         if self.recorder.ledger.stops:
             return True
         ended = isinstance(event, now.Turn | now.Arrived)
-        return ended and self.control.end is not None and not self.waits()
+        return ended and self.control.end is not None and not (self.waits() or self.arrives())
 
     def waits(self) -> bool:
         """Return whether a change to come, or an operator, may still help the team, which waits for
@@ -322,6 +322,12 @@ class Run:
         if end is None or end.outcome not in HELPED:
             return False
         return self.world.attended or self.until() is not None
+
+    def arrives(self) -> bool:
+        """Return whether a robot whose absence would end the run is in transit: it may act where it
+        arrives."""
+        absent = self.control.end is not None and self.control.end.cause == "out_of_service"
+        return absent and any(r.to is not None and not r.active for r in self.state.robots)
 
     def until(self) -> float | None:
         """Return when a coming change of the scenario may help; None: only an operator can."""
@@ -343,7 +349,7 @@ class Run:
         if self.is_complete():
             return completed(self.team, state, self.control.found)
         if end is not None and not self.waits():
-            return None if self.acts() else end
+            return None if self.acts() or self.arrives() else end
         if end is not None:
             self.recorder.waiting(end, self.until())
         elif (still := self.still()) is not None:
