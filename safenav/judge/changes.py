@@ -200,7 +200,8 @@ def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved
     obstacle."""
     installs = e.kind != "synthesis" or (e.node is not None and e.places is None)
-    told = (e.objectives or {e.robot: e.objective}) if installs else {}
+    told = {e.robot: e.objective} if e.objectives is None else e.objectives
+    told = told if installs else {}
     team = [(name, s.robots[name]) for name in told]
     others = [name for name, robot in team if not (robot.out or told[name].serves(robot.own))]
     every = s.obstacles.values()
