@@ -76,7 +76,8 @@ MOST_LEVELS = 200
 """Deepest nesting of a line."""
 MOST_ROBOTS = 1000
 MOST_REGIONS = 2**18
-NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
+_LONGEST_NAME = 200
+NAME = re.compile(rf"[A-Za-z0-9_][A-Za-z0-9_.@#-]{{0,{_LONGEST_NAME - 1}}}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""
 ROBOT = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
 TYPE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
@@ -90,10 +91,14 @@ _WRITTEN = (str, dict, list)
 """Values that can have flaws: numbers have none."""
 
 
+def _is_name(text: str) -> bool:
+    """Return whether a text is a name; only short texts are remembered."""
+    return len(text) <= _LONGEST_NAME and _is_short_name(text)
+
+
 @lru_cache(maxsize=4096)
-def is_name(text: str) -> bool:
-    """Return whether a text is a name; the lines of a trace repeat the same few."""
-    return NAME.fullmatch(text) is not None
+def _is_short_name(text: str) -> bool:
+    return NAME.fullmatch(text) is not None  # the lines of a trace repeat the same few
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
@@ -109,13 +114,13 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             return
         if isinstance(value, dict):
             for name, inner in value.items():
-                if not is_name(name) and key not in _TEXTS:  # names of requirements are free
+                if not _is_name(name) and key not in _TEXTS:  # names of requirements are free
                     yield f"{_shown(name)} is neither a field nor a name"
                 if isinstance(inner, _WRITTEN):
                     left.append((key if key in _TEXTS else name, inner, level + 1))
         elif isinstance(value, list):
             left.extend((key, inner, level + 1) for inner in value if isinstance(inner, _WRITTEN))
-        elif isinstance(value, str) and not (key in _TEXTS or is_name(value)):
+        elif isinstance(value, str) and not (key in _TEXTS or _is_name(value)):
             yield f"`{key}` must be a name, not {_shown(value)}"
     if kind == "header":
         yield from _flaws_of_scenario(line.get("scenario"))

@@ -57,6 +57,7 @@ class ChargedSearch(Search):
         self._best: dict[object, list[Charges]] = {}
         self._effects: dict[object, dict[tuple[int, ...], Effect]] = {}
         self._joint: Joint | None = None
+        self._ways: dict[tuple[int, ...], Effect] = {}
         # Without further goals, a robot charges to half of what it could have on its return.
         self._spare: dict[int, float] = {}
         for i, energy in self.energies.items() if super().goal(start) else ():
