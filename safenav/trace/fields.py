@@ -1,15 +1,16 @@
 """Records as JSON data and back: msgspec converts by the annotations, and names the first error."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from enum import Enum
-from functools import cache
+from functools import cache, partial
 from inspect import get_annotations
+from operator import attrgetter
 from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta, Struct, field
-from msgspec.structs import FieldInfo, fields
+from msgspec.structs import FieldInfo, StructConfig, fields
 
 from safenav.scenario.objective import KINDS, Ltl, Objective, to_data
 from safenav.world.map import Region
@@ -129,20 +130,32 @@ _PLAIN = {str, int, float, bool, type(None)}
 
 def plain(value: Any) -> Any:
     """Return a part of a record as JSON data."""
-    if type(value) in _PLAIN:
-        return value
-    if isinstance(value, Enum):
-        return value.value
-    if isinstance(value, Objective):
-        return to_data(value)
-    if isinstance(value, Struct):
-        kind, data = type(value), {}
-        for each in entries(kind):
-            item = getattr(value, each.name)
-            if item is not None or each.default is not None:
-                data[each.encode_name] = plain(item)
-        config = value.__struct_config__
-        return data if config.tag is None else {**data, config.tag_field: config.tag}
-    if isinstance(value, Mapping):
-        return {key: plain(item) for key, item in value.items()}
-    return [plain(item) for item in (sorted(value) if isinstance(value, frozenset) else value)]
+    kind: Any = type(value)
+    return value if kind in _PLAIN else _writer(kind)(value)
+
+
+@cache
+def _writer(kind: Any) -> Callable[[Any], Any]:
+    """Return the function that makes JSON data of the values of a class."""
+    if issubclass(kind, Enum):
+        return attrgetter("value")
+    if issubclass(kind, Objective):
+        return to_data
+    if issubclass(kind, Struct):
+        return partial(_object, entries(kind), kind.__struct_config__)
+    if issubclass(kind, Mapping):
+        return lambda value: {key: plain(item) for key, item in value.items()}
+    if issubclass(kind, frozenset):
+        return lambda value: [plain(item) for item in sorted(value)]
+    return lambda value: [item if type(item) in _PLAIN else plain(item) for item in value]
+
+
+def _object(known: tuple[FieldInfo, ...], config: StructConfig, value: Struct) -> dict[str, Any]:
+    data = dict[str, Any]()
+    for each in known:
+        item = getattr(value, each.name)
+        if item is not None or each.default is not None:
+            data[each.encode_name] = item if type(item) in _PLAIN else plain(item)
+    if config.tag_field is not None:
+        data[config.tag_field] = config.tag
+    return data
