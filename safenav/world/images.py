@@ -13,9 +13,9 @@ grid do not count. Areas are integers, so the rule is exact; only the comparison
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from fractions import Fraction
 from io import BytesIO
+from itertools import pairwise
 from math import ceil, floor
 from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
@@ -77,25 +77,16 @@ def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Reg
     return frozenset(np.flatnonzero(found).tolist())
 
 
-def _sums(lines: NDArray[Any], side: Fraction, count: int) -> NDArray[np.float64]:
+def _sums(lines: NDArray[Any], side: Fraction, count: int) -> NDArray[np.int64]:
     """Return for each region along one axis the sum of the lines of pixels below it, each as often
-    as the length that it shares with the region."""
-    parts = _overlaps(len(lines), side, count)
-    return np.stack([lengths @ lines[first:last] for first, last, lengths in parts])
-
-
-def _overlaps(
-    pixels: int, side: Fraction, count: int
-) -> Iterator[tuple[int, int, NDArray[np.float64]]]:
-    """Yield the pixels below each region along one axis: the first, the last (exclusive), and the
-    length that each shares with the region. A pixel is as long as the denominator of ``side``, so
-    that lengths are integers, and sums of their products are exact."""
+    as the length that it shares with the region. A pixel is as long as the denominator of ``side``,
+    so that lengths are integers."""
     long, unit = side.numerator, side.denominator
-    for begin in range(0, count * long, long):
-        end = min(begin + long, pixels * unit)
-        first, last = min(pixels, begin // unit), -(-end // unit)
-        starts = np.arange(first, last) * unit
-        yield first, last, np.minimum(starts + unit, end) - np.maximum(starts, begin) * 1.0
+    borders = np.minimum(np.arange(count + 1) * long, len(lines) * unit)
+    first, part = np.divmod(borders, unit)  # the pixel with a border, and its length before it
+    whole = np.stack([lines[begin:end].sum(axis=0) for begin, end in pairwise(first)])
+    edges = lines[np.minimum(first, len(lines) - 1)] * part[:, None]
+    return whole * unit + np.diff(edges, axis=0)
 
 
 def flaw(found: str, hint: str = "", line: int = 0, column: int = 0) -> Diagnostic:
