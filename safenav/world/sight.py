@@ -20,7 +20,6 @@ masking. Rows are padded to twice their width, so that a shift never carries a b
 of another row. 5,000 lines of a 50 x 50 map take a fraction of a second.
 """
 
-from collections.abc import Iterator
 from functools import cache, cached_property, lru_cache
 from math import isqrt
 
@@ -44,10 +43,6 @@ class Visibility:
         self.closed = closed
         self._width = 2 * world.cols
 
-    def sees(self, source: Region, target: Region) -> bool:
-        """Return whether ``target`` is visible from ``source`` (and the other way round)."""
-        return bool(self.mask(source) >> target & 1)
-
     @cached_method
     def mask(self, source: Region) -> Mask:
         """Return all regions visible from ``source``, itself included; none from a wall."""
@@ -55,7 +50,10 @@ class Visibility:
         row, col = world.position(source)
         here = row * width + col
         seen = 0
-        for there, (reach, lines) in self._rows_in_reach(row):
+        for there in range(world.rows):
+            if (lines := self._lines.get(abs(there - row))) is None:
+                continue
+            reach = len(lines) // 2
             first, last = max(0, col - reach), min(world.cols - 1, col + reach)
             window = range(first - col + reach, last - col + reach + 1)
             if there >= row:
@@ -66,42 +64,24 @@ class Visibility:
             seen |= int("".join(reversed(bits)), 2) << world.region(there, first)
         return seen
 
-    def _rows_in_reach(self, row: int) -> Iterator[tuple[int, tuple[int, list[str]]]]:
-        for down, lines in self._lines.items():
-            if row + down < self.world.rows:
-                yield row + down, lines
-            if down and row - down >= 0:
-                yield row - down, lines
-
     @cached_property
-    def _lines(self) -> dict[int, tuple[int, list[str]]]:
-        """For each number of rows to the south: the reach sideways there, and for each offset
-        sideways (from west to east) the regions of the padded map from which the line of sight is
-        free, as text: character ``i`` is 1 if bit ``i`` is set."""
+    def _lines(self) -> dict[int, list[str]]:
+        """For each number of rows to the south within the radius, for each offset sideways within
+        it (from west to east): the regions of the padded map from which the line of sight is free,
+        as text: character ``i`` is 1 if bit ``i`` is set."""
         world = self.world
         free = self._padded(set(world.free))
         opaque = self._padded(set(world.walls | self.closed))
         digits = world.rows * self._width
-        lines: dict[int, tuple[int, list[str]]] = {}
-        for rows, reach in self._southern_rows():
-            sets = {
-                cols: free & self._moved(free, (rows, cols)) & ~self._obstructed(opaque, rows, cols)
-                for cols in range(-reach if rows else 0, reach + 1)
-            }
-            if rows == 0:  # to the west: the same lines from their other end
-                sets |= {-cols: line << cols for cols, line in sets.items()}
-            texts = [f"{sets[cols]:0{digits}b}"[::-1] for cols in range(-reach, reach + 1)]
-            lines[rows] = (reach, texts)
+        lines: dict[int, list[str]] = {}
+        for rows in range(min(world.rows, int(self._radius) + 1)):
+            reach = min(world.cols - 1, isqrt(int(self._radius**2 - rows**2)))
+            lines[rows] = []
+            for cols in range(-reach, reach + 1):
+                clear = free & self._moved(free, (rows, cols))
+                clear &= ~self._obstructed(opaque, rows, cols)
+                lines[rows].append(f"{clear:0{digits}b}"[::-1])
         return lines
-
-    def _southern_rows(self) -> Iterator[tuple[int, int]]:
-        """Yield each row's distance to the south, within the radius, and the reach sideways."""
-        world = self.world
-        for rows in range(world.rows):
-            left = self._radius**2 - rows**2
-            if left < 0:
-                return
-            yield rows, min(world.cols - 1, isqrt(int(left)))
 
     def _obstructed(self, opaque: int, rows: int, cols: int) -> int:
         """Return the regions from which something blocks the line of that offset."""
