@@ -18,7 +18,7 @@ from safenav.data import Count, Positive, Seconds
 from safenav.errors import Outcome
 from safenav.scenario.objective import Objective
 from safenav.scenario.yaml.keys import Key
-from safenav.world.map import Region, RegionMap, tiles
+from safenav.world.map import Cells, Region, RegionMap, tiles
 from safenav.world.poses import Mobility, Pose
 
 
@@ -466,9 +466,9 @@ class Scenario(Struct, frozen=True):
         return replace(self, source="", map=replace(self.map, notes=()))
 
     @property
-    def partition(self) -> tuple[frozenset[Region], ...] | None:
+    def partition(self) -> Cells | None:
         """The cells of beliefs; None for the rooms of the map."""
-        return tiles(self.map, *self.tiles).cells if self.tiles else None
+        return tiles(self.map, *self.tiles) if self.tiles else None
 
     @property
     def sets_deadlines(self) -> bool:

@@ -37,7 +37,7 @@ from safenav.spec.specification import (
     wrapping,
 )
 from safenav.spec.task import Observed, Task
-from safenav.world.map import Heading, Partition, Region, RegionMap, rooms
+from safenav.world.map import Cells, Heading, Region, RegionMap, coarsened, rooms
 from safenav.world.poses import Mask, Mobility, bits, plain_graph, region_mask
 
 Belief = frozenset[int]
@@ -71,7 +71,7 @@ class Tracker:
     def __init__(
         self,
         world: RegionMap,
-        partition: Partition,
+        cells: Cells,
         radius: float | None,
         closed: frozenset[Region] = frozenset(),
         live: bool = False,
@@ -79,17 +79,17 @@ class Tracker:
         from safenav.world.sight import visible_from  # few robots have beliefs
 
         self.world = world
-        self.partition = partition
+        self.cells = cells
         self.visibility = visible_from(world, radius, closed)
         self.live = live
         self._graph = plain_graph(world, Mobility.FREE)
         self._free = self._graph.free_regions
-        self._cells = tuple(region_mask(cell) for cell in partition.cells)
+        self._masks = tuple(map(region_mask, cells))
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
         """Return the regions where the other may be."""
         if isinstance(knowledge, frozenset):
-            return self.partition.regions(knowledge)
+            return frozenset().union(*(self.cells[cell] for cell in knowledge))
         return frozenset({knowledge})
 
     def update(self, own: Region, knowledge: Knowledge) -> Prospect:
@@ -119,7 +119,7 @@ class Tracker:
     def _look_ahead(self, reach: Mask) -> Outlook:
         """Return the outlook for ``reach``; in a live run, many states of knowledge share one."""
         groups: list[tuple[Belief, Mask]] = [(frozenset(), self._free)]
-        for cell, regions in enumerate(self._cells):
+        for cell, regions in enumerate(self._masks):
             if not reach & regions:
                 continue
             overseen = self._free  # regions from which all reached regions of the cell are visible
@@ -167,7 +167,7 @@ def occurring(
                 beliefs += 1
                 if beliefs > most:
                     raise TooManyBeliefsError(
-                        f"more than {most} beliefs occur with {len(watch.partition.cells)} cells"
+                        f"more than {most} beliefs occur with {len(watch.cells)} cells"
                     )
             found[after] = found.get(after, 0) | new
             if after not in fresh:
@@ -219,9 +219,9 @@ class Model(Struct, frozen=True):
         return self.size + (self.beliefs.index(knowledge) if known else len(self.beliefs))
 
 
-def automatic(world: RegionMap) -> Partition:
+def automatic(world: RegionMap) -> Cells:
     """Return the cells of beliefs where the scenario gives none: the rooms of the map."""
-    return rooms(world).coarsened(MOST_CELLS, world)
+    return coarsened(rooms(world), MOST_CELLS, world)
 
 
 def watch_for(task: Task, world: RegionMap) -> Tracker:

@@ -306,8 +306,9 @@ def _nearby_assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     for heading in headings(world):
         yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)
     inside = Origin("map", "no robot is in a wall or off the map", SOURCE_NEARBY)
+    closed = {None, *world.walls}
     for heading in headings(world):
-        if dead_ends := world.dead_ends[heading]:
+        if dead_ends := [r for r in world.free if world.step(r, heading) in closed]:
             formula = f"{one_of('region', dead_ends)} -> !{busy(heading)}'"
             yield Constraint(Section.ENV_TRANS, formula, inside)
     count = len(task.avoids)

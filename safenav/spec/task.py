@@ -18,7 +18,7 @@ from msgspec import Struct, field
 
 from safenav.scenario.model import Input, Robot
 from safenav.scenario.objective import Ltl, Objective, Target, Word, number_word
-from safenav.world.map import Partition, Region
+from safenav.world.map import Cells, Region
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, plain_graph, region_mask
 
 
@@ -75,7 +75,7 @@ class Task(Struct, frozen=True):
     memory: Memory = NO_MEMORY
     blocked: tuple[Known, ...] = ()
     observed: tuple[Observed, ...] = ()
-    partition: Partition | None = None
+    partition: Cells | None = None
     closed: frozenset[Region] = frozenset()
     assignable: bool = False
     forbidden: frozenset[Pose] = frozenset()

@@ -144,10 +144,6 @@ class RegionMap(Struct, frozen=True, dict=True):
     def is_free(self, region: Region) -> bool:
         return 0 <= region < self.size and region not in self.walls
 
-    def closed_words(self, region: Region) -> str:
-        """Return the reason why a region is not free: ``a wall``, or ``off the map``."""
-        return "a wall" if 0 <= region < self.size else "off the map"
-
     def step(self, region: Region, heading: Heading) -> Region | None:
         """Return the next region in that direction, wall or not; None beyond the edge of the
         map."""
@@ -162,17 +158,6 @@ class RegionMap(Struct, frozen=True, dict=True):
         """Return the free 4-neighbours, in the order north, east, south, west."""
         steps = (self.step(region, heading) for heading in Heading)
         return tuple(r for r in steps if r is not None and r not in self.walls)
-
-    @cached_property
-    def dead_ends(self) -> dict[Heading, tuple[Region, ...]]:
-        """For each direction, the free regions whose next one is a wall or off the map."""
-        found: dict[Heading, list[Region]] = {heading: [] for heading in Heading}
-        for region in self.free:
-            for heading in Heading:
-                beyond = self.step(region, heading)
-                if beyond is None or beyond in self.walls:
-                    found[heading].append(region)
-        return {heading: tuple(regions) for heading, regions in found.items()}
 
     def distances(
         self, targets: Iterable[Region], inside: Collection[Region] | None = None
@@ -246,42 +231,33 @@ DOORWAY = 2
 """Maximum number of regions of a doorway; a longer narrow piece is a corridor."""
 
 
-class Partition(Struct, frozen=True):
-    """Cells of a map, by which robots estimate the position of one that is out of sight, numbered
-    from 0 in the order of their lowest regions. Every free region belongs to exactly one cell.
+Cells = tuple[frozenset[Region], ...]
+"""Parts of a map, by which robots estimate the position of one that is out of sight, numbered from
+0 in the order of their lowest regions. Every free region belongs to exactly one cell.
 
-    Finer cells are more expensive: k cells make up to 2^k - 1 beliefs (``safenav.spec.belief``).
-    """
+Finer cells are more expensive: k cells make up to 2^k - 1 beliefs (``safenav.spec.belief``)."""
 
-    cells: tuple[frozenset[Region], ...]
 
-    @classmethod
-    def of(cls, cells: Iterable[Collection[Region]]) -> Partition:
-        """Return the partition with these cells."""
-        return cls(tuple(sorted(map(frozenset, cells), key=min)))
+def in_order(cells: Iterable[Collection[Region]]) -> Cells:
+    """Return cells in the order of their lowest regions."""
+    return tuple(sorted(map(frozenset, cells), key=min))
 
-    def coarsened(self, most: int, world: RegionMap) -> Partition:
-        """Return the partition with the smallest cell joined to its smallest neighbour (to any cell
-        if it has none) until there are at most ``most``.
 
-        Its beliefs contain those of this partition.
-        """
-        cells = list(self.cells)
-        while len(cells) > max(1, most):
-            least = min(cells, key=lambda cell: (len(cell), min(cell)))
-            cells.remove(least)
-            beside = _beside(least, cells, world) or range(len(cells))
-            joined = min(beside, key=lambda index: (len(cells[index]), min(cells[index])))
-            cells[joined] |= least
-        return Partition.of(cells)
-
-    def regions(self, cells: Iterable[int]) -> frozenset[Region]:
-        """Return all regions of some cells."""
-        return frozenset().union(*(self.cells[cell] for cell in cells))
+def coarsened(cells: Cells, most: int, world: RegionMap) -> Cells:
+    """Return the cells with the smallest one joined to its smallest neighbour (to any cell if it
+    has none) until there are at most ``most``. Their beliefs contain those of the given cells."""
+    found = list(cells)
+    while len(found) > max(1, most):
+        least = min(found, key=lambda cell: (len(cell), min(cell)))
+        found.remove(least)
+        beside = _beside(least, found, world) or range(len(found))
+        joined = min(beside, key=lambda index: (len(found[index]), min(found[index])))
+        found[joined] |= least
+    return in_order(found)
 
 
 @lru_cache(maxsize=64)
-def rooms(world: RegionMap) -> Partition:
+def rooms(world: RegionMap) -> Cells:
     """Return the rooms and corridors of a map, doorways with one of the rooms that they join.
 
     Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The rest is
@@ -299,19 +275,18 @@ def rooms(world: RegionMap) -> Partition:
             cells[beside[0]] |= piece
         else:
             cells.append(set(piece))
-    return Partition.of(cells)
+    return in_order(cells)
 
 
 @lru_cache(maxsize=64)
-def tiles(world: RegionMap, height: int, width: int) -> Partition:
+def tiles(world: RegionMap, height: int, width: int) -> Cells:
     """Return tiles of ``height`` rows and ``width`` columns, laid from the north-west corner; a
     tile that walls divide gives a cell for each connected piece."""
     blocks: dict[tuple[int, int], set[Region]] = {}
     for region in world.free:
         row, col = world.position(region)
         blocks.setdefault((row // height, col // width), set()).add(region)
-    cells = [piece for block in blocks.values() for piece in pieces(block, world)]
-    return Partition.of(cells)
+    return in_order(piece for block in blocks.values() for piece in pieces(block, world))
 
 
 def _has_space(region: Region, world: RegionMap) -> bool:

@@ -92,14 +92,6 @@ def region_mask(regions: Iterable[Region]) -> Mask:
     return found
 
 
-def _mask_of_many(members: Collection[int], size: int) -> Mask:
-    """Return a large set of numbers below ``size`` as a mask, in time that is linear in both."""
-    digits = bytearray(b"0") * size
-    for member in members:
-        digits[member] = ord("1")
-    return int(digits[::-1] or b"0", 2)
-
-
 class PoseGraph:
     """The poses of one mobility on one map, and the steps between them. ``closed``: steps (pairs of
     poses) that the mobility allows but the graph omits. ``remembers``: its numbers represent poses
@@ -115,9 +107,12 @@ class PoseGraph:
         self.blocks = len(Heading) if mobility is Mobility.HEADING else 1
         self._full = (1 << self.size) - 1
         self._cols = world.cols
-        self._west = _mask_of_many(range(0, self.size, world.cols), self.size)
+        self._west = region_mask(range(0, self.size, world.cols))
         self._east = self._west << world.cols - 1
-        self.free_regions = _mask_of_many(world.free, self.size)
+        digits = bytearray(b"1") * self.size  # linear in its size, unlike `region_mask`
+        for wall in world.walls:
+            digits[wall] = ord("0")
+        self.free_regions = int(digits[::-1], 2)
         self._closed = closed
         self._goes_straight = not closed
         self._narrowed = region_mask(pose for pose, _ in closed)  # starts of closed steps

@@ -46,7 +46,6 @@ from safenav.synthesis.cache import Cache
 from safenav.trace import records
 from safenav.trace.file import as_data
 from safenav.trace.vocabulary import Reason
-from safenav.world.map import Partition
 from support.missions import mission
 
 
@@ -66,7 +65,7 @@ def task_of(scenario: Scenario, closed: Sequence[int] = (), awaited: int | None 
             for other in scenario.robots[1:]
             if other.name in robot.tracks
         ),
-        partition=None if scenario.partition is None else Partition(scenario.partition),
+        partition=scenario.partition,
         closed=frozenset(closed),
         inputs=tuple(
             (each, False) for each in scenario.inputs if each.name in robot.objective.inputs
@@ -80,7 +79,7 @@ def refusal(scenario: Scenario, task: Task, spec: Specification, folder: Path) -
     '' if it accepts it."""
     synthesizer = Synthesizer(cache=Cache(folder / "cache"), verifier=first_failure)
     answer = synthesizer.synthesize(spec)
-    listed = scenario.partition or automatic(scenario.map).cells
+    listed = scenario.partition or automatic(scenario.map)
     cells = tuple(tuple(sorted(cell)) for cell in listed)
     form = ObjectiveForm(task.objective, task.memory.index)
     line = synthesis_line(

@@ -37,19 +37,19 @@ from safenav.spec import belief
 from safenav.spec.belief import Knowledge, watch
 from safenav.spec.specification import Section
 from safenav.spec.task import Known, Observed
-from safenav.world.map import Partition
+from safenav.world.map import Cells, in_order
 from safenav.world.poses import Mobility, bits
 from support.examples import campaign
 
 
 @st.composite
-def partitions(draw: st.DrawFn, world: RegionMap) -> Partition:
+def partitions(draw: st.DrawFn, world: RegionMap) -> Cells:
     """Any partition whatever; cells need not be connected."""
     labels = draw(st.lists(st.integers(0, 3), min_size=len(world.free), max_size=len(world.free)))
     cells: dict[int, list[Region]] = {}
     for region, label in zip(world.free, labels, strict=True):
         cells.setdefault(label, []).append(region)
-    return Partition.of(cells.values())
+    return in_order(cells.values())
 
 
 @st.composite
@@ -88,7 +88,7 @@ class Oracle:
         self.cols = len(self.rows[0])
         self.grid = World(len(self.rows), self.cols, world.walls)
         self.task = task
-        self.cells = belief.watch_for(task, world).partition.cells
+        self.cells = belief.watch_for(task, world).cells
 
     def beside(self, region: int) -> list[int]:
         row, col = divmod(region, self.cols)
@@ -186,7 +186,7 @@ def test_the_other_robot_is_always_in_its_believed_region(
 
 def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
     world = RegionMap.from_grid(["......"])
-    here = watch(world, Partition.of([[0, 1, 2], [3, 4, 5]]), 2.0)
+    here = watch(world, in_order([[0, 1, 2], [3, 4, 5]]), 2.0)
     assert after_look(here, 1, 5, 1) == {0, 1}
     assert after_look(here, 1, 3, 1) == 3
 

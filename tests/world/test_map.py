@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from safenav import RegionMap
-from safenav.world.map import rooms, tiles
+from safenav.world.map import coarsened, rooms, tiles
 
 
 @st.composite
@@ -70,7 +70,7 @@ def test_rooms_and_corridors_are_divided_as_drawn(claim: str) -> None:
     cells.pop("#", None)
     world = RegionMap.from_grid(grid)
     found = tiles(world, 2, 3) if claim.startswith("tiles") else rooms(world)
-    assert [set(cell) for cell in found.cells] == sorted(cells.values(), key=min)
+    assert [set(cell) for cell in found] == sorted(cells.values(), key=min)
 
 
 @settings(max_examples=150)
@@ -79,8 +79,8 @@ def test_every_free_region_is_in_one_cell(
     world: RegionMap, most: int, height: int, width: int
 ) -> None:
     found = rooms(world)
-    coarse = found.coarsened(most, world)
+    coarse = coarsened(found, most, world)
     for partition in (found, tiles(world, height, width), coarse):
-        assert sorted(r for cell in partition.cells for r in cell) == list(world.free)
-    assert len(coarse.cells) == min(most, len(found.cells))
-    assert all(any(fine <= cell for cell in coarse.cells) for fine in found.cells)
+        assert sorted(r for cell in partition for r in cell) == list(world.free)
+    assert len(coarse) == min(most, len(found))
+    assert all(any(fine <= cell for cell in coarse) for fine in found)

@@ -38,7 +38,7 @@ from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 from safenav.trace.vocabulary import Form
 from safenav.trace.words import obstacle_words
-from safenav.world.map import Partition, Region
+from safenav.world.map import Region
 from safenav.world.poses import FAR, Mask, bits, region_mask
 
 
@@ -127,7 +127,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
     if assigned:
         role = Role(member.objective)  # with any assignment
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
-    walls, cells = walls_of(team, state, i, role.avoid), team.scenario.partition
+    walls = walls_of(team, state, i, role.avoid)
     turn = robot.own.memory if own and role.objective.in_turn else 0
     for rung in forms(
         role.objective,
@@ -150,7 +150,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
                 memory,
                 walls,
                 tuple(observed(team, state, i)),
-                partition=None if cells is None else Partition(cells),
+                partition=team.scenario.partition,
                 closed=standing(team, state),
                 forbidden=role.forbidden,
                 assignable=assigned,
@@ -290,10 +290,10 @@ def after_look(watch: Tracker, own: Region, other: Region, known: Knowledge) -> 
     """Return the knowledge after an observation from region ``own`` while the tracked robot is in
     ``other``, which only decides whether it is seen. If it is out of sight although every region
     that it can have reached is in sight, the belief is all cells."""
-    if watch.visibility.sees(own, other):
+    if watch.visibility.mask(own) >> other & 1:
         return other
     belief = watch.update(own, known).belief
-    return frozenset(range(len(watch.partition.cells))) if belief is None else belief
+    return frozenset(range(len(watch.cells))) if belief is None else belief
 
 
 MOST_STEPS = 40

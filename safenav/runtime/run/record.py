@@ -71,7 +71,7 @@ class Recorder:
         scenario, version = self.team.scenario, (records.VERSION, safenav.__version__)
         cells = None
         if any(robot.tracks for robot in scenario.robots):
-            listed = scenario.partition or automatic(scenario.map).cells
+            listed = scenario.partition or automatic(scenario.map)
             cells = tuple(tuple(sorted(cell)) for cell in listed)
         header = records.Header(0, *version, scenario.recorded, cells=cells)
         self.emit(header if self.simulated else replace(header, world="external"))

@@ -254,7 +254,8 @@ def wrong_step(
             wrong = [region for region in regions if not world.is_free(region)]
             if not wrong:
                 return None
-            return f"it cannot be lost in region {wrong[0]}, {world.closed_words(wrong[0])}"
+            where = "a wall" if 0 <= wrong[0] < world.size else "off the map"
+            return f"it cannot be lost in region {wrong[0]}, {where}"
         case Blocked(pose=pose) if pose.region != here.region:
             return f"blocked, but not back in region {here.region}"
         case Blocked(obstacle=Obstacle(name=name, region=region)) if region != target.region:
