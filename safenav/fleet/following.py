@@ -207,15 +207,15 @@ def mover_of(robot: Robot, places: transport.Places) -> Glider:
     """Return the mover of a robot, at rest at its start. Raises UsageError if its model has no
     curves."""
     model, start = robot.model, robot.start
-    motion = model.figures
-    if motion is None or motion["kind"] == "walker":
-        why = "has no motion" if motion is None else "walks"
+    figures = model.figures
+    if figures is None or figures.kind == "walker":
+        why = "has no motion" if figures is None else "walks"
         raise UsageError(
             f"{robot.name} cannot follow references: the model '{model.name}' {why}\n"
             "    only a flyer, a rover or a disc can; leave out its 'follow'"
         )
     floor = MetricFloor(places.world.rows, places.world.cols, places.frame.resolution)
-    found = mover(robot.name, floor, *start.place, motion)
+    found = mover(robot.name, floor, *start.place, figures)
     assert isinstance(found, Glider)
     return found
 

@@ -74,12 +74,12 @@ def limits_of(height: float) -> dict[str, float]:
     return {**BUILD, "omega": frequency(height)}
 
 
-def described(robot: Robot) -> dict[str, object] | None:
-    """Return how a robot moves, for the header; None if it has no motion in metres."""
+def described(robot: Robot) -> dict[str, object]:
+    """Return how a robot moves, for the header; nothing if it has no motion in metres."""
     if (figures := robot.model.figures) is None:
-        return None
-    own = limits_of(float(str(figures["height"]))) if figures["kind"] == "walker" else {}
-    return {**own, **figures, "layer": robot.model.layer}
+        return {}
+    own = limits_of(figures.walker.height) if figures.kind == "walker" else {}
+    return {**own, "kind": figures.kind, **figures.values, "layer": robot.model.layer}
 
 
 class Foothold(Struct, frozen=True, array_like=True):

@@ -15,9 +15,8 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Glider, Mover, flown_through
 from safenav.motion.timing import actions_of, by_command, dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
-from safenav.pace.robot import BOUNDS, KINDS
+from safenav.pace.robot import ACTION, BOUNDS, KINDS, Figures
 from safenav.pace.robot import SIDE as SIDE
-from safenav.scenario.model import Robot
 from safenav.trace import records
 from safenav.trace.file import Trace
 from safenav.trace.vocabulary import MoveEnd
@@ -53,7 +52,7 @@ def _header(trace: Trace, floor: MetricFloor) -> file.MotionHeader:
         rows=floor.rows,
         cols=floor.cols,
         origin=trace.header.scenario.map.placement,
-        robots={name: _described(robot) for name, robot in trace.robots.items()},
+        robots={name: file.described(robot) for name, robot in trace.robots.items()},
     )
 
 
@@ -92,31 +91,33 @@ def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
     """Return a mover for each robot, where it starts."""
     movers = {}
     for name, robot in trace.robots.items():
-        movers[name] = mover(name, floor, *robot.start.place, _described(robot))
+        if (figures := robot.model.figures) is None:
+            raise UsageError(
+                f"{name}: the model '{robot.model.name}' has no motion in metres\n"
+                "    add 'motion: rover' or 'speed: 0.5' to it in the scenario, and run it again"
+            )
+        movers[name] = mover(name, floor, *robot.start.place, figures)
     return movers
 
 
 def mover(
-    robot: str, floor: MetricFloor, region: int, heading: str | None, motion: Mapping[str, object]
+    robot: str, floor: MetricFloor, region: int, heading: str | None, figures: Figures
 ) -> Mover:
-    """Return the mover of a robot by its ``motion`` in a trace (kind and parameters), at rest in a
-    region.
+    """Return the mover of a robot, at rest in a region.
 
     Raises UsageError for an unknown kind, an impossible parameter, or a floor on which the robot
     cannot move.
     """
-    kind = str(motion.get("kind"))
+    kind, values = figures.kind, figures.values
     if kind not in KINDS:
         known = ", ".join(sorted(KINDS))
         raise UsageError(f"{robot}: unknown kind of motion '{kind[:40]}'\n    known: {known}")
-    values = {name: float(str(motion[name])) for name in KINDS[kind]}
-    for name in ("size", "speed"):
-        of = BOUNDS[kind, name]
-        if not of.least <= values[name] <= of.most:
-            limits = f"from {of.least:g} to {of.most:g}"
+    for name, (least, most) in BOUNDS[kind].items():
+        if not least <= values[name] <= most:
+            limits = f"from {least:g} to {most:g}"
             raise UsageError(f"{robot}: '{name}' of its motion is {values[name]:g}, not {limits}")
     if kind == "walker":
-        walker = WalkerMover(robot, floor, region, heading, values, kind)
+        walker = WalkerMover(robot, floor, region, heading, figures)
         if (fault := fault_of(walker.gait)) is not None:
             raise UsageError(
                 f"{robot}: a walker {values['height']:g} m high at {values['speed']:g} m/s cannot "
@@ -124,16 +125,7 @@ def mover(
                 "    change 'speed' or 'height' of its model"
             )
         return walker
-    return Glider(robot, floor, region, heading, values, kind)
-
-
-def _described(robot: Robot) -> Mapping[str, object]:
-    if (described := file.described(robot)) is None:
-        raise UsageError(
-            f"{robot.name}: the model '{robot.model.name}' has no motion in metres\n"
-            "    add 'motion: rover' or 'speed: 0.5' to it in the scenario, and run it again"
-        )
-    return described
+    return Glider(robot, floor, region, heading, figures)
 
 
 STANDING = 1.0
@@ -237,8 +229,7 @@ class _Schedule:
             ready = max(mover.time for mover in group)
             until = end
             if left > 1:
-                seconds = max(mover.values["action_seconds"] for mover in group)
-                until = ready + min(seconds, (end - ready) / left)
+                until = ready + min(ACTION, (end - ready) / left)
             for mover in group:
                 about = mover.robot, tick, one.action, one.obstacle, one.region
                 self._lines.append(file.Action(*about, ready, until))

@@ -7,7 +7,7 @@ for each axis, and one for the yaw.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from math import atan2, hypot, pi, remainder, tau
 
@@ -15,14 +15,13 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.motion.file import Curve, Flight, Moving
-from safenav.motion.geometry import PEAK, MetricFloor, quintic, unit_vector
-from safenav.pace.robot import AT_ONCE, RESERVE, ROOM, TURNING, YAW, glide
+from safenav.motion.geometry import MetricFloor, quintic, unit_vector
+from safenav.pace.robot import AT_ONCE, ROOM, YAW, Figures
 
 
 class Mover(ABC):
-    """A robot in motion, first at rest in a region. ``values``: the parameters of its motion by
-    name (safenav.pace.robot); ``time``: the end of its motion so far, in seconds; ``due``: it has
-    acted in its own region, and must resume from there."""
+    """A robot in motion, first at rest in a region. ``time``: the end of its motion so far, in
+    seconds; ``due``: it has acted in its own region, and must resume from there."""
 
     def __init__(
         self,
@@ -30,10 +29,10 @@ class Mover(ABC):
         floor: MetricFloor,
         region: int,
         heading: str | None,
-        values: Mapping[str, float],
-        kind: str,
+        figures: Figures,
     ) -> None:
-        self.robot, self.floor, self.values, self.kind = robot, floor, values, kind
+        self.robot, self.floor, self.figures = robot, floor, figures
+        self.kind, self.values = figures.kind, figures.values
         self.region, self.heading, self.time = region, heading, 0.0
         self.due = False
         self.begin()
@@ -83,7 +82,7 @@ class Glider(Mover):
     """
 
     def begin(self) -> None:
-        values, size, side = self.values, self.values["size"], self.floor.side
+        size, side = self.values["size"], self.floor.side
         if size + 2 * ROOM > side:
             raise UsageError(
                 f"{self.robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
@@ -91,9 +90,7 @@ class Glider(Mover):
             )
         self.place = self.floor.centre(self.region)
         self.facing = YAW[self.heading] if self.heading else 0.0
-        self._height = (values.get("altitude", 0.0),)
-        flies = self.kind == "flyer"
-        self._pull = RESERVE * values["tilt"] if flies else values.get("acceleration")
+        self._height = (self.values.get("altitude", 0.0),)
 
     def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:
         heading, (x, y) = self.floor.heading(self.region, to), self.floor.centre(to)
@@ -132,13 +129,6 @@ class Glider(Mover):
             parts = self._curves(there, wanted)
         return [self._made(PRIMITIVES[self.kind][0], tick, to, parts)]
 
-    def _turning(self, angle: float) -> float:
-        """Return the duration of a turn on the spot."""
-        if self.kind != "rover":
-            return PEAK * angle / TURNING
-        pull = self.values["acceleration"] / (self.values["size"] / 2)
-        return glide(angle, self.values["turning"], pull)
-
     def _curves(self, there: tuple[float, float], wanted: float) -> list[Curve]:
         """Return the path to a pose, from rest to rest; none to where the robot is."""
         here = self.place
@@ -150,8 +140,7 @@ class Glider(Mover):
             angle = pi
         if metres == angle == 0.0:
             return []
-        straight = glide(metres, self.values["speed"], self._pull)
-        seconds = max(straight, self._turning(abs(angle)))
+        seconds = max(self.figures.glide(metres), self.figures.turn(abs(angle)))
         x, y = (quintic(seconds, here[i], 0.0, there[i], 0.0) for i in (0, 1))
         turning = quintic(seconds, self.facing, 0.0, self.facing + angle, 0.0)
         self.place, self.facing = there, wanted

@@ -127,7 +127,7 @@ DECIMALS = 9
 def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
     """Return the pace of each robot of a motion, at its start."""
     return {
-        name: pace_of(header.robots[name], header.cols, header.side, robot.start.facing)
+        name: pace_of(robot.model.figures, header.cols, header.side, robot.start.facing)
         for name, robot in trace.robots.items()
     }
 

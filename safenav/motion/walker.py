@@ -52,8 +52,8 @@ from safenav.motion.geometry import (
     unit_vector,
 )
 from safenav.motion.mover import Mover
-from safenav.pace.gait import Apex, Gait, Stride, Walker, gait_on, starting, stopping, walking
-from safenav.pace.robot import AT_ONCE, WALKER, YAW
+from safenav.pace.gait import Apex, Gait, Stride, gait_on, starting, stopping, walking
+from safenav.pace.robot import AT_ONCE, YAW
 
 Array = NDArray[np.float64]
 
@@ -310,10 +310,9 @@ class WalkerMover(Mover):
     def begin(self) -> None:
         self.heading, self.foot = self.heading or "east", 0
         try:
-            self.gait = gait_on(self.floor.side, Walker(*(self.values[name] for name in WALKER)))
+            self.gait = gait_on(self.floor.side, self.figures.walker)
         except UsageError as error:
             raise UsageError(f"{self.robot}: {error}") from error
-        self.values = {**limits_of(self.values["height"]), **self.values}
 
     @property
     def _facing(self) -> str:

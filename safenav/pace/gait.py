@@ -86,36 +86,24 @@ def _steps(side: float) -> int:
 def gait_on(side: float, walker: Walker) -> Gait:
     """Return the gait on regions of ``side`` metres. Raises UsageError if they are too small."""
     omega = frequency(walker.height)
-    steps = _steps(side)
-    length = side / steps
-    if side < LEAST_SIDE or 2 * length < walker.size:
-        need = least_side_of(side, walker)
+    if side < (need := least_side_of(side, walker)):
         raise UsageError(
             f"a walker of {walker.size:g} m cannot walk on regions of {side:g} m: a turn needs "
             f"room for an arc and its body, {need:g} m\n"
             "    give the map a larger 'resolution', or the model another 'motion'"
         )
+    steps = _steps(side)
+    length = side / steps
     speed = walker.speed * min(1.0, length / FULL_STEP)
-    seconds = period(omega, length, speed)
-    aside = sway(omega, walker.foot, seconds)
-    return Gait(walker, side, steps, length, speed, omega, seconds, aside)
+    # At apex after half a period, half a step ahead of the foot: the pendulum in x and in y.
+    seconds = 2 / omega * asinh(omega * length / (2 * speed))
+    sway = walker.foot * (1 - 1 / cosh(omega * seconds / 2))
+    return Gait(walker, side, steps, length, speed, omega, seconds, sway)
 
 
 def frequency(height: float) -> float:
     """Return omega of a pendulum whose mass is ``height`` metres above the ground, in 1/s."""
     return sqrt(GRAVITY / height)
-
-
-def period(omega: float, length: float, speed: float) -> float:
-    """Return the seconds of a step of the periodic gait, ``length`` metres at apex speed
-    ``speed``."""
-    return 2 / omega * asinh(omega * length / (2 * speed))
-
-
-def sway(omega: float, offset: float, seconds: float) -> float:
-    """Return the sway of the mass to the side of a foot ``offset`` metres off the centre line, at
-    apex of the periodic gait with steps of this many seconds."""
-    return offset * (1 - 1 / cosh(omega * seconds / 2))
 
 
 def step_times(

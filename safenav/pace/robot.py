@@ -5,84 +5,46 @@ with these durations shows each step at its time. A robot whose motion is unknow
 impossible on regions of that size, takes one second per tick of its ``timing``.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from math import atan2, pi, remainder, sqrt, tau
-from types import MappingProxyType
 
-from msgspec import Struct
+from msgspec import Struct, convert
 
 from safenav.errors import UsageError
 from safenav.pace.gait import LEFT, Walker, gait_on, least_side_of, starting, stopping, walking
 
-
-class Bounds(Struct, frozen=True):
-    """The bounds of a number of a model, and its meaning."""
-
-    least: float
-    most: float
-    meaning: str
-
-
-ACTION = 2.0
-"""Seconds of an action."""
-
 KINDS: Mapping[str, Mapping[str, float]] = {
     "walker": {
-        **{"size": 0.6, "speed": 0.45, "action_seconds": ACTION},
+        **{"size": 0.6, "speed": 0.45},
         "height": 0.8,  # metres of the centre of mass
         "foot": 0.18,  # metres from the centre line to each foot
         "clearance": 0.12,  # metres below a swinging foot
     },
     "flyer": {
-        **{"size": 0.5, "speed": 1.0, "action_seconds": ACTION},
+        **{"size": 0.5, "speed": 1.0},
         "altitude": 2.2,  # metres above the ground
         "tilt": 3.4,  # maximum horizontal acceleration in m/s^2
     },
     "rover": {
-        **{"size": 0.6, "speed": 0.8, "action_seconds": ACTION},
+        **{"size": 0.6, "speed": 0.8},
         "acceleration": 0.5,  # maximum in m/s^2
         "turning": 1.0,  # maximum rate in radians per second
     },
-    "disc": {"size": 0.5, "speed": 0.5, "action_seconds": ACTION},
+    "disc": {"size": 0.5, "speed": 0.5},
 }
 """Parameters of the built-in kinds by name; a model may set ``size`` and ``speed``."""
-
 BOUNDS = {
-    ("walker", "size"): Bounds(0.1, 2.0, "diameter of its body in metres"),
-    ("walker", "speed"): Bounds(0.05, 2.0, "maximum speed of each foot in metres per second"),
-    ("flyer", "size"): Bounds(0.05, 5.0, "diameter of its body in metres"),
-    ("flyer", "speed"): Bounds(0.05, 20.0, "maximum speed in metres per second"),
-    ("rover", "size"): Bounds(0.05, 5.0, "diameter of its body in metres"),
-    ("rover", "speed"): Bounds(0.05, 10.0, "maximum speed in metres per second"),
-    ("disc", "size"): Bounds(0.01, 10.0, "diameter in metres"),
-    ("disc", "speed"): Bounds(0.01, 20.0, "maximum speed in metres per second"),
+    "walker": {"size": (0.1, 2.0), "speed": (0.05, 2.0)},
+    "flyer": {"size": (0.05, 5.0), "speed": (0.05, 20.0)},
+    "rover": {"size": (0.05, 5.0), "speed": (0.05, 10.0)},
+    "disc": {"size": (0.01, 10.0), "speed": (0.01, 20.0)},
 }
+"""Least and greatest values of what a model may set."""
+MEANINGS = {"size": "diameter of its body in metres", "speed": "maximum speed in metres per second"}
 
-AIR = "air"
-"""The layer of robots that fly unless their model says otherwise."""
-
-ONLY_WITH_HEADING = frozenset({"walker"})
-
-
-def resolved(
-    motion: str | None, size: float | None, speed: float | None, layer: str
-) -> dict[str, object] | None:
-    """Return a model's kind of motion with all its parameters: its size and speed, and defaults.
-
-    Without ``motion``, a model of the layer ``air`` flies if its size and speed allow that, and any
-    other model with a speed moves as a disc. None without motion and speed.
-    """
-    own = {name: value for name, value in (("size", size), ("speed", speed)) if value}
-    fits = (BOUNDS["flyer", n].least <= v <= BOUNDS["flyer", n].most for n, v in own.items())
-    if motion is None and layer == AIR and all(fits):
-        motion = "flyer"
-    if motion is None:
-        if speed is None:
-            return None
-        motion = "disc"
-    return {"kind": motion, **KINDS.get(motion, {}), **own}
-
-
+ACTION = 2.0
+"""Seconds of an action."""
 SIDE = 2.7
 """Side of a region in metres, if the map omits it."""
 PEAK = 1.875
@@ -98,11 +60,53 @@ RESERVE = 0.5
 AT_ONCE = 1e-9
 """Delays in seconds below this are rounding: sums of the same durations in another order."""
 
-WALKER = ("size", "speed", "height", "foot")
-"""The parameters of a walker that its gait depends on."""
-
 YAW: Mapping[str, float] = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
 """Headings in radians, counter-clockwise from east."""
+
+
+class Figures(Struct, frozen=True):
+    """How a robot moves: the kind of its motion, and all its parameters by name."""
+
+    kind: str
+    values: Mapping[str, float]
+
+    @property
+    def walker(self) -> Walker:
+        """The parameters on which the gait of a walker depends."""
+        return convert(self.values, Walker)
+
+    def glide(self, way: float) -> float:
+        """Return the seconds of a straight path from rest to rest; a flyer respects its limit of
+        tilt."""
+        values = self.values
+        pull = RESERVE * values["tilt"] if "tilt" in values else values.get("acceleration")
+        return glide(way, values["speed"], pull)
+
+    def turn(self, angle: float) -> float:
+        """Return the seconds of a turn, which only a rover makes on the spot."""
+        values = self.values
+        if "turning" not in values:
+            return PEAK * angle / TURNING
+        return glide(angle, values["turning"], values["acceleration"] / (values["size"] / 2))
+
+
+def resolved(
+    motion: str | None, size: float | None, speed: float | None, layer: str
+) -> Figures | None:
+    """Return a model's kind of motion with all its parameters: its size and speed, and defaults.
+
+    Without ``motion``, a model of the layer ``air`` flies if its size and speed allow that, and any
+    other model with a speed moves as a disc. None without motion and speed.
+    """
+    own = {name: value for name, value in (("size", size), ("speed", speed)) if value}
+    limits = ((value, *BOUNDS["flyer"][name]) for name, value in own.items())
+    if motion is None and layer == "air" and all(low <= value <= top for value, low, top in limits):
+        motion = "flyer"
+    if motion is None:
+        if speed is None:
+            return None
+        motion = "disc"
+    return Figures(motion, {**KINDS.get(motion, {}), **own})
 
 
 class Pace:
@@ -110,8 +114,6 @@ class Pace:
     Regions are numbered in reading order on a map of ``cols`` columns; times are seconds on the
     clock of the run. Without data in metres, a step takes one second per tick."""
 
-    acting = 2.0
-    """Seconds of an action, once it has begun."""
     turns = True
     """Whether the robot turns to face an obstacle on which it acts."""
 
@@ -121,9 +123,8 @@ class Pace:
         side: float,
         heading: str | None,
         ticks: int = 1,
-        values: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
-        self._cols, self._side, self._ticks, self._values = cols, side, ticks, values
+        self._cols, self._side, self._ticks = cols, side, ticks
         self.facing = YAW[heading] if heading else 0.0
         self._since = 0.0
         self._settling = 0.0
@@ -213,11 +214,9 @@ class WalkerPace(Pace):
 
     turns = False
 
-    def __init__(
-        self, cols: int, side: float, heading: str | None, ticks: int, values: Mapping[str, float]
-    ) -> None:
-        super().__init__(cols, side, heading or "east", ticks, values)
-        self._gait = gait_on(side, Walker(*(values[name] for name in WALKER)))
+    def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
+        super().__init__(cols, side, heading or "east")
+        self._gait = gait_on(side, figures.walker)
 
     def _fresh(self, way: float) -> float:
         stride = starting(self._gait, _quarters(self.facing, way), LEFT)
@@ -235,36 +234,28 @@ class WalkerPace(Pace):
 
 
 class DiscPace(Pace):
-    """Pace of a disc: it glides from centre to centre and turns on the way; a flyer respects its
-    limit of tilt."""
+    """Pace of a disc or a flyer: it glides from centre to centre and turns on the way."""
 
-    def _glide(self, way: float) -> float:
-        tilt = self._values.get("tilt")
-        return glide(way, self._values["speed"], None if tilt is None else RESERVE * tilt)
+    def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
+        super().__init__(cols, side, heading)
+        self._figures = figures
 
     def _fresh(self, way: float) -> float:
-        return max(self._glide(self._side), self._turning(_between(self.facing, way)))
+        return max(self._figures.glide(self._side), self._turning(_between(self.facing, way)))
 
     def _turning(self, angle: float) -> float:
-        return PEAK * angle / TURNING
+        return self._figures.turn(angle)
 
     def _resuming(self) -> float:
-        room = self._side / 2 - self._values["size"] / 2 - ROOM
-        return self._glide(max(0.0, room))  # one as large as its region acts in the middle
+        room = self._side / 2 - self._figures.values["size"] / 2 - ROOM
+        return self._figures.glide(max(0.0, room))  # one as large as its region acts in the middle
 
 
 class RoverPace(DiscPace):
     """Pace of a rover: it turns on the spot, then drives straight."""
 
-    def _glide(self, way: float) -> float:
-        return glide(way, self._values["speed"], self._values["acceleration"])
-
     def _fresh(self, way: float) -> float:
-        return self._turning(_between(self.facing, way)) + self._glide(self._side)
-
-    def _turning(self, angle: float) -> float:
-        pull = self._values["acceleration"] / (self._values["size"] / 2)
-        return glide(angle, self._values["turning"], pull)
+        return self._turning(_between(self.facing, way)) + self._figures.glide(self._side)
 
     def _resuming(self) -> float:
         """Return the seconds that a robot needs to return to its path after an action in its own
@@ -277,59 +268,38 @@ class RoverPace(DiscPace):
             self.facing = self._next
 
 
-_KINDS: Mapping[str, Callable[..., Pace]] = {
-    "walker": WalkerPace,
-    "rover": RoverPace,
-    "flyer": DiscPace,
-    "disc": DiscPace,
-}
+_KINDS = {"walker": WalkerPace, "rover": RoverPace, "flyer": DiscPace, "disc": DiscPace}
 
 
 def pace_of(
-    motion: Mapping[str, object] | None,
+    figures: Figures | None,
     cols: int,
     side: float = SIDE,
     heading: str | None = None,
     ticks: int = 1,
 ) -> Pace:
-    """Return the pace of a robot that moves by ``motion`` (kind and parameters, as in the header of
-    a trace) on regions of ``side`` metres. A kind of another package that has a size and a speed
-    counts as a disc. ``ticks``: those of a step, its ``timing``."""
-    values = _values(motion)
-    if motion is None or not {"size", "speed"} <= values.keys():
-        return Pace(cols, side, heading, ticks)
-    kind = _KINDS.get(str(motion["kind"]), DiscPace)
-    try:
-        made = kind(cols, side, heading, ticks, values)
-    except UsageError:
-        return Pace(cols, side, heading, ticks)
-    made.acting = values.get("action_seconds", made.acting)
-    return made
+    """Return the pace of a robot on regions of ``side`` metres. ``ticks``: those of a step, its
+    ``timing``."""
+    if figures is not None and figures.kind in _KINDS:
+        with suppress(UsageError):  # its motion is impossible there
+            return _KINDS[figures.kind](cols, side, heading, figures)
+    return Pace(cols, side, heading, ticks)
 
 
-def least_side(motion: Mapping[str, object], side: float) -> float | None:
-    """Return the least side in metres of a region for a robot that moves by ``motion`` (as for
-    ``pace_of``, of a kind of this package), if ``side`` is too small; None if it suffices."""
-    values = _values(motion)
-    if motion["kind"] == "walker":
-        walker = Walker(*(values[name] for name in WALKER))
-        return None if side >= (need := least_side_of(side, walker)) else need
-    need = values["size"] + 2 * ROOM
+def least_side(figures: Figures, side: float) -> float | None:
+    """Return the least side in metres of a region for a robot, if ``side`` is too small; None if it
+    suffices."""
+    if figures.kind == "walker":
+        return None if side >= (need := least_side_of(side, figures.walker)) else need
+    need = figures.values["size"] + 2 * ROOM
     return None if side >= need - AT_ONCE else need
-
-
-def _values(motion: Mapping[str, object] | None) -> dict[str, float]:
-    """Return the numerical parameters of a motion."""
-    pairs = (motion or {}).items()
-    return {name: float(v) for name, v in pairs if isinstance(v, int | float)}
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:
     """Return the seconds from ``now`` until the robots, each with its present region, have acted
     together on an obstacle in ``region``."""
     paces = [*team]
-    begin = max(pace.ready(now, at, region) for pace, at in paces)
-    end = begin + max(pace.acting for pace, _ in paces)
+    end = max(pace.ready(now, at, region) for pace, at in paces) + ACTION
     for pace, at in paces:
         pace.acted(end, at, region)
     return end - now

@@ -6,9 +6,8 @@ there; a misspelt layer.
 
 from collections.abc import Iterator, Mapping
 from math import floor
-from typing import Any
 
-from safenav.pace.robot import least_side
+from safenav.pace.robot import Figures, least_side
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
@@ -46,7 +45,7 @@ def cramped(scenario: Scenario) -> Iterator[str]:
             continue
         if need := least_side(motion, side):
             yield (
-                f"{robot.name} ({robot.model.name}, {motion['kind']}, {size:g} m) has no room to "
+                f"{robot.name} ({robot.model.name}, {motion.kind}, {size:g} m) has no room to "
                 f"move in a region ({side:g} m): its motion needs {need:g} m; give the map "
                 "larger regions"
             )
@@ -79,17 +78,15 @@ def arrival_room(scenario: Scenario) -> Iterator[tuple[Robot, float, float, floa
 
 def _in_metres(
     scenario: Scenario,
-) -> Iterator[tuple[Robot, float, float | None, dict[str, Any] | None]]:
+) -> Iterator[tuple[Robot, float, float | None, Figures | None]]:
     """Yield each robot of a map in metres with the side of a region, its size if that is known, and
     its motion (``RobotModel.figures``)."""
     if scenario.map.frame is None:
         return
     side = scenario.map.frame.resolution
     for robot in scenario.robots:
-        model = robot.model
-        motion = model.figures
-        size = model.size or (motion or {}).get("size")
-        yield robot, side, float(size) if isinstance(size, int | float) else None, motion
+        figures = robot.model.figures
+        yield robot, side, figures.values["size"] if figures else robot.model.size, figures
 
 
 def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:

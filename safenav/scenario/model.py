@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from enum import StrEnum
 from itertools import takewhile
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
@@ -20,6 +20,9 @@ from safenav.scenario.objective import Objective
 from safenav.scenario.yaml.keys import Key
 from safenav.world.map import Cells, Region, RegionMap, tiles
 from safenav.world.poses import Mobility, Pose
+
+if TYPE_CHECKING:
+    from safenav.pace.robot import Figures
 
 
 class RobotChange(Struct, frozen=True):
@@ -232,7 +235,7 @@ class RobotModel(Struct, frozen=True):
     battery: Battery | None = None
 
     @property
-    def figures(self) -> dict[str, object] | None:
+    def figures(self) -> Figures | None:
         """Its kind of motion with all parameters; None if it has none."""
         from safenav.pace.robot import resolved  # few users of a scenario move in metres
 

@@ -168,7 +168,6 @@ FORBIDDEN = {
 OF_A_TABLE = {
     "safenav": "homes[name]",
     "safenav.cli.options": "f'safenav.cli.{COMMANDS[name][0]}'",
-    "safenav.motion.mover": "module",
 }
 """Modules that import by a name: one of a table in the same module."""
 SAFE = {"_LOADER", "yaml.CSafeLoader", "yaml.SafeLoader"}

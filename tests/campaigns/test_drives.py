@@ -128,15 +128,14 @@ def fleet_of(random: Random, hidden: list[Data], scenario: Scenario) -> Data:
     solid = [one["type"] for one in hidden if not kinds[one["type"]].has_truth]
     robots, follow = dict[str, Data](), random.random() < 0.2
     for robot in scenario.robots:
-        size = (robot.model.figures or {}).get("size", robot.model.size or 0.5)
+        figures = robot.model.figures
+        size = figures.values["size"] if figures else robot.model.size or 0.5
         robots[robot.name] = {
             "act": {action: action for action in sorted(robot.capabilities)},
             "speed": robot.model.speed or 0.5,
             "tolerance": round(min(0.3, max(0.06, (side - size) / 2)), 3),
             **({"scan": {"obstacle": solid[0]}} if solid else {}),
-            **(
-                {"follow": {}} if follow and (robot.model.figures or {})["kind"] != "walker" else {}
-            ),
+            **({"follow": {}} if follow and figures and figures.kind != "walker" else {}),
         }
     defaults: Data = {"timeout": random.choice([3, 6]), "report": "obstacles"}
     return {

@@ -266,8 +266,11 @@ def test_a_motion_must_keep_the_limits_of_its_trace(
     ((robot, limits),) = damage["limits"].items()
     robots = made.header.robots | {robot: made.header.robots[robot] | limits}
     models = {one.model.name: one.model for one in trace.robots.values()}
-    kept = {name: model.figures or {} for name, model in models.items()}
-    kept[trace.robots[robot].model.name] |= limits
+    kept = {name: model.figures for name, model in models.items()}
+    name = trace.robots[robot].model.name
+    figures = kept[name]
+    assert figures is not None
+    kept[name] = replace(figures, values={**figures.values, **limits})
     monkeypatch.setattr(type(models["digit"]), "figures", property(lambda of: kept[of.name]))
     found = check_motion(replace(made, header=replace(made.header, robots=robots)), trace)
     ((rule, words),) = damage["finds"].items()

@@ -22,14 +22,14 @@ from safenav.motion.check.examination import Finding
 from safenav.motion.check.order import disorder
 from safenav.motion.check.verdict import joined
 from safenav.motion.check.walk import shape_of, walked
-from safenav.motion.file import Moving, Segment
+from safenav.motion.file import Moving, Segment, limits_of
 from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor, quintic, turn, values
 from safenav.motion.making import mover
 from safenav.motion.mover import Mover
 from safenav.motion.timing import dated, in_time, ordered, paces_of
 from safenav.pace.gait import Walker, gait_on
-from safenav.pace.robot import Pace, acted_by, pace_of, resolved
+from safenav.pace.robot import ACTION, Pace, acted_by, pace_of, resolved
 from safenav.trace import records
 
 SIZE, MIDDLE = 60, 60 * 30 + 30
@@ -42,6 +42,12 @@ def robot(kind: str, side: float) -> Mover:
     figures = resolved(kind, None, None, "ground")
     assert figures is not None
     return mover("r", MetricFloor(SIZE, SIZE, side), MIDDLE, "east", figures)
+
+
+def limits_on(side: float) -> Any:
+    """The parameters and limits of a walker, as in the header of a motion."""
+    values = robot("walker", side).values
+    return {**values, **limits_of(values["height"])}
 
 
 def beside(moved: Mover, chance: random.Random) -> int:
@@ -94,7 +100,7 @@ def test_a_quintic_has_the_given_position_speed_and_acceleration_at_both_ends() 
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
 def test_a_walker_keeps_its_limits_on_regions_of_any_size(side: float) -> None:
     """By the rules of the checker, in each move and from one to the next, with room to spare."""
-    limits: Any = robot("walker", side).values
+    limits = limits_on(side)
     wrong: list[Any] = []
     case: Any = SimpleNamespace(wrong=lambda *found: wrong.append(found))
     floor, found = MetricFloor(SIZE, SIZE, side), wandering(side, 200, seed=2)
@@ -113,7 +119,7 @@ def test_a_walker_keeps_its_limits_on_regions_of_any_size(side: float) -> None:
 
 def test_segments_of_equal_shape_move_alike_and_each_number_belongs_to_the_shape() -> None:
     """The check solves and judges one of them."""
-    limits: Any = robot("walker", 2.7).values
+    limits = limits_on(2.7)
     known: dict[bytes, Any] = {}
     for segment in wandering(2.7, 60, seed=3):
         own, shape = walked(segment, limits), shape_of(segment)
@@ -169,7 +175,7 @@ def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) 
             now += acted_by([(pace, moved.region)], now, at)
             moved.halt(tick)
             moved.face(tick, at)
-            moved.rest(tick, moved.time + pace.acting)
+            moved.rest(tick, moved.time + ACTION)
             assert moved.time == pytest.approx(now, abs=1e-9)
         to = beside(moved, dice)
         now += pace.step(now, moved.region, to)

@@ -80,9 +80,8 @@ class Dimensions(Struct, frozen=True):
 def body_of(robot: Robot) -> Dimensions:
     """Return the dimensions of a robot, from its model's motion."""
     model = robot.model
-    motion = model.figures or {}
-    flies = motion.get("kind") == "flyer"
-    numbers = {key: float(v) for key, v in motion.items() if isinstance(v, float | int)}
+    flies = model.figures is not None and model.figures.kind == "flyer"
+    numbers = model.figures.values if model.figures is not None else {}
     return Dimensions(
         robot.name,
         numbers.get("size", model.size or 0.5) / 2,

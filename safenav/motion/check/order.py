@@ -15,6 +15,7 @@ from safenav.motion import timing
 from safenav.motion.check.examination import STILL, Examination, Finding
 from safenav.motion.check.walk import NEAR, Array
 from safenav.motion.file import Action, Moving, Release, Reserve
+from safenav.pace.robot import ACTION
 from safenav.trace import records
 from safenav.trace.file import Trace, as_data
 from safenav.trace.vocabulary import ChangeCause, MoveEnd
@@ -158,9 +159,8 @@ def _done(
             continue
         waiting.remove(done)
         _performed(case, done, record.at if robot == record.robot else None)
-        lasts = max(0.0, done.t1 - done.t0)  # the trace of a live run has the duration
-        if not case.trace.header.live:
-            lasts = max(case.numbers[name].get("action_seconds", 0.0) for name in wanted.robots)
+        # The trace of a live run has the duration.
+        lasts = max(0.0, done.t1 - done.t0) if case.trace.header.live else ACTION
         if abs(done.t1 - done.t0 - lasts) > NEAR or done.action != wanted.action:
             what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {done.obstacle}"
             case.wrong(done.t0, robot, "action", what)

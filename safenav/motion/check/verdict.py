@@ -59,7 +59,7 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
         return "the origin of its map is not that of the trace"
     for name, robot in trace.robots.items():
         own, expected = header.robots[name], file.described(robot)
-        if expected is None:
+        if not expected:
             return f"{name}: in the trace it has no motion in metres"
         for key, value in expected.items():
             if own.get(key) != value:

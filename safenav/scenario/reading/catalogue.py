@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from msgspec.structs import replace
 
-from safenav.pace.robot import BOUNDS, ONLY_WITH_HEADING
+from safenav.pace.robot import BOUNDS, MEANINGS
 from safenav.scenario import language
 from safenav.scenario.model import Battery, Catalogue, Need, ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.reading.regions import Reading
@@ -126,13 +126,13 @@ def _motion(item: language.ModelKeys, findings: Findings) -> str | None:
     """Return the kind of motion of a robot model; None if it has none or that was reported."""
     if item.motion is None:
         return None
-    if item.motion in ONLY_WITH_HEADING and item.mobility is Mobility.FREE:
+    if item.motion == "walker" and item.mobility is Mobility.FREE:
         hint = "it cannot turn around within a region: write 'mobility: heading'"
         found = f"{item.named('motion')}: a {item.motion} moves with a heading"
         findings.add(item.at("motion"), found, hint)
     for key in ("size", "speed"):
-        known = BOUNDS[item.motion, key]
-        limits = Key(least=known.least, most=known.most, why=known.meaning)
+        least, most = BOUNDS[item.motion][key]
+        limits = Key(least=least, most=most, why=MEANINGS[key])
         read(float, item.at(key), item.named(key), findings, limits)
     return item.motion
 
