@@ -62,40 +62,28 @@ def cyclic_parts(after: Mapping[_State, Sequence[_State]]) -> dict[_State, int]:
 def components(graph: Graph) -> list[list[int]]:
     """Return the strongly connected components, each after the components that it can reach."""
     found: list[list[int]] = []
-    index = [-1] * len(graph)
-    low = [0] * len(graph)
-    on_stack = [False] * len(graph)
+    count, done = 0, len(graph) + 1
+    low = [0] * (len(graph) + 1)  # 0 for a new node, ``done`` for one of a component
     stack: list[int] = []
-    count = 0
-    for root in range(len(graph)):
-        if index[root] >= 0:
-            continue
-        work = [(root, iter(graph[root]))]
-        index[root] = low[root] = count
-        count += 1
-        stack.append(root)
-        on_stack[root] = True
-        while work:
-            node, targets = work[-1]
-            for target in targets:
-                if index[target] < 0:
-                    index[target] = low[target] = count
-                    count += 1
-                    stack.append(target)
-                    on_stack[target] = True
-                    work.append((target, iter(graph[target])))
-                    break
-                if on_stack[target]:
-                    low[node] = min(low[node], index[target])
-            else:
-                work.pop()
-                if work:
-                    parent = work[-1][0]
-                    low[parent] = min(low[parent], low[node])
-                if low[node] == index[node]:
-                    members: list[int] = []
-                    while not members or members[-1] != node:
-                        members.append(stack.pop())
-                        on_stack[members[-1]] = False
-                    found.append(members)
+    work = [(len(graph), -1, iter(range(len(graph))))]  # from a node with edges to all
+    while work:
+        node, number, targets = work[-1]
+        for target in targets:
+            if not low[target]:
+                low[target] = count = count + 1
+                stack.append(target)
+                work.append((target, count, iter(graph[target])))
+                break
+            low[node] = min(low[node], low[target])
+        else:
+            work.pop()
+            if low[node] == number:
+                members: list[int] = []
+                while not members or members[-1] != node:
+                    members.append(stack.pop())
+                    low[members[-1]] = done
+                found.append(members)
+            elif work:
+                parent = work[-1][0]
+                low[parent] = min(low[parent], low[node])
     return found

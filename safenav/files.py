@@ -7,14 +7,13 @@ them, ``# a comment<U+2028>a formula`` is a comment to one program and a formula
 texts are refused.
 """
 
-import contextlib
 import io
 import json
 import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -311,21 +310,6 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
         raise _failure(path, error) from error
 
 
-@contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Let signals that end the program wait for the end of this context."""
-    came: list[int] = []
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, lambda number, _: came.append(number)) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
-    for each in came:
-        signal.raise_signal(each)
-
-
 def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
     """Write files by their names into a folder, which need not exist: all of them or none.
 
@@ -339,8 +323,13 @@ def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
         with TemporaryDirectory(dir=folder, prefix=".") as scratch:
             for name, content in files:
                 Path(scratch, name).write_bytes(_bytes(content))
-            with _uninterrupted():  # no mix of old and new files
+            # No mix of old and new files: signals that end the program wait.
+            ends = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, ends)
+            try:
                 for part in Path(scratch).iterdir():
                     part.replace(folder / part.name)
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
     except OSError as error:
         raise _failure(folder, error) from error

@@ -143,29 +143,19 @@ def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
 def _flaws_of_scenario(scenario: Any) -> Iterator[str]:
     if not isinstance(scenario, dict):
         return
-    robots, obstacles = scenario.get("robots"), scenario.get("obstacles")
-    if isinstance(robots, list) and len(robots) > MOST_ROBOTS:
+    robots, obstacles, world = map(scenario.get, ("robots", "obstacles", "map"))
+    robots, obstacles = (each if isinstance(each, list) else [] for each in (robots, obstacles))
+    if len(robots) > MOST_ROBOTS:
         yield f"{len(robots)} robots; at most {MOST_ROBOTS} can be read"
-    for robot in robots if isinstance(robots, list) else ():
+    for robot in robots:
         if isinstance(robot, dict):
             yield from _flaw_of_name(ROBOT, robot.get("name"), "a robot")
-    for obstacle in obstacles if isinstance(obstacles, list) else ():
+    for obstacle in obstacles:
         if isinstance(obstacle, dict):
             yield from _flaw_of_type(obstacle)
-    world = scenario.get("map")
-    if isinstance(world, dict):
-        yield from _flaws_of_map(world)
-
-
-def _flaws_of_map(world: dict[str, Any]) -> Iterator[str]:
-    rows, cols = world.get("rows"), world.get("cols")
-    if (
-        type(rows) is int
-        and type(cols) is int
-        and not (
-            0 < rows <= MOST_REGIONS and 0 < cols <= MOST_REGIONS and rows * cols <= MOST_REGIONS
-        )
-    ):
+    size = (world.get("rows", 1), world.get("cols", 1)) if isinstance(world, dict) else (1, 1)
+    (rows, cols), whole = size, all(type(each) is int for each in size)
+    if whole and not (min(size) > 0 and rows * cols <= MOST_REGIONS):
         yield f"a map of {rows} x {cols} regions; 1 to {MOST_REGIONS} can be read"
 
 
