@@ -1,5 +1,4 @@
-"""Files: reading within limits, the kinds of files, line ends of text, JSON lines, CSV, and atomic
-writing.
+"""Files: reading within limits, the kinds of files, line ends of text, JSON lines, atomic writing.
 
 A line ends with a line feed, perhaps after a carriage return. Python, YAML and some editors also
 end lines at other characters (U+0085, U+2028, a single carriage return). In a text with one of
@@ -7,7 +6,6 @@ them, ``# a comment<U+2028>a formula`` is a comment to one program and a formula
 texts are refused.
 """
 
-import io
 import json
 import os
 import re
@@ -100,16 +98,6 @@ def json_flaw(error: Exception) -> str:
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start} is not UTF-8"
     return "too deeply nested" if isinstance(error, RecursionError) else str(error)
-
-
-def csv_text(headings: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
-    """Return a table as CSV (RFC 4180, with line feeds): the headings, then the rows; None is an
-    empty field."""
-    import csv  # only needed here
-
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([headings, *rows])
-    return text.getvalue()
 
 
 def foreign_character(text: str) -> tuple[int, int, str] | None:

@@ -18,7 +18,7 @@ from safenav.world.map import Frame
 BAG_RATE = 20.0
 """Positions of each robot per second in a bag with a motion."""
 
-FILE = options.Output(".csv", ".mcap", ".npz", exact=True)
+FILE = options.Output(".csv", ".mcap", ".npz")
 
 EPILOG = """\b
 FILE by its ending: .csv (waypoints), .npz (samples of the motion, with numpy.load), .mcap (a ROS 2

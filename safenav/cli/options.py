@@ -154,18 +154,15 @@ class Output(click.ParamType[Path]):
     """A path to write; ``-`` is standard output. Raises UsageError if it cannot be written, or if
     its ending is that of another kind of file.
 
-    ``endings``: endings of files of this kind, empty if there are several kinds; ``exact``: no
-    other one is possible, since it determines the format; ``folder``: any other path is a folder,
-    and ``-`` is allowed only if ``printed``.
+    ``endings``: those of files of this kind, none if there are several kinds; of several endings,
+    which determine the format, one must be used; ``folder``: any other path is a folder, and ``-``
+    is allowed only if ``printed``.
     """
 
     name = "path"
 
-    def __init__(
-        self, *endings: str, exact: bool = False, folder: bool = False, printed: bool = False
-    ) -> None:
+    def __init__(self, *endings: str, folder: bool = False, printed: bool = False) -> None:
         self._endings = endings
-        self._exact = exact
         self._folder = folder
         self._printed = printed or not folder
 
@@ -177,7 +174,7 @@ class Output(click.ParamType[Path]):
             _claim(path, param, ctx, writes=True)
             return path
         strict = self._folder or bool(self._endings)
-        known = self._exact or path.suffix.lower() in KINDS
+        known = len(self._endings) > 1 or path.suffix.lower() in KINDS
         other = known and path.suffix.lower() not in self._endings
         if str(path) == "-" or (strict and other and not path.is_dir()):
             if path.is_file():

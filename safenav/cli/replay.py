@@ -11,6 +11,7 @@ from safenav.cli import options, warn_of
 from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_out, write_whole
 from safenav.report.picture.scene import svg_of
+from safenav.report.terminal.layout import echo_lines
 from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.trace.file import Trace, read_trace
@@ -34,7 +35,7 @@ Exit codes:
   0  done   2  invalid trace or usage
 """
 
-FILE = options.Output(".html", ".svg", ".png", ".gif", exact=True)
+FILE = options.Output(".html", ".svg", ".png", ".gif")
 SPEED = options.FiniteRange("x", 0.1, 100)
 _READ_BY = {
     "at": (".svg", ".png"),
@@ -79,13 +80,7 @@ def replay(
         write_out(output, page_of(lines, trace.name))
     elif form == ".gif":
         run = run_of(lines)
-        _film(
-            run,
-            output,
-            _ticks(run, ticks),
-            speed or run.speed,
-            width or 720,
-        )
+        _film(run, output, _ticks(run, ticks), speed or run.speed, width or 720)
     else:
         run = run_of(lines)
         _write_picture(output, svg_of(run, *_moment(run, at or "last")), form, width)
@@ -154,7 +149,7 @@ def _film(run: Run, path: Path, ticks: range, speed: float, width: int) -> None:
     tell(path)
 
 
-PICTURE = options.Output(".svg", ".png", exact=True)
+PICTURE = options.Output(".svg", ".png")
 DRAW_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav draw lab.yaml
@@ -199,8 +194,7 @@ def draw(
         options.refuse({"width": "-o FILE in .png"})
     warn_of(plan.map.notes)
     if output is None:
-        for line in scenario_text(plan):
-            click.echo(line)
+        echo_lines(scenario_text(plan))
         return ExitCode.OK
     _write_picture(output, svg_of_scenario(plan), output.suffix.lower(), width)
     return ExitCode.OK

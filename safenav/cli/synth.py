@@ -332,8 +332,7 @@ def verify(
     for failure in () if as_json else found.failures:
         first, *rest = failure_lines(failure, automaton)
         click.echo(f"{click.style('wrong:', fg='red', bold=True)} {first}")
-        for line in rest:
-            click.echo(f"    {line}")
+        echo_lines(f"    {line}" for line in rest)
     return code_of(found.ok)
 
 
@@ -407,6 +406,5 @@ def _explain_specification(given: options.GivenFile, as_json: bool) -> int:
     if as_json:
         print_json({"specification": str(file), "unrealizable": data_of(found)})
     elif found is not None:
-        for line in line_explanation_lines(found, str(file)):
-            click.echo(line)
+        echo_lines(line_explanation_lines(found, str(file)))
     return code_of(realizable)

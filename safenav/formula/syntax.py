@@ -225,18 +225,9 @@ _RELATIONS = {
 }
 
 
-def evaluate(formula: Formula, current: State, following: State | None = None) -> bool:
-    """Return whether the formula holds where ``current`` is the state and ``following`` the next
-    one.
-
-    Raises KeyError for a variable without a value.
-    """
-    return predicate(formula)(current, following or {})
-
-
 def predicate(formula: Formula) -> Predicate:
-    """Return the formula as a function of a state and the next one, for many of them; see
-    ``evaluate``."""
+    """Return whether the formula holds, as a function of a state and the next one. That raises
+    KeyError for a variable without a value."""
     match formula:
         case Constant(value):
             return lambda _, __: value

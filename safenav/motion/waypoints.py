@@ -6,14 +6,15 @@ frame of ROS map_server: x grows east, y grows north, the origin is the south-we
 (docs/maps.md); metres, seconds since the start, radians.
 """
 
+import csv
+import io
 from collections.abc import Iterator, Sequence
 from math import hypot, remainder, tau
 
 from msgspec import Struct
-from msgspec.structs import replace
+from msgspec.structs import astuple, replace
 
 from safenav.errors import UsageError
-from safenav.files import csv_text
 from safenav.motion.file import Motion, Moving
 from safenav.pace.robot import YAW
 from safenav.run.run import Run
@@ -113,6 +114,9 @@ def _pose(motion: Motion, piece: Moving, since: float) -> tuple[float, ...]:
 
 
 def as_csv(found: Sequence[Waypoint]) -> str:
-    """Return a line for each waypoint, below a line of headings; an unknown field is empty."""
-    columns = Waypoint.__struct_fields__
-    return csv_text(columns, ([getattr(one, column) for column in columns] for one in found))
+    """Return the waypoints as CSV (RFC 4180, with line feeds) with headings; an unknown field is
+    empty."""
+    text = io.StringIO()
+    rows = (Waypoint.__struct_fields__, *map(astuple, found))
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()

@@ -136,18 +136,18 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         """
         # Imported here: only this needs formulas, and small programs may never need it.
         from safenav.formula.parser import parse
-        from safenav.formula.syntax import evaluate
+        from safenav.formula.syntax import predicate
 
         spec, seen = self.specification, set[tuple[int, ...]]()
         both = (*spec.section(Section.ENV_INIT), *spec.section(Section.SYS_INIT))
-        constraints = [parse(constraint.formula) for constraint in both]
+        constraints = [predicate(parse(constraint.formula)) for constraint in both]
         inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
         first = self.values(0) if self.states else {}
         for node, state in enumerate(self.states):
             values = self.values(node)
             same = all(values[name] == first[name] for name in inputs)
             begins = (same if counter else self.ranks[node] == 0) and tuple(state) not in seen
-            if not begins or not all(evaluate(formula, values) for formula in constraints):
+            if not begins or not all(holds(values, {}) for holds in constraints):
                 break
             seen.add(tuple(state))
         return tuple(range(len(seen)))

@@ -75,17 +75,10 @@ class Heading(IntEnum):
     @property
     def step(self) -> tuple[int, int]:
         """The change of (row, col) by one step in this direction."""
-        return _STEPS[self]
+        return ((-1, 0), (0, 1), (1, 0), (0, -1))[self]
 
 
 HEADINGS = {heading.label: heading for heading in Heading}
-
-_STEPS = {
-    Heading.NORTH: (-1, 0),
-    Heading.EAST: (0, 1),
-    Heading.SOUTH: (1, 0),
-    Heading.WEST: (0, -1),
-}
 
 WALL = "#"
 FREE = "."

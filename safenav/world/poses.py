@@ -281,24 +281,22 @@ class PoseGraph:
     def steps_between(self, start: Mask, goal: Mask, allowed: Mask) -> int | None:
         """Return the number of steps of a shortest path from a pose of ``start`` to one of
         ``goal``."""
-        found = frontier = start
-        count = 0
-        while frontier:
-            if found & goal:
-                return count
-            frontier = self.forward(frontier) & allowed & ~found
-            found |= frontier
-            count += 1
-        return None
+        layers = enumerate(self._layers(start, allowed))
+        return next((count for count, layer in layers if layer & goal), None)
 
     def nearest(self, start: int, goal: Mask, allowed: Mask) -> Mask:
         """Return the part of ``goal`` in one of its nearest regions; all of it without a path."""
-        found = frontier = 1 << start
-        while frontier and not frontier & goal:
-            frontier = self.forward(frontier) & (allowed | goal) & ~found
-            found |= frontier
-        regions = self.regions_of(frontier & goal)
+        layers = self._layers(1 << start, allowed | goal)
+        regions = self.regions_of(next((layer & goal for layer in layers if layer & goal), 0))
         return goal & self.poses_on(regions & -regions) if regions else goal
+
+    def _layers(self, start: Mask, allowed: Mask) -> Iterator[Mask]:
+        """Yield the poses reached through ``allowed`` poses after 0, 1, 2, ... steps."""
+        found = frontier = start
+        while frontier:
+            yield frontier
+            frontier = self.forward(frontier) & allowed & ~found
+            found |= frontier
 
     @cached_method
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from safenav.errors import SynthesizerError
 from safenav.formula.parser import parse
-from safenav.formula.syntax import evaluate
+from safenav.formula.syntax import predicate
 from safenav.plan.order import next_step
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.strategies import commanded, heard
@@ -126,7 +126,7 @@ def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...
     rules = (
         str(each.origin)
         for each in strategy.specification.section(Section.ENV_TRANS)
-        if not evaluate(parse(each.formula), before, {**before, **found})
+        if not predicate(parse(each.formula))(before, {**before, **found})
     )
     return tuple(dict.fromkeys(rules))
 
