@@ -24,7 +24,7 @@ from safenav.errors import (
 )
 from safenav.files import check_kind
 from safenav.report.terminal.layout import echo_lines
-from safenav.trace.words import counted, listed, moment_words, shortened
+from safenav.trace.words import counted, listed, moment_words, obstacle_words, shortened
 
 if TYPE_CHECKING:
     from safenav.review.foresight import Rehearsal
@@ -184,12 +184,13 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
             "outcome": result.outcome.value,
             "explanation": result.explanation,
             "ticks": result.ticks,
-            "late": ahead.result.late or (),
+            "late": result.late or (),
         }
         when = moment_words(result.ticks, result.makespan)
         line = f"without hidden obstacles: {result.outcome.value} {when}"
         line += "" if result.outcome == "completed" else f": {result.explanation}"
-        lines.append(f"{line}; late: {listed(ahead.result.late)}" if ahead.result.late else line)
+        late = [obstacle_words(name, plan.map.word) for name in result.late or ()]
+        lines.append(f"{line}; late: {listed(late)}" if late else line)
     if refusal is not None:
         whole["unrealizable"] = refusal
         lines.append(f"{click.style('unrealizable', fg='red')}: {refusal}")

@@ -352,10 +352,13 @@ class Request:
 def left_words(team: Team, state: State, found: Settlement, k: int, lacks: str | None) -> str:
     """Describe an order that is still open when the mission is completed, and why. ``lacks``: the
     words for what it lacks, if it is given up."""
-    name, why = team.obstacles[k].name, lacks
+    name, why = obstacle_words(team.obstacles[k].name, team.world.word), lacks
     if why is None and k in state.requests:
         why = Request(team, state, found, k).why_nobody()
     return f"{name} ({why})" if why else name
+
+
+GIVEN_UP = End("interrupted", "given up")
 
 
 class Stopped(BaseException):
