@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, coordinate, is_complete
-from safenav.runtime.control.ends import End, completed, what_is_left
+from safenav.runtime.control.ends import GIVEN_UP, End, completed, what_is_left
 from safenav.runtime.control.strategies import looked
 from safenav.runtime.run import decide
 from safenav.runtime.run.checkpoint import Kept, Resumption
@@ -334,6 +334,13 @@ class Run:
         end = self.control.end
         helped = end is not None and end.outcome == "operator_needed"
         return self.awaited() if helped else None
+
+    def given_up(self) -> End:
+        """Return the end of the run if an operator gives up now. While the scenario may still help,
+        nothing proves that an operator is needed."""
+        end = self.control.end
+        coming = end is not None and end.outcome == "operator_needed" and self.world.coming(self)
+        return end if end is not None and not coming else GIVEN_UP
 
     def awaited(self) -> float | None:
         """Return when the scenario changes something; None if the run waits only for an

@@ -10,10 +10,10 @@ from typing import Protocol
 
 from msgspec.structs import replace
 
-from safenav.errors import Outcome, UsageError
+from safenav.errors import UsageError
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
-from safenav.runtime.control.ends import End, Stopped
+from safenav.runtime.control.ends import GIVEN_UP, End, Stopped
 from safenav.runtime.interventions import Intervention
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.lockstep import Lockstep
@@ -47,6 +47,7 @@ class Running(Protocol):
     def answers(self) -> Answers: ...
     def waits(self) -> bool: ...
     def until(self) -> float | None: ...
+    def given_up(self) -> End: ...
 
 
 class Operator:
@@ -91,8 +92,7 @@ class Operator:
                 due = each.ordered and (each.source.appears or 0) <= run.state.time
                 if due and run.state.obstacles[k].state is Is.AWAY:
                     yield now.Appeared(k)
-        end = run.control.end or End(Outcome.INTERRUPTED, "given up")
-        gives_up = False
+        end, gives_up = run.given_up(), False
         while self.asked:
             wanted = self.asked.pop(0)
             try:
@@ -103,7 +103,7 @@ class Operator:
             if wanted.kind == "give_up":
                 gives_up = True
             else:
-                end = End(Outcome.INTERRUPTED, "given up")
+                end = GIVEN_UP
             yield from self._brought_about(run, wanted)
         if gives_up:
             raise Stopped(end)
