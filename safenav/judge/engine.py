@@ -270,6 +270,9 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
         case "gone":
             one.there = one.known = one.shut = False
             s.dues.pop(one.name, None)
+            if one.name in s.flat:
+                drained = s.robots[s.flat.pop(one.name)]
+                drained.filled = drained.out
             for robot in s.robots.values() if one.type.startswith("lost_") else ():
                 if one.type == f"lost_{robot.name}":
                     robot.holds -= {one.region}

@@ -204,8 +204,8 @@ def service(e: Line, s: State) -> Iterator[str]:
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
     """No robot takes a step for which its charge does not suffice; in lockstep, one whose charge is
-    used up is out of service in its turn. A battery is replaced only by resolving the obstacle that
-    appeared when it was used up."""
+    used up is out of service in its turn. A battery is replaced only as the obstacle is resolved or
+    gone that appeared when it was used up."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         if e.active and e.cause == "battery" and not robot.filled:

@@ -163,6 +163,9 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Gone(k):
             known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
             state = _with(_dropped(_forgiven(state, k=k), k), k, ObstacleNow(Is.OVER))
+            empty = team.obstacles[k].battery_of
+            if empty is not None and state.robots[empty].flat:
+                state = _full(team, state, empty)
             return replace(state, plan=None) if known else state
         case now.GaveUp(k):
             foreseen = state.plan is not None and k in state.plan.foreseen
@@ -329,13 +332,17 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
         state = replace(state, over=(*state.over, k))
         if truth is False or k not in foreseen:
             state = replace(state, plan=None)
-        empty = team.obstacles[k].battery_of
-        if empty is not None and (energy := team.members[empty].energy) is not None:
-            state = _robot(state, empty, charge=energy.battery.capacity)
+        if (empty := team.obstacles[k].battery_of) is not None:
+            state = _full(team, state, empty)
     if any(team.obstacles[k].battery_of is None for k, _ in event.truths):
         pairs = zip(state.robots, team.members, strict=True)
         state = replace(state, robots=tuple(_restarted(robot, member) for robot, member in pairs))
     return state
+
+
+def _full(team: Team, state: State, i: int) -> State:
+    energy = team.members[i].energy
+    return state if energy is None else _robot(state, i, charge=energy.battery.capacity)
 
 
 def _restarted(robot: RobotNow, member: Member) -> RobotNow:

@@ -155,10 +155,7 @@ class Operator:
             case Intervention("resolved"):
                 source = team.obstacles[k := _met(run, name)].source
                 yield now.Intervened(told.RESOLVED, obstacle=k)
-                there = self.truth is not None and self.truth.remove(name)
-                if not there and isinstance(self.commands, Commands):
-                    self.commands.cleared(source)
-                yield now.Gone(k, "world" if self.truth is None else USER)
+                yield self._gone(k, source)
             case Intervention("permanent"):
                 k = _met(run, name)
                 yield now.Intervened(told.PERMANENT, obstacle=k)
@@ -175,8 +172,17 @@ class Operator:
                         yield now.Gone(k, "world")
                 if not was:
                     yield now.Served(i, True, USER)
+                for k in _known(run):
+                    if team.obstacles[k].battery_of == i:  # its empty battery is where it is
+                        yield self._gone(k, team.obstacles[k].source)
             case Intervention("give_up"):
                 yield now.Intervened(told.GIVE_UP)
+
+    def _gone(self, k: int, source: Obstacle) -> now.Gone:
+        there = self.truth is not None and self.truth.remove(source.name)
+        if not there and isinstance(self.commands, Commands):
+            self.commands.cleared(source)
+        return now.Gone(k, "world" if self.truth is None else USER)
 
     # Checks of interventions.
 
