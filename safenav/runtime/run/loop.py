@@ -257,8 +257,8 @@ class Run:
         if flat:
             region, k = robot.pose % self.team.size, None
             pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
-            taken = any(o.region == region and each.state in _THERE for o, each in pairs)
-            if kind is not None and not taken:
+            there = any(o.battery_of == i and each.state in _THERE for o, each in pairs)
+            if kind is not None and not there:
                 k = len(self.team.obstacles)
                 source = Obstacle(kind, region, appears=int(self.state.time))
                 while source.name in self.team.numbers:
@@ -405,7 +405,7 @@ class Run:
         return undone and self.world.coming(self) is not None
 
 
-_THERE = (now.Is.HIDDEN, now.Is.SEEN, now.Is.OPEN, now.Is.SEALED)
+_THERE = (now.Is.OPEN, now.Is.SEALED)
 
 
 def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:

@@ -156,8 +156,11 @@ class SimulatedWorld:
         return {e.name: any(first <= tick <= last for first, last in e.spans) for e in listed}
 
     def standing(self) -> Mapping[Region, Obstacle]:
-        """Return the present obstacles that robots notice: all except orders."""
-        return {each.region: each for each in self._there() if not each.ordered}
+        """Return the present obstacles that robots notice: all except orders. The team knows the
+        empty battery of a robot, which may be beside another obstacle."""
+        there = (each for each in self._there() if not each.ordered)
+        ranked = sorted(there, key=lambda each: each.type.blocks != frozenset())
+        return {each.region: each for each in ranked}
 
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
         """Return the changes. Obstacles appear at their tick, or as soon as no robot is there."""
