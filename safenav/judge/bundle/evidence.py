@@ -437,6 +437,13 @@ def _objective(own: Objective, s: State) -> str:
     return "; ".join([*parts, *own.texts, *(f"always {text}" for text in own.always)])
 
 
+def _refused(name: str) -> str:
+    robot, _, battery = name.partition(".")
+    if battery:
+        return f"the charge of {robot} does not suffice"
+    return "it cannot end in time" if name == "mission" else f"{name} cannot end a round in time"
+
+
 def _end(e: Line, s: State, lost: Collection[str]) -> str:
     """Return the claim about the end of a run, which the judge has judged. ``lost``: the robots
     that are proven to have no strategy."""
@@ -451,7 +458,8 @@ def _end(e: Line, s: State, lost: Collection[str]) -> str:
     if what == "tick_limit":
         return f"The run ended at its limit of {e.ticks} ticks."
     if what == "unrealizable":
-        return "The mission never began: a robot has no strategy."
+        why = "; ".join(map(_refused, e.refused or ())) or "a robot has no strategy"
+        return f"The mission never began: {why}."
     if what != "operator_needed":
         return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."
     if e.cause == "out_of_service":
