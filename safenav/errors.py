@@ -10,7 +10,8 @@ import errno
 import re
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import NamedTuple
@@ -199,6 +200,16 @@ def install_command(extra: str = "") -> str:
     """Return the command that installs the requirements of an extra for this Python."""
     pip = "pip" if Path(sys.executable).with_name("pip").exists() else f"{sys.executable} -m pip"
     return f"{pip} install {' '.join(map(shlex.quote, requirements(extra)))}"
+
+
+@contextmanager
+def needing(user: str, extra: str, package: str = "") -> Iterator[None]:
+    """Raise UsageError if a package is missing that this context imports: ``user`` (a feature)
+    needs it, from an extra. ``package``: its name, if that of the module differs."""
+    try:
+        yield
+    except ImportError as error:
+        raise missing_package(user, package or str(error.name), extra) from error
 
 
 def missing_package(user: str, package: str, extra: str) -> UsageError:

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from safenav import errors
 from safenav.batch.case import Case, CaseVerdict, Conditions, Ledger, Result, differences, file_name
 from safenav.batch.matrix import varied
-from safenav.errors import Outcome, missing_package
+from safenav.errors import Outcome, needing
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
@@ -74,11 +74,9 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) ->
 
 def _required(trace: Path) -> list[Judgement]:
     """Return the verdicts on the requirements of a run, on the motion computed from its trace."""
-    try:
+    with needing("'requirements' of a scenario", "motion"):
         from safenav.motion.check.requirements import judged
         from safenav.motion.making import motion_of
-    except ModuleNotFoundError as error:
-        raise missing_package("'requirements' of a scenario", str(error.name), "motion") from error
     run = read_trace(trace)
     return judged(motion_of(run), run)
 

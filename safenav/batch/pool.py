@@ -17,7 +17,7 @@ from typing import Any
 import safenav
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result
 from safenav.batch.worker import leave, run_case
-from safenav.errors import SafenavError, UsageError, missing_package
+from safenav.errors import SafenavError, UsageError, needing
 
 _CONNECT_SECONDS = 10
 
@@ -75,10 +75,8 @@ class DaskCluster(Pool):
 
     def __init__(self, address: str, conditions: Conditions) -> None:
         super().__init__(1, conditions)
-        try:
+        with needing("a Dask cluster", "dask"):
             dask = importlib.import_module("distributed")  # large, and optional
-        except ImportError as error:
-            raise missing_package("a Dask cluster", "distributed", "dask") from error
         self._address = address
         try:
             self._client = dask.Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from safenav.errors import UsageError, missing_package
+from safenav.errors import UsageError, needing
 from safenav.fleet.file import Station
 from safenav.fleet.robots import STALE, DrivenRobot, FleetTask, Phase
 from safenav.fleet.sensing import Sensing
@@ -55,10 +55,8 @@ class Goals:
         self.places = Places(scenario.map, frame_of(scenario))
         self.following: Following | None = None
         if any(station.follow is not None for station in stations.values()):
-            try:
+            with needing("'follow' of a robot", "motion"):
                 from safenav.fleet.following import Following
-            except ImportError as error:
-                raise missing_package("'follow' of a robot", "numpy", "motion") from error
             self.following = Following(transport, scenario.robots, self.places, stations)
         self.transport = self.following or transport
         self.begun = transport.now()

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from math import inf
 
-from safenav.errors import UsageError, missing_package
+from safenav.errors import UsageError, needing
 from safenav.fleet import robots, transport
 from safenav.fleet.file import FleetFile, Station, TransportKind
 from safenav.fleet.goals import FRESH, LATE, SETTLING, Goals, frame_of
@@ -383,9 +383,7 @@ def fleet_world(scenario: Scenario, fleet: FleetFile) -> FleetWorld:
         from safenav.fleet.lab.simulation import SimulationTransport
 
         return FleetWorld(scenario, stations, SimulationTransport(scenario, fleet))
-    try:
+    with needing("transport ros2", "ros2", "cyclonedds"):
         from safenav.fleet.ros2.transport import Ros2Transport
-    except ImportError as error:
-        raise missing_package("transport ros2", "cyclonedds", "ros2") from error
     robots = Ros2Transport(fleet.network, stations, fleet.inputs)
     return FleetWorld(scenario, stations, robots)

@@ -13,7 +13,7 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import astuple
 
-from safenav.errors import missing_package
+from safenav.errors import needing
 from safenav.fleet.ros2.interfaces import INTERFACES
 from safenav.run.run import CLOSED, Run
 from safenav.run.tracks import RobotTrack
@@ -132,10 +132,8 @@ def _pose(x: float, y: float, yaw: float) -> dict[str, Message]:
 
 def write_mcap(path: Path, messages: Iterable[Stamped]) -> None:
     """Write the messages. Raises UsageError if the extra is not installed."""
-    try:
+    with needing("an MCAP file", "mcap"):
         from mcap.writer import Writer
-    except ImportError:
-        raise missing_package("an MCAP file", "mcap", "mcap") from None
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start(profile="ros2", library="safenav")

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from safenav.certify.bundle import bundle_of_trace
-from safenav.errors import UsageError, missing_package
+from safenav.errors import UsageError, needing
 from safenav.report.page.html import page_of
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
@@ -32,10 +32,8 @@ def replay_page(trace: bytes, name: str) -> bytes:
 
 def page_3d(trace: bytes, name: str) -> bytes:
     """Return the run in 3D as one HTML page. Raises UsageError without the extra ``motion``."""
-    try:
+    with needing("the 3D page", "motion"):
         from safenav.motion.making import motion_of
-    except ModuleNotFoundError as error:
-        raise missing_package("the 3D page", str(error.name), "motion") from error
     from safenav.report.page.motion import page3d_of
 
     read = read_bytes(trace, name)

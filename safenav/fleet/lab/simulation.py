@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from math import tau
 
-from safenav.errors import missing_package
+from safenav.errors import needing
 from safenav.fleet import transport
 from safenav.fleet.file import FleetFile
 from safenav.fleet.transport import Places
@@ -24,10 +24,8 @@ class SimulationTransport:
     time stands still while the run computes, so a drive does not depend on the machine's speed."""
 
     def __init__(self, scenario: Scenario, fleet: FleetFile) -> None:
-        try:
+        with needing("transport simulation", "simulation"):
             from safenav.fleet.lab.physics import Physics
-        except ImportError as error:
-            raise missing_package("transport simulation", "mujoco", "simulation") from error
         assert scenario.map.frame is not None
         places = Places(scenario.map, scenario.map.frame)
         self.physics = Physics(scenario, places, fleet.obstacles)

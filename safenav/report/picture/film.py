@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from safenav.errors import UsageError, missing_package
+from safenav.errors import UsageError, needing
 from safenav.report.picture.scene import Layer, sprites, svg_of
 from safenav.report.picture.svg import png_of, size_of
 from safenav.run.run import Run
@@ -61,10 +61,8 @@ class Film:
 
         Raises UsageError for more than ``MOST_FRAMES`` frames, or if the extra ``pictures`` is not
         installed."""
-        try:
+        with needing("GIF (not SVG)", "pictures", "pillow"):
             from PIL import Image
-        except ImportError as error:
-            raise missing_package("GIF (not SVG)", "pillow", "pictures") from error
         if (count := len(self.moments)) > MOST_FRAMES:
             problem = f"a GIF of {count} frames is too large: at most {MOST_FRAMES}"
             raise UsageError(

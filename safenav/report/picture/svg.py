@@ -11,7 +11,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from msgspec import Struct, json
 
-from safenav.errors import UsageError, missing_package
+from safenav.errors import UsageError, needing
 from safenav.run.values import ObstacleStatus, StoryKind
 
 FONTS = Path(__file__).parent / "fonts"
@@ -140,10 +140,8 @@ def png_of(svg: str, width: int | None = None) -> bytes:
     and at most ``WIDE`` pixels wide.
 
     Raises UsageError if the extra ``pictures`` is not installed, or for too many pixels."""
-    try:
+    with needing("PNG (not SVG)", "pictures", "resvg-py"):
         import resvg_py
-    except ImportError as error:
-        raise missing_package("PNG (not SVG)", "resvg-py", "pictures") from error
     across, down = size_of(svg)
     most = int((MOST_PIXELS * across / down) ** 0.5)
     if width is not None and width > most:
