@@ -129,7 +129,8 @@ class Apex(Struct, frozen=True):
     foot: int
 
     def stance(self, offset: float) -> tuple[float, float]:
-        """Return the position of the stance foot, ``offset`` metres off the centre line."""
+        """Return the point ``offset`` metres off the centre line, on the side of the stance
+        foot."""
         aside = self.foot * offset
         return self.x - aside * sin(self.yaw), self.y + aside * cos(self.yaw)
 
@@ -140,8 +141,8 @@ def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
     for step in range(1, steps + 1):
         share = step / steps
         pace = first.speed + (speed - first.speed) * share
-        foot = first.foot * (-1) ** step
-        line.append(Apex(first.x + step * gait.length, first.y, first.yaw, pace, foot))
+        x = first.x + step * gait.length
+        line.append(Apex(x, first.y, first.yaw, pace, -line[-1].foot))
 
 
 def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
@@ -160,17 +161,15 @@ def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
         middle = (step + 0.5) * quarter
         x += chord * share * cos(middle)
         y += chord * share * sin(middle) * turn
-        foot = first.foot * (-1) ** (step + 1)
         speed = ARC_SPEEDS[size][step] * pace
-        line.append(Apex(x, y, (step + 1) * quarter * turn, speed, foot))
+        line.append(Apex(x, y, (step + 1) * quarter * turn, speed, -line[-1].foot))
     last = line[-1]
     steps = round((half + length - radius) / length)
     end = (half, turn * (half + length))
     for step in range(1, steps + 1):
         share = step / steps
         there = (last.x + (end[0] - last.x) * share, last.y + (end[1] - last.y) * share)
-        foot = last.foot * (-1) ** step
-        line.append(Apex(*there, turn * pi / 2, gait.speed, foot))
+        line.append(Apex(*there, turn * pi / 2, gait.speed, -line[-1].foot))
 
 
 class Stride(Struct, frozen=True):
@@ -235,8 +234,7 @@ def _durations(gait: Gait, line: list[Apex]) -> tuple[float, ...]:
     seconds = [0.0] * len(line)
     for index, (here, there) in enumerate(pairwise(line)):
         x, y = cos(there.yaw), sin(there.yaw)
-        across = here.foot * gait.sway
-        body = (here.x - across * sin(here.yaw), here.y + across * cos(here.yaw))
+        body = here.stance(gait.sway)
         speed = here.speed * cos(there.yaw - here.yaw)
         stance, reach = (
             (east - body[0]) * x + (north - body[1]) * y
