@@ -132,19 +132,14 @@ class Pace:
         self._next = self.facing
         self._foot = self._then = 0
 
-    def step(self, now: float, origin: int, to: int, slower: float = 1.0) -> float:
+    def step(self, now: float, origin: int, to: int) -> float:
         """Return the seconds from ``now`` until the robot arrives in the neighbouring region
-        ``to``; then call ``arrived``. ``slower``: a factor of 1 or more."""
+        ``to``; then call ``arrived``."""
         self._next = self._direction(origin, to)
-        at_rest = max(now, self._since + self._settling) - now + self._fresh(self._next)
         on = self._onwards(self._next) if now <= self._since + AT_ONCE else None
-        if on is None:
-            return at_rest * slower
-        seconds, foot = on
-        if slower > 1.0:
-            return max(seconds * slower, at_rest)
-        self._then = foot
-        return seconds
+        if on is not None:
+            return on
+        return max(now, self._since + self._settling) - now + self._fresh(self._next)
 
     def arrived(self, now: float) -> None:
         """Record that the step has ended at its destination."""
@@ -191,9 +186,9 @@ class Pace:
         del way
         return float(self._ticks)
 
-    def _onwards(self, way: float) -> tuple[float, int] | None:
-        """Return the seconds of a step that continues without a halt, and the stance foot at its
-        end; None if it halts after every step."""
+    def _onwards(self, way: float) -> float | None:
+        """Return the seconds of a step that continues without a halt; None if it halts after every
+        step."""
         del way
         return None
 
@@ -223,11 +218,12 @@ class WalkerPace(Pace):
         self._then = stride.foot
         return stride.seconds
 
-    def _onwards(self, way: float) -> tuple[float, int] | None:
+    def _onwards(self, way: float) -> float | None:
         if not self._foot:
             return None
         stride = walking(self._gait, _quarters(self.facing, way), self._foot)
-        return stride.seconds, stride.foot
+        self._then = stride.foot
+        return stride.seconds
 
     def _halting(self) -> float:
         return sum(stopping(self._gait))

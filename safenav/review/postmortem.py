@@ -124,7 +124,6 @@ def explain_run(
     scenario: Scenario,
     models: Mapping[str, RobotModel],
     synthesizer: Callable[[], Synthesizer],
-    seconds: float = SECONDS,
 ) -> Postmortem:
     """Run a scenario; if it needs an operator, explain why and search for repairs. ``models``:
     those of robots that could be added."""
@@ -133,7 +132,7 @@ def explain_run(
     result = uninterrupted(mission.run())
     if result.outcome is not Outcome.OPERATOR_NEEDED:
         return Postmortem(result, (), (), (), 1, time.monotonic() - begun)
-    deadline, tried = time.monotonic() + seconds, 1
+    deadline, tried = time.monotonic() + SECONDS, 1
 
     def completes(changed: Scenario) -> RunResult | None:
         """Return the result of a run that completes; None for every other end."""

@@ -194,8 +194,8 @@ class Stroller(Pace):
 
     chance: random.Random
 
-    def step(self, now: float, origin: int, to: int, slower: float = 1.0) -> float:
-        return super().step(now, origin, to, slower) - 1.0 + self.chance.uniform(1, 3)
+    def step(self, now: float, origin: int, to: int) -> float:
+        return super().step(now, origin, to) - 1.0 + self.chance.uniform(1, 3)
 
     def _halting(self) -> float:
         return self.chance.choice([0.0, 1.0])

@@ -119,8 +119,9 @@ class Uneven(LiveSimulation):
 
     def step_seconds(self, name: str, here: Region, there: Region) -> float:
         late = self._factor if self._draws[name].random() < self._delayed else 1.0
-        took = self._paces[name].step(self._now, here, there, late)
-        return took / self.speeds.get(name, 1.0)
+        begin = self._now + 1e-6 * (late > 1.0)  # then from rest, which leaves time for the step
+        took = self._paces[name].step(begin, here, there)
+        return took * late / self.speeds.get(name, 1.0)
 
     def action_seconds(self, obstacle: Obstacle, group: Sequence[str], now: float) -> float:
         slowest = min(self.speeds.get(name, 1.0) for name in group)
