@@ -75,7 +75,8 @@ def _constant(word: str) -> float:
 MOST_LEVELS = 200
 """Deepest nesting of a line."""
 MOST_ROBOTS = 1000
-MOST_REGIONS = 2**18
+MOST_REGIONS = 512 * 512
+"""Maximum number of regions of a map, walls included."""
 _LONGEST_NAME = 200
 NAME = re.compile(rf"[A-Za-z0-9_][A-Za-z0-9_.@#-]{{0,{_LONGEST_NAME - 1}}}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""

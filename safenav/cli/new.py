@@ -15,25 +15,23 @@ from safenav.scenario.reading.map import Division, load_map, map_lines
 
 SCHEMAS = ("scenario", "trace", "fleet")
 
-NEW_EPILOG = "\n".join(
-    [
-        "\b",
-        "Templates:",
-        *(f"  {name:8} {text}" for name, text in TEMPLATES.items()),
-        "\b",
-        "Examples:",
-        "  safenav new lab.yaml && safenav run lab.yaml",
-        "  safenav new - --template minimal",
-        "  safenav new safenav.schema.json --schema",
-        "  safenav new --catalogue",
-        "With your own map (image, ROS, MovingAI; extra 'maps'):",
-        "  safenav new office.yaml --map office_map.yaml --side 0.5",
-        "  safenav new floor.yaml --map floor.png --rows 20 --cols 30",
-        "\b",
-        "Exit codes:",
-        "  0  written   2  bad input or usage, or the file already exists",
-    ]
-)
+_NAMES = "\n".join(f"  {name:8} {text}" for name, text in TEMPLATES.items())
+NEW_EPILOG = f"""\b
+Templates:
+{_NAMES}
+\b
+Examples:
+  safenav new lab.yaml && safenav run lab.yaml
+  safenav new - --template minimal
+  safenav new safenav.schema.json --schema
+  safenav new --catalogue
+With your own map (image, ROS, MovingAI; extra 'maps'):
+  safenav new office.yaml --map office_map.yaml --side 0.5
+  safenav new floor.yaml --map floor.png --rows 20 --cols 30
+\b
+Exit codes:
+  0  written   2  bad input or usage, or the file already exists
+"""
 
 
 @options.command(NEW_EPILOG)
@@ -66,8 +64,7 @@ def new(
     if map_file is None:
         options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "--map"))
     if schema is not None or catalogue:
-        text = _catalogue() if catalogue else _schema(schema)
-        write_out(file or Path("-"), text, replace=force)
+        write_out(file or Path("-"), _reference(schema), replace=force)
         return ExitCode.OK
     file, template = file or Path("scenario.yaml"), template or DEFAULT
     text, about = template_text(template), TEMPLATES[template]
@@ -84,7 +81,12 @@ def new(
     return ExitCode.OK
 
 
-def _schema(of: str | None) -> str:
+def _reference(of: str | None) -> str:
+    """Return the JSON Schema of a kind of files; None: the built-in catalogue."""
+    if of is None:
+        from safenav.scenario.reading.catalogue import FILES
+
+        return "\n".join(file.read_text(encoding="utf-8") for file in FILES)
     if of == "trace":
         from safenav.trace import schema
 
@@ -97,12 +99,6 @@ def _schema(of: str | None) -> str:
 
         return schema_text(FleetKeys)
     return schema_text(ScenarioKeys)
-
-
-def _catalogue() -> str:
-    from safenav.scenario.reading.catalogue import FILES
-
-    return "\n".join(file.read_text(encoding="utf-8") for file in FILES)
 
 
 def _on_map(map_file: Path, file: Path, division: Division) -> str:

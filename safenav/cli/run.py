@@ -208,13 +208,13 @@ def drive(
 
     plan = replace(plan, failures=stations.failures)
     files = Files(scenario, trace, as_json=as_json, maps=maps)
+    drives = None if rehearse else connected
     if not live:
-        return _executed(plan, files, operator, first, None if rehearse else connected)
+        return _executed(plan, files, operator, first, drives)
     from safenav.studio.server import LiveView
 
     with LiveView(plan) as view:
         click.echo(f"live: {view.address}", err=True)
-        drives = None if rehearse else connected
         status = _executed(plan, files, operator, first, drives, [view])
         signal.signal(signal.SIGINT, signal.default_int_handler)
         view.wait()

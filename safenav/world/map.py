@@ -16,6 +16,7 @@ from typing import Annotated, Any
 from msgspec import Meta, Struct, field
 
 from safenav.data import cached_method
+from safenav.strict_json import MOST_REGIONS
 
 
 class Frame(Struct, frozen=True):
@@ -48,10 +49,7 @@ class Frame(Struct, frozen=True):
         return east, dy * cos(self.yaw) - dx * sin(self.yaw)
 
 
-MAX_REGIONS = 512 * 512
-"""Maximum number of regions of a map, walls included."""
-
-Region = Annotated[int, Meta(ge=0, lt=MAX_REGIONS)]
+Region = Annotated[int, Meta(ge=0, lt=MOST_REGIONS)]
 """A region's number."""
 
 

@@ -22,7 +22,8 @@ from safenav.scenario.yaml.findings import (
     wrong_type,
 )
 from safenav.scenario.yaml.typed import read
-from safenav.world.map import FREE, MAX_REGIONS, WALL, Frame, RegionMap
+from safenav.strict_json import MOST_REGIONS
+from safenav.world.map import FREE, WALL, Frame, RegionMap
 
 
 def resolve_map(item: language.MapKeys | None, _: Node | None, reading: Reading) -> None:
@@ -171,7 +172,7 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
             at = Place(place.line, place.column + odd)
             found = f"row {number}, column {odd} of the map: '{clipped(row[odd])}'"
             findings.add(at, found, "'#' is a wall and '.' is free; there is nothing else")
-    if rows and len(rows) * len(rows[0][1]) > MAX_REGIONS:
+    if rows and len(rows) * len(rows[0][1]) > MOST_REGIONS:
         findings.add(node, *too_large(len(rows), len(rows[0][1])))
     return RegionMap.from_grid(row for _, row in rows) if len(findings) == before else None
 

@@ -26,9 +26,10 @@ from safenav.scenario.yaml.document import Node, Scalar
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source
 from safenav.scenario.yaml.keys import Key
 from safenav.scenario.yaml.typed import read
+from safenav.strict_json import MOST_REGIONS
 from safenav.world.images import Blocked, Image, Layout, crossed, dark, read_image, walls
 from safenav.world.images import read_movingai as parse_movingai
-from safenav.world.map import MAX_REGIONS, Frame, RegionMap
+from safenav.world.map import Frame, RegionMap
 
 
 def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
@@ -87,7 +88,7 @@ def with_walls(
 ) -> RegionMap | None:
     """Return the map of a layout over the pixels. ``share``: a region is a wall if more than this
     share of it is blocked. None after an error was reported."""
-    if layout.rows * layout.cols > MAX_REGIONS:
+    if layout.rows * layout.cols > MOST_REGIONS:
         found, hint = too_large(layout.rows, layout.cols)
         findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")
         return None
@@ -196,7 +197,7 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
         return None
     pixels = _decimal(side) / _decimal(settings.resolution)
     rows, cols = (ceil(count / pixels) for count in blocked.shape)
-    if rows * cols > MAX_REGIONS:
+    if rows * cols > MOST_REGIONS:
         findings.add(item.at("resolution"), *too_large(rows, cols))
         return None
     world = with_walls(blocked, Layout.of_size(blocked, pixels), item.share or 0.0, node, findings)

@@ -28,7 +28,8 @@ from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clip
 from safenav.scenario.yaml.findings import Findings, wrong_type
 from safenav.scenario.yaml.keys import MOST, Key, Raw
 from safenav.scenario.yaml.typed import read
-from safenav.world.map import MAX_REGIONS, Region, RegionMap
+from safenav.strict_json import MOST_REGIONS
+from safenav.world.map import Region, RegionMap
 
 T = TypeVar("T")
 
@@ -38,7 +39,7 @@ MISSION = "mission"
 
 def too_large(rows: int, cols: int) -> tuple[str, str]:
     """Return the error for a map of this size, with a hint."""
-    found = f"a map of {rows} x {cols} regions; the maximum is {MAX_REGIONS} (512 x 512)"
+    found = f"a map of {rows} x {cols} regions; the maximum is {MOST_REGIONS} (512 x 512)"
     return found, "use larger regions"
 
 
