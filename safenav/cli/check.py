@@ -188,7 +188,9 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
         }
         when = moment_words(result.ticks, result.makespan)
         line = f"without hidden obstacles: {result.outcome.value} {when}"
-        line += "" if result.outcome == "completed" else f": {result.explanation}"
+        _, more, left = result.explanation.partition("; ")  # orders that are still open
+        done = result.outcome == "completed"
+        line += f"{more}{left}" if done else f": {result.explanation}"
         late = [obstacle_words(name, plan.map.word) for name in result.late or ()]
         lines.append(f"{line}; late: {listed(late)}" if late else line)
     if refusal is not None:

@@ -1,6 +1,6 @@
 """Reasons why an obstacle is never resolved: as data, and in words."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from enum import Enum
 
 from msgspec import Struct
@@ -11,7 +11,7 @@ from safenav.scenario.objective import Word
 from safenav.solve.solve import Closure, Sets
 from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.words import listed, obstacle_words
-from safenav.world.poses import bits
+from safenav.world.poses import Mask, bits
 
 
 class Hindrance(Enum):
@@ -184,10 +184,12 @@ def without_room(now: Sets, word: Word) -> list[str]:
                 regions |= floor.graphs[i].regions_of(there)
                 names.append(floor.team.members[i].name)
         if need.together and len(names) >= floor.missing(g, now.stages):
-            places = " and ".join(word(region) for region in bits(regions))
             takes = need_words(need.action, need.robots, together=True)
-            found.append(
-                f"{obstacle_words(floor.gate(g).name, word)} needs {takes}; {listed(names)} "
-                f"reach only {places} for it, where there is no room for all of them"
-            )
+            what = obstacle_words(floor.gate(g).name, word)
+            found.append(f"{what} needs {takes}; {crowd_words(names, regions, word)}")
     return found
+
+
+def crowd_words(names: Sequence[str], regions: Mask, word: Word) -> str:
+    places = " and ".join(word(region) for region in bits(regions))
+    return f"{listed(names)} reach only {places} for it, where there is no room for all of them"

@@ -3,6 +3,7 @@ helpers; ends from outside, by a request or because the time is up."""
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -15,11 +16,12 @@ from safenav.scenario.objective import Word, describe
 from safenav.solve.reasons import (
     Shortfall,
     cause_of,
+    crowd_words,
     shortfall_words,
     shortfalls,
     without_room,
 )
-from safenav.solve.solve import Sets, Settlement, Step, around, closure_of, dead_end
+from safenav.solve.solve import Sets, Settlement, Step, around, closure_of, dead_end, fits
 from safenav.spec.task import Memory, Task
 from safenav.team.apply import done, rounds, stands
 from safenav.team.floor import (
@@ -36,6 +38,7 @@ from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import OperatorCause, Proof
 from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words, some
+from safenav.world.poses import Mask
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
@@ -200,7 +203,8 @@ def completed(team: Team, state: State, found: Settlement) -> End:
 def what_is_left(team: Team, state: State, roles: Sequence[Role], *, live: bool) -> str:
     """Return the reasons why the run is not completed yet."""
     after = seconds_words(state.time) if live else counted(round(state.time), "tick")
-    return f"not completed after {after}: {'; '.join(_left(team, state, roles))}"
+    what = "; ".join(_left(team, state, roles)) or "an action is under way"
+    return f"not completed after {after}: {what}"
 
 
 def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
@@ -220,8 +224,12 @@ def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
     for i, robot in enumerate(state.robots):
         if robot.mode is not None and done(team, state, i):
             yield f"{team.members[i].name} has another objective while '{robot.mode}' is on"
+    word = team.world.word
+    for obstacle, each in zip(team.obstacles, state.obstacles, strict=True):
+        if obstacle.ordered and each.state is Is.AWAY:
+            yield f"{obstacle_words(obstacle.name, word)} is still to be ordered"
     for k in state.requests:
-        what = obstacle_words(team.obstacles[k].name, team.world.word)
+        what = obstacle_words(team.obstacles[k].name, word)
         names = [team.members[i].name for i, _ in state.obstacles[k].asked]
         wait = f"{listed(names)} {'waits' if len(names) == 1 else 'wait'}"
         helping = [team.members[i].name for i, role in enumerate(roles) if role.helps == k]
@@ -273,7 +281,12 @@ class Request:
             pairs = ((members[i].name, self._obstacle(duties[i].g)) for i in busy)
             return "; ".join(f"{name} helps with {other}" for name, other in pairs)
         if g not in self.found.served:
-            return _UNSERVED if sum(map(self._gets_there, able)) >= missing else None
+            near = {i: there for i in able if (there := self._spots(i))}
+            if len(near) < missing:
+                return None
+            groups = combinations(near, missing) if self.need.together else [()]
+            room = any(fits(floor, group, near) for group in groups)
+            return _UNSERVED if room else self._crowd(near)
         earlier = dict.fromkeys(step.g for step in self.found.plan if step.g != g)
         return f"first {listed(map(self._obstacle, earlier))} must be resolved" if earlier else None
 
@@ -330,10 +343,15 @@ class Request:
             parts.append(f"{self.team.members[i].name} carries {listed(loads)}")
         return "; ".join(sorted(parts)) or None
 
-    def _gets_there(self, i: int) -> bool:
+    def _spots(self, i: int) -> Mask:
         graph, allowed = self.floor.graphs[i], self.floor.allowed(i, self.stages)
-        there = graph.closure(1 << self.poses[i], allowed)
-        return bool(there & graph.poses_on(self.need.regions))
+        return graph.closure(1 << self.poses[i], allowed) & graph.poses_on(self.need.regions)
+
+    def _crowd(self, near: Mapping[int, Mask]) -> str:
+        regions = 0
+        for i, there in near.items():
+            regions |= self.floor.graphs[i].regions_of(there)
+        return crowd_words([self.team.members[i].name for i in near], regions, self.team.world.word)
 
     def _returns(self, i: int) -> bool:
         """Return whether a robot could return to its pose after it has fulfilled the next need."""
