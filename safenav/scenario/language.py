@@ -396,7 +396,9 @@ class ChangeKeys(Item, frozen=True):
     robot: KnownRobot | None = key(
         "The name of a robot of the team.", "the name of a robot of the team"
     )
-    objective: ObjectiveKeys | None = key("Its objective from then on; not 'ltl'.")
+    objective: ObjectiveKeys | None = key(
+        "Its objective from then on; not 'ltl'. None for robots with 'when'."
+    )
     service: Literal["out", "back"] | None = key("out: it stops; back: it continues.")
 
 
