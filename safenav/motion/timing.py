@@ -113,9 +113,10 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
 
 
 def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
-    """Return the actions of each command, those that take a load last."""
+    """Return the actions of each command, those on obstacles that robots then carry last."""
     found: dict[int, list[TimedAction]] = {}
-    for action in sorted(actions, key=lambda action: (action.takes, action.obstacle)):
+    carried = {(action.command, action.obstacle): action.takes for action in actions}
+    for action in sorted(actions, key=lambda a: (carried[a.command, a.obstacle], a.obstacle)):
         found.setdefault(action.command, []).append(action)
     return found
 
