@@ -131,9 +131,9 @@ def read_formula(text: str, truths: frozenset[str]) -> Part:
 
 class Formulas:
     """The safety, the goals and the memory of a robot's objective. ``values``: all values of its
-    memory with the inputs that it reads; a *memory* is an index in them. ``whole``: all formulas
-    are read; otherwise the memory has too many values, and the formulas that read it are
-    omitted."""
+    memory with the inputs that it reads; a *memory* is an index in them. ``fixed``: variables of
+    one value. ``whole``: all formulas are read; otherwise the memory has too many values, and the
+    formulas that read it are omitted."""
 
     def __init__(self, body: Mapping[str, Any], always: Iterable[str] = ()) -> None:
         memory = body.get("memory") or {}
@@ -141,6 +141,8 @@ class Formulas:
         self.names = [*memory, *self.inputs]
         ranges = [range(2) if kind == "bool" else range(kind[0], kind[1] + 1)
                   for kind in memory.values()] + [range(2)] * len(self.inputs)  # fmt: skip
+        pairs = zip(self.names, ranges, strict=True)
+        self.fixed = {name: values[0] for name, values in pairs if len(values) == 1}
         self.whole = prod(map(len, ranges)) <= MOST_VALUES
         rows = product(*ranges) if self.whole else [()]
         self.values: list[tuple[int, ...]] = [*rows]

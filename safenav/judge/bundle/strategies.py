@@ -152,6 +152,10 @@ class Task:
         inputs = [*others, *self.heard]
         self.graph = graph = Strategy(document, inputs)
         known = ["region", "heading"] if self.faces else ["region"]
+        fixed = dict(formulas.fixed) if formulas else {}
+        fixed |= {} if len(s.world.free) > 1 else {"region": e.region}
+        for name, value in fixed.items():  # a variable of one value has no bits
+            graph.columns.setdefault(name, [value] * graph.count)
         missing = {*known, *names} - {*graph.columns}
         require(not missing, f"the strategy has no variable {', '.join(sorted(missing))}")
         rows = graph.rows(known)
