@@ -164,7 +164,8 @@ _TOKEN = re.compile(
 )
 
 _HINTS = {
-    "-": "there is no subtraction: move the term to the other side of the comparison",
+    "-": "there is no subtraction: move the term to the other side of the comparison; a region "
+    "whose name has '-' is written as its number",
     "*": "there is no multiplication: write a sum",
     "\N{RIGHT SINGLE QUOTATION MARK}": "the next value is written with a plain apostrophe: x'",
     "==": "equality is written '='",
