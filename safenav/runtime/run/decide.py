@@ -163,10 +163,8 @@ def way_back(team: Team, state: State, i: int) -> int | None:
     return None
 
 
-def others(team: Team, state: State, control: Control, i: int, refused: Proposal) -> list[Proposal]:
-    """Return the other successors of the strategy's node, without those into the refused region."""
+def others(team: Team, state: State, control: Control, i: int) -> list[Proposal]:
+    """Return the successors of the strategy's node, of which a robot takes a safe one instead."""
     if team.members[i].planned or team.members[i].ticks > 1:
         return []
-    found = _successors(team, state, control, i)
-    region = refused.pose % team.size
-    return [step._replace(by="backtrack") for step in found if step.pose % team.size != region]
+    return [step._replace(by="backtrack") for step in _successors(team, state, control, i)]

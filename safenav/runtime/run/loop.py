@@ -171,7 +171,7 @@ class Run:
             elif obstacle is not None:
                 inside = self.team.obstacles[obstacle].region == here % self.team.size
                 self.happens(now.Met(i, obstacle, here if inside else step.pose))  # 7
-                step = self.back_up(i, step)  # 8
+                step = self.back_up(i)  # 8
             self.take(i, step)
 
     def characterize(self, i: int, step: decide.Proposal) -> int | None:
@@ -188,11 +188,11 @@ class Run:
             self.happens(event)
         return decide.closing(self.team, self.state, i, step.pose)
 
-    def back_up(self, i: int, refused: decide.Proposal) -> decide.Proposal:
+    def back_up(self, i: int) -> decide.Proposal:
         """Return another, safe successor of the strategy's node; if there is none, the stay, which
         keeps the node."""
         if not self.world.live:
-            for step in decide.others(self.team, self.state, self.control, i, refused):
+            for step in decide.others(self.team, self.state, self.control, i):
                 if self.characterize(i, step) is None:
                     return step
         return decide.Proposal(self.state.robots[i].pose, "backtrack")
