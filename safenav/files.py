@@ -148,10 +148,7 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
         _DRAW,
     ),
     ROS_MAP: (
-        (
-            r"(?m)^[ \t]*image[ \t]*:",
-            r"(?m)^[ \t]*(?:negate|occupied_thresh|free_thresh)[ \t]*:",
-        ),
+        (r"(?m)^[ \t]*image[ \t]*:", r"(?m)^[ \t]*(?:negate|occupied_thresh|free_thresh)[ \t]*:"),
         _DRAW,
     ),
 }

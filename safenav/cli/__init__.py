@@ -41,14 +41,6 @@ COMMANDS = {
 }
 """The module of each command, and its line of help."""
 
-EXTRAS = {
-    "numpy": "motion",
-    "daqp": "motion",
-    "PIL": "pictures",
-    "cyclonedds": "ros2",
-}
-"""The extra of each package that only some commands need, by its import name."""
-
 _NAMES = "\n".join(f"  {name:7}  {words}" for name, (_, words) in COMMANDS.items())
 HELP = f"""\
 Usage: safenav [OPTIONS] COMMAND [ARGS]...
@@ -132,9 +124,9 @@ def _ending(error: BaseException) -> tuple[str, ExitCode]:
             return f"{file_words(error)}\n    choose another name", ExitCode.BAD_INPUT
         case OSError() if error.errno in FULL_DISK:
             return f"cannot write the output: {file_words(error)}", ExitCode.BAD_INPUT
-        case ImportError() if (missing := (error.name or "").partition(".")[0]) in EXTRAS:
+        case ImportError(name="numpy" | "daqp" as missing):
             user = " ".join(["safenav", *sys.argv[1:2]])
-            return str(missing_package(user, missing, EXTRAS[missing])), ExitCode.BAD_INPUT
+            return str(missing_package(user, missing, "motion")), ExitCode.BAD_INPUT
     return (
         f"internal error: {type(error).__name__}: {error}\n"
         "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",

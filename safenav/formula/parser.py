@@ -305,10 +305,7 @@ class FormulaFlaw(Struct, frozen=True):
 
 
 def check(
-    formula: syntax.Formula,
-    declared: Mapping[str, Bounds],
-    *,
-    next_allowed: bool = True,
+    formula: syntax.Formula, declared: Mapping[str, Bounds], *, next_allowed: bool = True
 ) -> tuple[FormulaFlaw, ...]:
     """Return all errors of the formula by column, none if it can be used.
 

@@ -117,13 +117,7 @@ class Pace:
     turns = True
     """Whether the robot turns to face an obstacle on which it acts."""
 
-    def __init__(
-        self,
-        cols: int,
-        side: float,
-        heading: str | None,
-        ticks: int = 1,
-    ) -> None:
+    def __init__(self, cols: int, side: float, heading: str | None, ticks: int = 1) -> None:
         self._cols, self._side, self._ticks = cols, side, ticks
         self.facing = YAW[heading] if heading else 0.0
         self._since = 0.0

@@ -29,7 +29,7 @@ def oversized(scenario: Scenario) -> Iterator[str]:
     """Yield the robots that do not fit into a region of a map in metres: coordination keeps robots
     of different regions apart, not bodies that reach into the next one."""
     for robot, side, size, _ in _in_metres(scenario):
-        if size is not None and size > side:
+        if size > side:
             yield (
                 f"{robot.name} ({robot.model.name}, {size:g} m) is larger than a region "
                 f"({side:g} m) and reaches into the next ones, where other robots may be; give the "
@@ -41,7 +41,7 @@ def cramped(scenario: Scenario) -> Iterator[str]:
     """Yield the robots that fit into a region of a map in metres but cannot turn there: their
     motion cannot be computed, and a live run does not simulate their true durations."""
     for robot, side, size, motion in _in_metres(scenario):
-        if motion is None or size is None or size > side:
+        if motion is None or size > side:
             continue
         if need := least_side(motion, side):
             yield (
@@ -55,9 +55,9 @@ def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[s
     """Yield the robots that may arrive so far from the centre of a region that they reach into the
     next one. ``tolerances``: the largest distance of each robot's arrivals from the centre, in
     metres."""
-    for robot, side, size, room in arrival_room(scenario):
-        off = tolerances[robot.name]
-        if off <= room + 1e-9:
+    for robot, side, size, _ in _in_metres(scenario):
+        off, room = tolerances[robot.name], (side - size) / 2
+        if room < 0 or off <= room + 1e-9:
             continue
         most = floor(100 * room) / 100
         remedy = f"set its 'tolerance' in the fleet file to {most:g}"
@@ -68,25 +68,17 @@ def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[s
         )
 
 
-def arrival_room(scenario: Scenario) -> Iterator[tuple[Robot, float, float, float]]:
-    """Yield each robot that fits into a region with the region's side, its size, and the distance
-    from the centre at which it begins to reach into the next region (metres)."""
-    for robot, side, size, _ in _in_metres(scenario):
-        if size is not None and size <= side:
-            yield robot, side, size, (side - size) / 2
-
-
-def _in_metres(
-    scenario: Scenario,
-) -> Iterator[tuple[Robot, float, float | None, Figures | None]]:
-    """Yield each robot of a map in metres with the side of a region, its size if that is known, and
+def _in_metres(scenario: Scenario) -> Iterator[tuple[Robot, float, float, Figures | None]]:
+    """Yield each robot of known size on a map in metres with the side of a region, its size, and
     its motion (``RobotModel.figures``)."""
     if scenario.map.frame is None:
         return
     side = scenario.map.frame.resolution
     for robot in scenario.robots:
         figures = robot.model.figures
-        yield robot, side, figures.values["size"] if figures else robot.model.size, figures
+        size = figures.values["size"] if figures else robot.model.size
+        if size is not None:
+            yield robot, side, size, figures
 
 
 def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
