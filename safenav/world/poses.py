@@ -317,32 +317,22 @@ class PoseGraph:
         if self.blocks == 1:
             found = self._shift(poses, 0) | self._shift(poses, 1)
             return (found | self._shift(poses, 2) | self._shift(poses, 3)) & self.free_regions
-        facing = [poses >> block * self.size & self._full for block in range(4)]
-        found = 0
-        for heading in range(4):
-            behind = (heading + 2) % 4
-            source = 0
-            for other in range(4):
-                if other != behind:
-                    source |= facing[other]
-            if source:
-                step = self._shift(source, heading) & self.free_regions
-                found |= step << heading * self.size
-        return found
+        before = enumerate(_turned(self._facing(poses)))
+        return self._joined([self._shift(regions, heading) for heading, regions in before])
 
     def _backward(self, poses: Mask) -> Mask:
         if self.blocks == 1:
             return self._forward(poses)  # every step can be undone
-        found = 0
-        for heading in range(4):
-            there = poses >> heading * self.size & self._full
-            if there:
-                behind = (heading + 2) % 4
-                source = self._shift(there, behind) & self.free_regions
-                for other in range(4):
-                    if other != behind:
-                        found |= source << other * self.size
-        return found
+        after = enumerate(self._facing(poses))
+        return self._joined(_turned([self._shift(regions, (h + 2) % 4) for h, regions in after]))
+
+    def _facing(self, poses: Mask) -> list[Mask]:
+        """Return the regions of a set of poses by heading; ``_joined`` the poses on free ones."""
+        return [poses >> heading * self.size & self._full for heading in range(4)]
+
+    def _joined(self, regions: list[Mask]) -> Mask:
+        free = self.free_regions
+        return sum((each & free) << heading * self.size for heading, each in enumerate(regions))
 
     def _grown(
         self, step: Callable[[Mask], Mask], start: Mask, allowed: Mask, *, back: bool
@@ -386,6 +376,12 @@ class PoseGraph:
         if heading == 2:
             return regions << self._cols
         return (regions & ~self._west) >> 1
+
+
+def _turned(facing: list[Mask]) -> list[Mask]:
+    """Return the sets by heading, each with those that a quarter turn leads to it."""
+    north, east, south, west = facing
+    return [west | north | east, north | east | south, east | south | west, south | west | north]
 
 
 plain_graph = lru_cache(maxsize=64)(PoseGraph)
