@@ -120,11 +120,7 @@ class FormulaParser(Generic[T]):
 
     def take(self, *kinds: str) -> Token | None:
         """Consume and return the next token if it is one of these."""
-        token = self._tokens[self._at]
-        if token.kind not in kinds:
-            return None
-        self._at += 1
-        return token
+        return self.next() if self.peek().kind in kinds else None
 
     def need(self, kind: str, why: str) -> Token:
         """Consume and return the next token, which must be of this kind. ``why``: completes the

@@ -7,9 +7,9 @@ if the tree was not parsed.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from enum import StrEnum
+from operator import eq, ge, gt, le, lt, ne
 
 from msgspec import Struct
 
@@ -79,15 +79,7 @@ class Operation(Struct, frozen=True):
     operands: tuple[Formula, ...]
 
 
-_TIGHTEST = (
-    Connective.IFF,
-    Connective.IMPLIES,
-    Connective.XOR,
-    Connective.OR,
-    Connective.AND,
-    Connective.NOT,
-)
-PRECEDENCE: Mapping[Connective, int] = {operator: n for n, operator in enumerate(_TIGHTEST, 1)}
+PRECEDENCE: Mapping[str, int] = {"<->": 1, "->": 2, "^": 3, "|": 4, "&": 5, "!": 6}
 """Precedence of each operator; comparisons bind more tightly."""
 
 Term = Name | Number | Sum
@@ -215,14 +207,7 @@ def _term(term: Term) -> str:
 State = Mapping[str, int | bool]
 Predicate = Callable[[State, State], bool]
 
-_RELATIONS = {
-    Relation.EQUAL: operator.eq,
-    Relation.UNEQUAL: operator.ne,
-    Relation.LESS: operator.lt,
-    Relation.AT_MOST: operator.le,
-    Relation.GREATER: operator.gt,
-    Relation.AT_LEAST: operator.ge,
-}
+_RELATIONS = dict(zip(Relation, (eq, ne, lt, le, gt, ge), strict=True))
 
 
 def predicate(formula: Formula) -> Predicate:

@@ -6,7 +6,6 @@ Section VI): ``id = row * cols + col``. No other module relies on it.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Collection, Iterable, Mapping
 from enum import IntEnum
 from functools import cached_property, lru_cache
@@ -31,9 +30,7 @@ class Frame(Struct, frozen=True):
     def centre(self, row: float, col: float, rows: int) -> tuple[float, float]:
         """Return x and y in metres of the centre of a region, on a map with this many rows; with a
         fractional ``row`` or ``col``, of a point between regions."""
-        east = (col + 0.5) * self.resolution
-        north = (rows - row - 0.5) * self.resolution
-        return self.in_world(east, north)
+        return self.in_world((col + 0.5) * self.resolution, (rows - row - 0.5) * self.resolution)
 
     def in_world(self, east: float, north: float) -> tuple[float, float]:
         """Return x and y of a point by its metres east and north of the map's south-western
@@ -156,9 +153,8 @@ class RegionMap(Struct, frozen=True, dict=True):
         """Return the steps to the nearest of ``targets`` from every free region that is connected
         to one (``inside`` some regions), for a robot that can turn on the spot."""
         depth = dict.fromkeys(targets, 0)
-        queue = deque(depth)
-        while queue:
-            region = queue.popleft()
+        queue = list(depth)
+        for region in queue:
             for beside in self.neighbours(region):
                 if beside not in depth and (inside is None or beside in inside):
                     depth[beside] = depth[region] + 1
@@ -257,10 +253,14 @@ def rooms(world: RegionMap) -> Cells:
     corridor, a cell of its own. So an opening one region wide in a wall separates two rooms, and a
     pillar does not.
     """
-    wide = {r for r in world.free if _has_space(r, world)}
+    free, wide = {*world.free}, set[Region]()
+    for region in world.free:
+        square = {region, region + 1, region + world.cols, region + world.cols + 1}
+        if (region + 1) % world.cols and square <= free:
+            wide |= square
     floors = pieces(wide, world)
     cells = [set(floor) for floor in floors]
-    for piece in pieces(set(world.free) - wide, world):
+    for piece in pieces(free - wide, world):
         beside = _beside(piece, floors, world)
         if beside and len(piece) <= DOORWAY:
             cells[beside[0]] |= piece
@@ -278,20 +278,6 @@ def tiles(world: RegionMap, height: int, width: int) -> Cells:
         row, col = world.position(region)
         blocks.setdefault((row // height, col // width), set()).add(region)
     return in_order(piece for block in blocks.values() for piece in pieces(block, world))
-
-
-def _has_space(region: Region, world: RegionMap) -> bool:
-    """Return whether the region lies in a fully free 2 x 2 square."""
-    row, col = world.position(region)
-
-    def free(r: int, c: int) -> bool:
-        return 0 <= r < world.rows and 0 <= c < world.cols and world.is_free(world.region(r, c))
-
-    return any(
-        free(row + down, col) and free(row, col + aside) and free(row + down, col + aside)
-        for down in (-1, 1)
-        for aside in (-1, 1)
-    )
 
 
 def pieces(regions: Collection[Region], world: RegionMap) -> list[frozenset[Region]]:
