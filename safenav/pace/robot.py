@@ -114,9 +114,6 @@ class Pace:
     Regions are numbered in reading order on a map of ``cols`` columns; times are seconds on the
     clock of the run. Without data in metres, a step takes one second per tick."""
 
-    turns = True
-    """Whether the robot turns to face an obstacle on which it acts."""
-
     def __init__(self, cols: int, side: float, heading: str | None, ticks: int = 1) -> None:
         self._cols, self._side, self._ticks = cols, side, ticks
         self.facing = YAW[heading] if heading else 0.0
@@ -152,7 +149,7 @@ class Pace:
         if at == region and self._short and now <= self._since + AT_ONCE:
             return now  # it has not left the place where it acted before
         begin = max(now, self._since + self._settling)
-        if at == region or not self.turns:
+        if at == region:
             return begin
         before = self.facing
         self.faces(at, region)
@@ -160,7 +157,7 @@ class Pace:
 
     def faces(self, at: int, region: int) -> None:
         """Record that the robot in ``at`` has turned towards ``region`` to act there."""
-        if at != region and self.turns:
+        if at != region:
             self.facing = self._direction(at, region)
 
     def acted(self, now: float, at: int, region: int) -> None:
@@ -201,11 +198,12 @@ class WalkerPace(Pace):
     """Pace of a walker: it does not stop if its next step is decided on arrival; else it stops,
     stands and starts."""
 
-    turns = False
-
     def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
         super().__init__(cols, side, heading or "east")
         self._gait = gait_on(side, figures.walker)
+
+    def faces(self, at: int, region: int) -> None:
+        """Do nothing: a walker acts without turning."""
 
     def _fresh(self, way: float) -> float:
         stride = starting(self._gait, _quarters(self.facing, way), LEFT)
@@ -223,42 +221,31 @@ class WalkerPace(Pace):
         return sum(stopping(self._gait))
 
 
-class DiscPace(Pace):
-    """Pace of a disc or a flyer: it glides from centre to centre and turns on the way."""
+class GliderPace(Pace):
+    """Pace of a body that glides from centre to centre. A disc or a flyer turns on the way, a rover
+    on the spot before it."""
 
     def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
         super().__init__(cols, side, heading)
-        self._figures = figures
+        self._figures, self._rover = figures, figures.kind == "rover"
+
+    def faces(self, at: int, region: int) -> None:
+        super().faces(at, region)
+        if self._rover and at == region:
+            self.facing = self._next
 
     def _fresh(self, way: float) -> float:
-        return max(self._figures.glide(self._side), self._turning(_between(self.facing, way)))
+        turn, glide = self._turning(_between(self.facing, way)), self._figures.glide(self._side)
+        return turn + glide if self._rover else max(turn, glide)
 
     def _turning(self, angle: float) -> float:
         return self._figures.turn(angle)
 
     def _resuming(self) -> float:
+        """Return the seconds of the way back to the centre; a rover first turns to its path."""
+        turn = self._turning(_between(self.facing, self._next)) if self._rover else 0.0
         room = self._side / 2 - self._figures.values["size"] / 2 - ROOM
-        return self._figures.glide(max(0.0, room))  # one as large as its region acts in the middle
-
-
-class RoverPace(DiscPace):
-    """Pace of a rover: it turns on the spot, then drives straight."""
-
-    def _fresh(self, way: float) -> float:
-        return self._turning(_between(self.facing, way)) + self._figures.glide(self._side)
-
-    def _resuming(self) -> float:
-        """Return the seconds that a robot needs to return to its path after an action in its own
-        region."""
-        return self._turning(_between(self.facing, self._next)) + super()._resuming()
-
-    def faces(self, at: int, region: int) -> None:
-        super().faces(at, region)
-        if at == region:
-            self.facing = self._next
-
-
-_KINDS = {"walker": WalkerPace, "rover": RoverPace, "flyer": DiscPace, "disc": DiscPace}
+        return turn + self._figures.glide(max(0.0, room))  # a large one acts in the middle
 
 
 def pace_of(
@@ -270,19 +257,19 @@ def pace_of(
 ) -> Pace:
     """Return the pace of a robot on regions of ``side`` metres. ``ticks``: those of a step, its
     ``timing``."""
-    if figures is not None and figures.kind in _KINDS:
+    if figures is not None and figures.kind in KINDS:
+        kind = WalkerPace if figures.kind == "walker" else GliderPace
         with suppress(UsageError):  # its motion is impossible there
-            return _KINDS[figures.kind](cols, side, heading, figures)
+            return kind(cols, side, heading, figures)
     return Pace(cols, side, heading, ticks)
 
 
 def least_side(figures: Figures, side: float) -> float | None:
     """Return the least side in metres of a region for a robot, if ``side`` is too small; None if it
     suffices."""
-    if figures.kind == "walker":
-        return None if side >= (need := least_side_of(side, figures.walker)) else need
-    need = figures.values["size"] + 2 * ROOM
-    return None if side >= need - AT_ONCE else need
+    walks = figures.kind == "walker"
+    need = least_side_of(side, figures.walker) if walks else figures.values["size"] + 2 * ROOM
+    return need if side < need - AT_ONCE else None
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:
