@@ -20,12 +20,13 @@ masking. Rows are padded to twice their width, so that a shift never carries a b
 of another row. 5,000 lines of a 50 x 50 map take a fraction of a second.
 """
 
+from collections.abc import Iterable
 from functools import cache, cached_property, lru_cache
 from math import isqrt
 
 from safenav.data import cached_method
 from safenav.world.map import Region, RegionMap
-from safenav.world.poses import Mask
+from safenav.world.poses import Mask, region_mask
 
 Offset = tuple[int, int]
 
@@ -70,8 +71,8 @@ class Visibility:
         it (from west to east): the regions of the padded map from which the line of sight is free,
         as text: character ``i`` is 1 if bit ``i`` is set."""
         world = self.world
-        free = self._padded(set(world.free))
-        opaque = self._padded(set(world.walls | self.closed))
+        free = self._padded(world.free)
+        opaque = self._padded(world.walls | self.closed)
         digits = world.rows * self._width
         lines: dict[int, list[str]] = {}
         for rows in range(min(world.rows, int(self._radius) + 1)):
@@ -85,15 +86,12 @@ class Visibility:
 
     def _obstructed(self, opaque: int, rows: int, cols: int) -> int:
         """Return the regions from which something blocks the line of that offset."""
-        mirrored = -1 if cols < 0 else 1
-        through, corners = crossed(rows, abs(cols))
+        through, corners = crossed(rows, cols)
         found = 0
-        for row, col in through:
-            found |= self._moved(opaque, (row, mirrored * col))
+        for square in through:
+            found |= self._moved(opaque, square)
         for one, other in corners:
-            found |= self._moved(opaque, (one[0], mirrored * one[1])) & self._moved(
-                opaque, (other[0], mirrored * other[1])
-            )
+            found |= self._moved(opaque, one) & self._moved(opaque, other)
         return found
 
     def _moved(self, regions: int, offset: Offset) -> int:
@@ -101,12 +99,9 @@ class Visibility:
         shift = offset[0] * self._width + offset[1]
         return regions >> shift if shift >= 0 else regions << -shift
 
-    def _padded(self, regions: set[Region]) -> int:
-        bits = 0
-        for region in regions:
-            row, col = self.world.position(region)
-            bits |= 1 << row * self._width + col
-        return bits
+    def _padded(self, regions: Iterable[Region]) -> int:
+        positions = map(self.world.position, regions)
+        return region_mask(row * self._width + col for row, col in positions)
 
 
 visible_from = lru_cache(maxsize=64)(Visibility)
@@ -115,24 +110,25 @@ visible_from = lru_cache(maxsize=64)(Visibility)
 
 @cache
 def crossed(rows: int, cols: int) -> tuple[tuple[Offset, ...], tuple[tuple[Offset, Offset], ...]]:
-    """Return the squares that the segment from the centre of (0, 0) to that of (rows, cols), both
+    """Return the squares that the segment from the centre of (0, 0) to that of (rows, cols), rows
     not negative, passes through (interiors, ends excluded), and for each corner that it hits
     exactly the two squares beside it.
 
-    The segment leaves column j at the fraction (2j + 1) / (2 cols) of its length, and row i at
-    (2i + 1) / (2 rows); compared without division.
+    The segment leaves the j-th column at the fraction (2j + 1) / (2 |cols|) of its length, and row
+    i at (2i + 1) / (2 rows); compared without division.
     """
+    aside, cols = -1 if cols < 0 else 1, abs(cols)
     row = col = 0
     through: list[Offset] = []
     corners: list[tuple[Offset, Offset]] = []
     while (row, col) != (rows, cols):
         sideways, down = (2 * col + 1) * rows, (2 * row + 1) * cols
         if sideways == down:
-            corners.append(((row, col + 1), (row + 1, col)))
+            corners.append(((row, aside * (col + 1)), (row + 1, aside * col)))
             row, col = row + 1, col + 1
         elif col < cols and (row == rows or sideways < down):
             col += 1
         else:
             row += 1
-        through.append((row, col))
+        through.append((row, aside * col))
     return tuple(through[:-1]), tuple(corners)
