@@ -112,10 +112,19 @@ class _Evaluation:
             case syntax.Compound("not", (operand,)):
                 inner = self.of(operand)
                 return _Values(-inner.high, -inner.low, inner.error, inner.slope)
-            case syntax.Compound("and" | "or" as operator, (left, right)):
-                return self._joined(operator, self.of(left), self.of(right))
-            case syntax.Compound(operator, (operand,), window):
-                return self._windowed(operator, window, self.of(operand))
+            case syntax.Compound("or" | "eventually" as operator, operands, window):
+                dual = "and" if operator == "or" else "always"
+                negated = tuple(syntax.Compound("not", (part,)) for part in operands)
+                return self.of(syntax.Compound("not", (syntax.Compound(dual, negated, window),)))
+            case syntax.Compound("and", (left, right)):
+                one, other = self.of(left), self.of(right)
+                low, high = np.minimum(one.low, other.low), np.minimum(one.high, other.high)
+                return _Values(low, high, max(one.error, other.error), max(one.slope, other.slope))
+            case syntax.Compound("always", (operand,), window):
+                inner = self.of(operand)
+                low, high = self._least(inner.low, window), self._least(inner.high, window)
+                low[self._behind(window)] = -np.inf
+                return _Values(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
             case syntax.Compound("until", (left, right), window):
                 return self._until(window, self.of(left), self.of(right))
         raise AssertionError(tree)
@@ -133,22 +142,6 @@ class _Evaluation:
                     return a * b, slope * most[1] + other * most[0]
                 return (a + b if operator == "+" else a - b), slope + other
         raise AssertionError(tree)
-
-    @staticmethod
-    def _joined(operator: str, left: _Values, right: _Values) -> _Values:
-        pick: Callable[[Array, Array], Array] = np.minimum if operator == "and" else np.maximum
-        low, high = pick(left.low, right.low), pick(left.high, right.high)
-        return _Values(low, high, max(left.error, right.error), max(left.slope, right.slope))
-
-    def _windowed(self, operator: str, window: syntax.Window, inner: _Values) -> _Values:
-        low, high = inner.low, inner.high
-        if operator == "eventually":
-            low, high = -high, -low
-        low, high = self._least(low, window), self._least(high, window)
-        low[self._behind(window)] = -np.inf
-        if operator == "eventually":
-            low, high = -high, -low
-        return _Values(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
 
     def _behind(self, window: syntax.Window) -> NDArray[np.bool_]:
         """Return the samples whose window extends past the end of the record."""
