@@ -41,17 +41,8 @@ class Recording(Protocol):
 
 
 class Robustness(Struct, frozen=True):
-    """The robustness at each of ``times``: between ``low`` and ``high``, up to ``error`` of the
-    samples."""
-
-    times: Array
-    low: Array
-    high: Array
-    error: float
-
-
-class _Values(Struct, frozen=True):
-    """``slope``: bound of the change per second."""
+    """The robustness at each of some times: between ``low`` and ``high``, up to ``error`` of the
+    samples. ``slope``: bound of its change per second."""
 
     low: Array
     high: Array
@@ -59,9 +50,9 @@ class _Values(Struct, frozen=True):
     slope: float
 
 
-def robustness(formula: syntax.Requirement, recording: Recording) -> Robustness:
-    """Return the robustness of a formula at all samples of a recording. Raises UsageError if its
-    events and windows need more than MOST_SAMPLES."""
+def robustness(formula: syntax.Requirement, recording: Recording) -> tuple[Array, Robustness]:
+    """Return the times of all samples of a recording, and the robustness of a formula at each.
+    Raises UsageError if its events and windows need more than MOST_SAMPLES."""
     count = int(np.floor(recording.end * recording.rate + _NEAR)) + 1
     # Each part is evaluated at samples, so the jumps of all parts are samples.
     jumps = np.array(sorted({t for part in syntax.nodes(formula) for t in _jumps(part, recording)}))
@@ -71,8 +62,7 @@ def robustness(formula: syntax.Requirement, recording: Recording) -> Robustness:
         raise UsageError(f"the formula needs more than {MOST_SAMPLES} samples")
     grid = np.append(np.arange(count) / recording.rate, recording.end)
     times = np.unique(np.concatenate([grid, inside]))
-    found = _Evaluation(recording, times).of(formula)
-    return Robustness(times, found.low, found.high, found.error)
+    return times, _Evaluation(recording, times).of(formula)
 
 
 def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
@@ -99,19 +89,19 @@ class _Evaluation:
         self._times = times
         self._gap = float(np.max(np.diff(times), initial=0.0))
 
-    def of(self, tree: syntax.Requirement) -> _Values:
+    def of(self, tree: syntax.Requirement) -> Robustness:
         match tree:
             case syntax.Margin(term):
                 values, slope = self._term(term)
-                return _Values(values, values, 0.0, slope)
+                return Robustness(values, values, 0.0, slope)
             case syntax.Happens():
                 values = np.full(len(self._times), -1.0)
                 for instant in self._recording.instants(tree):
                     values[np.abs(self._times - instant) < SPIKE / 2] = 1.0
-                return _Values(values, values, 0.0, 0.0)
+                return Robustness(values, values, 0.0, 0.0)
             case syntax.Compound("not", (operand,)):
                 inner = self.of(operand)
-                return _Values(-inner.high, -inner.low, inner.error, inner.slope)
+                return Robustness(-inner.high, -inner.low, inner.error, inner.slope)
             case syntax.Compound("or" | "eventually" as operator, operands, window):
                 dual = "and" if operator == "or" else "always"
                 negated = tuple(syntax.Compound("not", (part,)) for part in operands)
@@ -119,12 +109,14 @@ class _Evaluation:
             case syntax.Compound("and", (left, right)):
                 one, other = self.of(left), self.of(right)
                 low, high = np.minimum(one.low, other.low), np.minimum(one.high, other.high)
-                return _Values(low, high, max(one.error, other.error), max(one.slope, other.slope))
+                return Robustness(
+                    low, high, max(one.error, other.error), max(one.slope, other.slope)
+                )
             case syntax.Compound("always", (operand,), window):
                 inner = self.of(operand)
                 low, high = self._least(inner.low, window), self._least(inner.high, window)
                 low[self._behind(window)] = -np.inf
-                return _Values(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
+                return Robustness(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
             case syntax.Compound("until", (left, right), window):
                 return self._until(window, self.of(left), self.of(right))
         raise AssertionError(tree)
@@ -162,7 +154,7 @@ class _Evaluation:
             found[inside] = np.minimum(found[inside], at)
         return found
 
-    def _until(self, window: syntax.Window, left: _Values, right: _Values) -> _Values:
+    def _until(self, window: syntax.Window, left: Robustness, right: Robustness) -> Robustness:
         low = self._reached(left.low, right.low, window)
         high = self._reached(left.high, right.high, window)
         behind = self._behind(window)  # there `right` may hold, if `left` holds up to its end
@@ -170,7 +162,7 @@ class _Evaluation:
         high[behind] = np.maximum(high[behind], rest[behind])
         slope = max(left.slope, right.slope)
         error = max(left.error, right.error) + slope * self._gap
-        return _Values(low, high, error, slope)
+        return Robustness(low, high, error, slope)
 
     def _reached(self, holds: Array, then: Array, window: syntax.Window) -> Array:
         """Return the maximum over the instants t' of each window of the lesser of ``then`` at t'

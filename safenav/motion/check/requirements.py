@@ -170,7 +170,7 @@ def readable(recording: MotionRecording, text: str) -> Requirement:
 
 
 def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
-    found = robustness(readable(recording, text), recording)
+    _, found = robustness(readable(recording, text), recording)
     low, high, error = float(found.low[0]), float(found.high[0]), found.error
     verdict, advice = UNDECIDED, ""
     if low > error:
