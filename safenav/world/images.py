@@ -109,11 +109,6 @@ class Image(Struct, frozen=True):
     white: int
     transparent: Blocked | None = None
 
-    def where(self, chosen: NDArray[np.bool_]) -> Blocked:
-        """Return the pixels whose brightness is chosen; ``chosen`` has an entry for each value."""
-        found: Blocked = chosen[self.brightness]
-        return found
-
 
 def read_image(data: bytes) -> Image:
     """Return the pixels of an image file. Raises InputError."""
@@ -196,7 +191,7 @@ def _png(data: bytes) -> Image:
 
 def dark(image: Image) -> Blocked:
     """Return the pixels darker than half of white. Transparent pixels count as white."""
-    found = image.where(2 * np.arange(image.white + 1) < image.white)
+    found: Blocked = (2 * np.arange(image.white + 1) < image.white)[image.brightness]
     return found if image.transparent is None else found & ~image.transparent
 
 
@@ -259,24 +254,18 @@ def read_movingai(text: str) -> list[list[bool]]:
         words += match.groups()
     height, width = int(words[1]), int(words[2])
     rows, flaws = lines[len(_HEADER) :], []
-    for index, row in enumerate(rows, len(_HEADER) + 1):
-        flaws += _row_flaws(row, index, width)
+    known = "".join(sorted(FREE | WALLS))
+    for number, row in enumerate(rows, len(_HEADER) + 1):
+        if odd := row.lstrip(known):
+            column, shown = row.index(odd[0]) + 1, odd[0] if odd[0].isprintable() else "?"
+            found, hint = f"'{shown}' is not a terrain", f"known: {' '.join(known)}"
+            flaws.append(flaw(found, hint, number, column))
+        if len(row) != width:
+            found = f"a row of {len(row)} characters where the header announces {width}"
+            flaws.append(flaw(found, "check 'width'", number, 1))
     if len(rows) != height:
         found = f"{len(rows)} rows where the header announces {height}"
         flaws.append(flaw(found, "check 'height'", len(lines), 1))
     if flaws:
         raise InputError(flaws)
     return [[char in WALLS for char in row] for row in rows]
-
-
-def _row_flaws(row: str, line: int, width: int) -> list[Diagnostic]:
-    flaws = []
-    odd = next((i for i, char in enumerate(row) if char not in FREE and char not in WALLS), None)
-    if odd is not None:
-        shown = row[odd] if row[odd].isprintable() else "?"
-        known = " ".join(sorted(FREE | WALLS))
-        flaws.append(flaw(f"'{shown}' is not a terrain", f"known: {known}", line, odd + 1))
-    if len(row) != width:
-        found = f"a row of {len(row)} characters where the header announces {width}"
-        flaws.append(flaw(found, "check 'width'", line, 1))
-    return flaws

@@ -125,7 +125,7 @@ def occupied(image: Image, settings: RosMap) -> Blocked:
     values = np.arange(image.white + 1)
     occupancy = (values if settings.negate else image.white - values) / image.white
     free = (occupancy <= settings.free_thresh) & ~(occupancy >= settings.occupied_thresh)
-    found = image.where(~free)
+    found: Blocked = ~free[image.brightness]
     return found if image.transparent is None else found | image.transparent
 
 
@@ -138,7 +138,7 @@ def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
     0.25, by which map_server reads them as free (pull request 5278 of
     ros-navigation/navigation2)."""
     gray = np.arange(image.white + 1) == round(UNKNOWN * image.white)
-    count = int((image.where(gray) & ~occupied(image, settings)).sum())
+    count = int((gray[image.brightness] & ~occupied(image, settings)).sum())
     if settings.negate or not count:
         return ()
     return (
