@@ -185,8 +185,6 @@ _KINDS = {
     **{"next": "next", "X": "next", "TRUE": "TRUE", "FALSE": "FALSE"},
 }
 
-_ONE_STEP = "a GR(1) formula refers to this state and the next one only"
-
 _TWO_NUMBERS = "it takes numbers (x, x' or 3), not formulas; join two comparisons with '&'"
 
 
@@ -270,9 +268,9 @@ class _Parser(FormulaParser[syntax.Formula]):
     def _look_ahead(self, token: Token) -> None:
         """Raise FormulaError at a primed variable inside ``next(...)``."""
         if self._inside_next:
-            raise FormulaError(
-                token.column, f"a next value ({token.text}) inside next(...)", _ONE_STEP
-            )
+            found = f"a next value ({token.text}) inside next(...)"
+            hint = "a GR(1) formula refers to this state and the next one only"
+            raise FormulaError(token.column, found, hint)
 
 
 def parse(text: str) -> syntax.Formula:

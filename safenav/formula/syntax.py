@@ -177,9 +177,7 @@ def to_text(formula: Formula) -> str:
             return f"next({to_text(operand)})"
         case Operation(Connective.NOT, (operand,)):
             # "!x = 3" would parse as meant, but a reader should not have to know that.
-            return "!" + _within(
-                operand, PRECEDENCE[Connective.NOT], isinstance(operand, Comparison)
-            )
+            return "!" + _within(operand, PRECEDENCE["!"], isinstance(operand, Comparison))
         case Operation(operator, operands):
             rank, pairs = PRECEDENCE[operator], operator in (Connective.IMPLIES, Connective.IFF)
             first = _within(operands[0], rank if pairs else rank + 1)

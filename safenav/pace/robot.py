@@ -100,13 +100,9 @@ def resolved(
     """
     own = {name: value for name, value in (("size", size), ("speed", speed)) if value}
     limits = ((value, *BOUNDS["flyer"][name]) for name, value in own.items())
-    if motion is None and layer == "air" and all(low <= value <= top for value, low, top in limits):
-        motion = "flyer"
-    if motion is None:
-        if speed is None:
-            return None
-        motion = "disc"
-    return Figures(motion, {**KINDS.get(motion, {}), **own})
+    flies = layer == "air" and all(low <= value <= top for value, low, top in limits)
+    motion = motion or ("flyer" if flies else None if speed is None else "disc")
+    return None if motion is None else Figures(motion, {**KINDS.get(motion, {}), **own})
 
 
 class Pace:

@@ -233,8 +233,8 @@ _HEADER = {
 """The first lines of a file, and their patterns."""
 
 
-def read_movingai(text: str) -> list[list[bool]]:
-    """Return rows from the top, true where there is a wall. Raises InputError with all flaws.
+def read_movingai(text: str) -> Blocked:
+    """Return the characters of a map that are walls. Raises InputError with all flaws.
 
     The format is that of Sturtevant's benchmarks (2012): ``type octile``, ``height`` and ``width``,
     then ``map`` and the rows. A robot walks on ground (``.`` and ``G``) and through swamp (``S``).
@@ -268,4 +268,4 @@ def read_movingai(text: str) -> list[list[bool]]:
         flaws.append(flaw(found, "check 'height'", len(lines), 1))
     if flaws:
         raise InputError(flaws)
-    return [[char in WALLS for char in row] for row in rows]
+    return np.array([[char in WALLS for char in row] for row in rows])

@@ -40,13 +40,12 @@ def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionM
     if text is None:
         return None
     try:
-        rows = parse_movingai(text)
+        blocked = parse_movingai(text)
     except InputError as error:
         findings.include(error, path, node)
         return None
     if item.flawed:
         return None
-    blocked = np.array(rows, dtype=np.bool_)
     layout = Layout.of_count(blocked, *(count_of(item) or blocked.shape))
     return with_walls(blocked, layout, item.share or 0.0, node, findings)
 
