@@ -466,7 +466,8 @@ class State:
 
     def restart(self, robot: Robot) -> None:
         """Begin a round of a robot, with its deadline."""
-        robot.begun, robot.was_away, robot.away = self.tick, robot.away, False
+        was_away = robot.away or (robot.was_away and robot.begun == self.tick)  # two resolutions
+        robot.begun, robot.was_away, robot.away = self.tick, was_away, False
         self.dues.pop(robot.name, None)
         if robot.within is not None:
             self.dues[robot.name] = self.tick + robot.within

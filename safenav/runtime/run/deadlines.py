@@ -156,8 +156,9 @@ class Ledger:
         completed (default: as many as before)."""
         former, within = self.dues.pop((ROUND, i), Due(0)), team.members[i].robot.within
         if within is not None:
-            done = former.done if done is None else done
-            self.dues[ROUND, i] = Due(self.tick + within, before=former.disturbed, done=done)
+            tick, done = self.tick + within, former.done if done is None else done
+            before = former.disturbed or (former.before and former.tick == tick)  # two resolutions
+            self.dues[ROUND, i] = Due(tick, before=before, done=done)
 
     def _ends(self, team: Team, of: Of, verdict: DeadlineVerdict) -> None:
         if (due := self.dues.pop(of, None)) is not None and not due.past:
