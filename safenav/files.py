@@ -11,7 +11,8 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -232,24 +233,20 @@ def _bytes(content: str | bytes) -> bytes:
 
 def try_out(path: Path) -> None:
     """Raise UsageError unless a file of this name can be written. Leave nothing behind."""
-    try:
+    with _writing(path):
         if path.is_dir():
             raise IsADirectoryError(0, "it is a folder")
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError(0, "permission denied")
         if not path.exists() or path.is_file():
             _new_file(path.parent).unlink()
-    except OSError as error:
-        raise _failure(path, error) from error
 
 
 def try_folder(path: Path) -> None:
     """Raise UsageError unless files can be written into a folder, which need not exist yet."""
     there = next((p for p in (path, *path.absolute().parents) if p.exists()), path)
-    try:
+    with _writing(path):
         _new_file(there).unlink()
-    except OSError as error:
-        raise _failure(path, error) from error
 
 
 def _new_file(folder: Path, prefix: str = ".") -> Path:
@@ -259,8 +256,13 @@ def _new_file(folder: Path, prefix: str = ".") -> Path:
     return file
 
 
-def _failure(path: Path, error: OSError) -> UsageError:
-    return UsageError(f"cannot write {path}: {error.strerror or error}")
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Raise UsageError if a file or a folder cannot be written in this context."""
+    try:
+        yield
+    except OSError as error:
+        raise UsageError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def tell(path: Path) -> None:
@@ -274,7 +276,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
 
     Raises UsageError if that cannot be done.
     """
-    try:
+    with _writing(path):
         if path.exists() and not path.is_file():
             write(path)
             return
@@ -286,13 +288,11 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
                 part.replace(path)
             else:
                 os.link(part, path)  # unlike a renaming it fails if the name is taken
+        except FileExistsError:
+            hint = "choose another name, or replace it with --force"
+            raise UsageError(f"{path} already exists\n    {hint}") from None
         finally:
             part.unlink(missing_ok=True)
-    except FileExistsError:
-        hint = "choose another name, or replace it with --force"
-        raise UsageError(f"{path} already exists\n    {hint}") from None
-    except OSError as error:
-        raise _failure(path, error) from error
 
 
 def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
@@ -303,7 +303,7 @@ def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
     # Imported here: it loads the modules of all archives, which takes 2 ms.
     from tempfile import TemporaryDirectory
 
-    try:
+    with _writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=folder, prefix=".") as scratch:
             for name, content in files:
@@ -316,5 +316,3 @@ def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
                     part.replace(folder / part.name)
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    except OSError as error:
-        raise _failure(folder, error) from error
