@@ -17,8 +17,8 @@ def listed(e: Line, s: State) -> Iterator[str]:
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
     """Obstacles appear, disappear and are ordered by the scenario, by a user, or by a world that is
-    not simulated; none that a scenario or a user adds appears where a robot is. Their truths change
-    only as they appear."""
+    not simulated. No obstacle that a scenario or a user adds appears where a robot is. Their truths
+    change only as they appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         if not one.there or one.blocks or not (one.ordered or s.external or e.cause == "user"):

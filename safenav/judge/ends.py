@@ -62,7 +62,7 @@ def time(e: Line, s: State) -> Iterator[str]:
 
 @rule("goal")
 def goal(e: Line, s: State) -> Iterator[str]:
-    """A robot that meets a target is in its region, and not lost; the goals of formulas are met by
+    """A robot that meets a target is in its region, and not lost. The goals of formulas are met by
     its last step, or by staying, with some possible memory. In lockstep, a step meets each goal
     once, and of goals in turn only one."""
     robot = s.robots[e.robot]
@@ -91,7 +91,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
-    can meet it; an obstacle is excused once it need not be resolved, a round if the robot pursued
+    can meet it. An obstacle is excused once it need not be resolved, a round if the robot pursued
     something else in it or the one before."""
     due = (s.kept if e.verdict == "kept" else s.past | s.dues).get(e.of)
     if not s.has_deadline(e.of):
@@ -139,7 +139,7 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as the scenario requires since the
-    last resolution, and each robot with a last target is there; a live run states the rounds of a
+    last resolution, and each robot with a last target is there. A live run states the rounds of a
     stay there. It has no cause to fail. A run ends at a limit when it reaches it, not earlier or
     later."""
     wanted = s.scenario.until.rounds
@@ -205,7 +205,7 @@ def assumption(e: Line, s: State) -> Iterator[str]:
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission, and the
-    scenario changes nothing more; if the run waits for a change, the scenario has one."""
+    scenario changes nothing more. If the run waits for a change, the scenario has one."""
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"

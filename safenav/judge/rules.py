@@ -76,7 +76,7 @@ def placed(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
     """A robot stays or steps to a free neighbouring region, with a heading never backwards. A step
-    ends where it leads or, if it is interrupted, where it began; only in a world of the user's may
+    ends where it leads or, if it is interrupted, where it began. Only in a world of the user's may
     it fail, or end elsewhere."""
     robot, step = s.robots[e.robot], s.step(e)
     side, bound = s.world.side(step.start, step.to), robot.bound
@@ -156,7 +156,7 @@ def never_together(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
-    entering; either the obstacle is resolved in that turn, or the robot returns to the region that
+    entering. Either the obstacle is resolved in that turn, or the robot returns to the region that
     it came from. One around which it appears (external worlds) leaves anywhere."""
     robot, step = s.robots[e.robot], s.step(e)
     entered = step.holds - robot.holds
@@ -203,7 +203,7 @@ def service(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
-    """No robot takes a step for which its charge does not suffice; in lockstep, one whose charge is
+    """No robot takes a step for which its charge does not suffice. In lockstep, one whose charge is
     used up is out of service in its turn. A battery is replaced only as the obstacle is resolved or
     gone that appeared when it was used up."""
     robot = s.robots[e.robot]
@@ -293,7 +293,7 @@ def encounter(e: Line, s: State) -> Iterator[str]:
 @rule("met", "resolved")
 def resolution(e: Line, s: State) -> Iterator[str]:
     """A present obstacle is resolved need by need, each by enough robots that have its action and
-    stand in its regions (simultaneously, if together); the last one reveals its truth."""
+    stand in its regions (simultaneously, if together). The last one reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
     # Needs that nobody attends to may have been fulfilled before.
