@@ -102,8 +102,8 @@ public:
   // (Coudert and Madre 1990, "restrict").  `care` must not be false.
   Bdd simplify(const Bdd &f, const Bdd &care);
 
-  // Whether the handle belongs to this store and protects a node of it; and whether f
-  // implies g.  For assertions.
+  // Return whether the handle belongs to this store and protects a node of it; and
+  // whether f implies g.  For assertions.
   bool owns(const Bdd &f) const { return f.store_ == this && operations_.is_alive(f.edge()); }
   bool implies(const Bdd &f, const Bdd &g) { return conjunction(f, !g).is_false(); }
 

@@ -80,7 +80,7 @@ private:
 
   bool find_or_count_step(Operation op, Edge f, Edge g, Edge h, Edge &result);
   void find_last_level(QuantifiedSet &set) const;
-  // Whether the topmost variable of f, if any, is not in the set; for assertions.
+  // Return whether the topmost variable of f, if any, is not in the set; for assertions.
   bool is_free_of(Edge f, VarSet set) const { return !sets_[set].contains[table_.var_of(f)]; }
 
   OperationCache cache_;

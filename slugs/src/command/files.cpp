@@ -31,7 +31,7 @@ public:
   Input(const Input &) = delete;
   Input &operator=(const Input &) = delete;
 
-  // Appends the next piece; false at the end.
+  // Append the next piece; return false at the end.
   bool read_some(std::string &text, const Budget &budget) {
     constexpr std::size_t chunk = std::size_t{1} << 18;
     constexpr int milliseconds = 50; // between checks of the budget
@@ -86,7 +86,7 @@ std::string read_file(const std::string &path, const Budget &budget) {
   return text;
 }
 
-// Writes to a file descriptor.  The first error throws through the stream, so
+// Buffer of a file descriptor.  The first error throws through the stream, so
 // that the writer stops; it is stored, and further output is dropped.
 class OutFile::Buffer : public std::streambuf {
 public:
@@ -99,7 +99,7 @@ public:
     throw WriteError("cannot write " + name_ + ": " + std::strerror(reason));
   }
 
-  // Returns 0, or the error because of which output may be lost.
+  // Return 0, or the error because of which output may be lost.
   int close() {
     if (descriptor_ > STDERR_FILENO && ::close(descriptor_) != 0 && error_ == 0)
       error_ = errno;

@@ -16,9 +16,9 @@ struct FileError : InputOutputError {
   explicit FileError(const std::string &what) : InputOutputError(ExitStatus::BadInput, what) {}
 };
 
-// A whole file, or standard input as "-".  Throws FileError with a message that
-// names the file and the reason, LimitReached also while it waits for a pipe and for a
-// text larger than the memory limit.
+// Return a whole file, or standard input as "-".  Throws FileError with a message
+// that names the file and the reason, LimitReached also while it waits for a pipe
+// and for a text larger than the memory limit.
 std::string read_file(const std::string &path, const Budget &budget);
 
 // Output that is either complete or absent.
@@ -41,14 +41,14 @@ class OutFile {
 public:
   // An empty path is standard output.  Throws OpenError.
   explicit OutFile(const std::string &path);
-  // Discards what was written unless commit() has run.
+  // Discard the output unless commit() has run.
   ~OutFile();
   OutFile(const OutFile &) = delete;
   OutFile &operator=(const OutFile &) = delete;
 
-  // Throws WriteError as soon as a write fails.
+  // Throw WriteError as soon as a write fails.
   std::ostream &stream() { return stream_; }
-  // Gives the file its final name.  Throws WriteError if anything was lost.
+  // Give the file its final name.  Throw WriteError if anything was lost.
   void commit();
 
 private:

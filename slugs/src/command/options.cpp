@@ -140,7 +140,7 @@ const Row *find_row(const std::string &name) {
                    nearest.empty() ? common_hint : "did you mean " + nearest + "?");
 }
 
-// Rejects options that contradict each other, or that need another one.
+// Reject options that contradict each other, or that need another one.
 void check_combination(const Options &options) {
   const bool strategy = options.explicit_strategy || options.counter_strategy;
   if (options.file.empty())

@@ -75,7 +75,7 @@ struct Budget {
   }
 };
 
-// Checks a budget once per 4096 steps, for steps that are cheaper than a check.
+// Check of a budget once per 4096 steps, for steps that are cheaper than a check.
 class BudgetPacer {
 public:
   explicit BudgetPacer(const Budget &budget) : budget_(budget) {}

@@ -174,7 +174,7 @@ std::vector<Bdd> goals(BddStore &store, Translation &translate, const std::vecto
   return result;
 }
 
-// Whether f depends only on variables of these kinds; for assertions.
+// Return whether f depends only on variables of these kinds; for assertions.
 [[maybe_unused]] bool reads_only(const Game &game, const Bdd &f, bool outputs, bool next_inputs,
                                  bool next_outputs) {
   const std::vector<Var> support = const_cast<BddStore &>(game.store).support(f);

@@ -21,7 +21,7 @@ namespace slugs {
 // So that sums of any length that fits in memory stay far inside 64 bits.
 inline constexpr std::int64_t largest_number = 2147483647;
 
-// The number that the digits denote; nothing if it is larger than allowed.
+// Return the number that the digits denote; nothing if it is larger than allowed.
 std::optional<std::int64_t> parse_number(std::string_view digits);
 std::string out_of_range_message(std::string_view digits);
 
@@ -31,7 +31,7 @@ std::string range_text(const Integer &integer);
 // Names of the bits: x@0.min.max, x@1, x@2, ...
 std::string bit_name(const Integer &integer, std::uint32_t bit);
 
-// Whether the bits can hold a value above max, so that a limit is needed.
+// Return whether the bits can hold a value above max, so that a limit is needed.
 bool needs_limit(const Integer &integer);
 
 // The names that a formula may mention, by section.
@@ -50,7 +50,7 @@ bool may_use(Section section, Owner owner, bool next);
 
 class Scope {
 public:
-  // Takes the declarations as they are now.
+  // Take the declarations as they are now.
   explicit Scope(const Specification &specification);
 
   const Symbol *find(std::string_view name) const;

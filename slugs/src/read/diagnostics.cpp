@@ -52,7 +52,7 @@ namespace {
 constexpr std::size_t window = 100; // bytes of the source line shown
 constexpr std::size_t margin = 60;  // of them at most this many before the error
 
-// Length of the UTF-8 sequence at the start of `text`, 0 if it is broken.
+// Return the length of the UTF-8 sequence at the start of `text`, 0 if it is broken.
 std::size_t utf8_length(std::string_view text) {
   assert(!text.empty());
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
@@ -70,8 +70,8 @@ std::size_t utf8_length(std::string_view text) {
   return length;
 }
 
-// Appends one character of `text` to `out` in a form of width one; returns the
-// number of bytes consumed.
+// Append one character of `text` to `out` in a form of width one; return the number
+// of bytes consumed.
 std::size_t append_character(std::string_view text, std::string &out) {
   assert(!text.empty());
   const std::size_t length = utf8_length(text);
@@ -85,7 +85,7 @@ std::size_t append_character(std::string_view text, std::string &out) {
   return length == 0 ? 1 : length;
 }
 
-// Characters as shown in the first `bytes` of `text`.
+// Return the number of characters shown for the first `bytes` of `text`.
 std::size_t shown_width(std::string_view text, std::size_t bytes) {
   std::size_t width = 0;
   std::string ignored;
@@ -94,7 +94,7 @@ std::size_t shown_width(std::string_view text, std::size_t bytes) {
   return width;
 }
 
-// The column as an editor counts it, for lines of any length: continuation
+// Return the column as an editor counts it, for lines of any length: continuation
 // bytes of UTF-8 do not count.
 std::size_t character_column(std::string_view before) {
   const auto starts = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; };

@@ -47,9 +47,9 @@ private:
   std::vector<std::size_t> starts_; // of the lines, and the end
 };
 
-// Length in bytes of the first character of the text, if only some programs end
-// a line there, or no text should contain it: control characters except the
-// tab, U+2028 and U+2029. 0 for any other character.
+// Return the length in bytes of the first character of the text, if only some
+// programs end a line there, or no text should contain it: control characters except
+// the tab, U+2028 and U+2029. 0 for any other character.
 std::size_t foreign_length(std::string_view text);
 
 inline bool is_blank(char c) { return c == ' ' || c == '\t'; }
@@ -97,7 +97,7 @@ private:
   std::size_t errors_ = 0;
 };
 
-// Text for a message: control characters and broken UTF-8 made visible, cut
+// Return text for a message: control characters and broken UTF-8 made visible, cut
 // after `most` characters.
 std::string printable(std::string_view text, std::size_t most = 60);
 
@@ -108,7 +108,7 @@ std::string printable(std::string_view text, std::size_t most = 60);
 // counts as near if at most a third of it (at least one letter) is wrong, case
 // aside, or if it begins one known word only.
 
-// The nearest of `known`, the first of equals; empty if none is near.
+// Return the nearest of `known`, the first of equals; empty if none is near.
 std::string nearest_word(std::string_view word, const std::vector<std::string> &known);
 
 } // namespace slugs

@@ -116,7 +116,7 @@ Token prefix_operator(char c) {
 
 } // namespace
 
-// The lexeme from `begin` to the lexer's position.
+// Return the lexeme from `begin` to the lexer's position.
 Lexeme Lexer::lexeme(Token token, std::size_t begin, const char *hint) const {
   const std::size_t length = token == Token::End ? 1 : at_ - begin;
   assert(begin <= at_ && at_ <= line_.size() && length > 0);

@@ -93,7 +93,7 @@ private:
   Lexeme next_{};
 };
 
-// All tokens of a line of structuredslugs, for declarations.
+// Return all tokens of a line of structuredslugs, for declarations.
 std::vector<Lexeme> lex_structured(std::string_view line, int number, BudgetPacer &pacer);
 
 // "'->'", "name 'x'", "the end of the line": for "found ..., expected ...".
@@ -117,7 +117,7 @@ struct ForeignWord {
   std::string message() const;
 };
 
-// The entry for `word` if its kind is `kind` (Any: whatever its kind).
+// Return the entry for `word` if its kind is `kind` (Any: whatever its kind).
 const ForeignWord *foreign_word(std::string_view word, ForeignWord::Kind kind);
 
 } // namespace slugs

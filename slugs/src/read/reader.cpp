@@ -75,7 +75,7 @@ Heading read_heading(std::string_view line, int number, Diagnostics &diagnostics
   return heading(nearest).value_or(Heading{});
 }
 
-// Whether a line contains no character on which programs disagree: after one,
+// Return whether a line contains no character on which programs disagree: after one,
 // this program's comment may be another's formula.
 bool is_one_line(std::string_view line, int number, Diagnostics &diagnostics) {
   for (std::size_t at = 0; at < line.size(); ++at)
@@ -141,8 +141,8 @@ Sections read_sections(const Source &source, Diagnostics &diagnostics) {
 
 namespace {
 
-// The first character that is neither blank nor a negation; the "!" of "!=" is
-// not one.
+// Return the first character that is neither blank nor a negation; the "!" of "!="
+// is not one.
 char first_character(std::string_view line) {
   for (std::size_t i = 0; i < line.size(); ++i)
     if (!is_blank(line[i]) && (line[i] != '!' || line.substr(i, 2) == "!="))
@@ -150,7 +150,7 @@ char first_character(std::string_view line) {
   return '\0';
 }
 
-// Whether there are only names, numbers, primes and negations, which both languages have.
+// Return whether there are only names, numbers, primes and negations, which both languages have.
 bool is_plain(std::string_view line) {
   for (const char c : line)
     if (!continues_name(c) && !is_blank(c) && c != '!' && c != '\'')
@@ -158,8 +158,8 @@ bool is_plain(std::string_view line) {
   return line.find("TRUE") == std::string_view::npos && line.find("FALSE") == std::string_view::npos;
 }
 
-// Whether a line is prefix notation: after leading negations it starts with an
-// operator that no infix formula can start with.  A line such as "! a" is both.
+// Return whether a line is prefix notation: after leading negations it starts with
+// an operator that no infix formula can start with.  A line such as "! a" is both.
 bool is_prefix(Lexer line) {
   while (line.peek().token == Token::Not)
     line.take();
@@ -175,7 +175,7 @@ bool is_prefix(Lexer line) {
   }
 }
 
-// Whether a line has what only infix lines have.  `TRUE` is a constant of
+// Return whether a line has what only infix lines have.  `TRUE` is a constant of
 // structuredslugs, unless it is the name of a variable.
 bool is_infix(Lexer line, bool constants) {
   for (Lexeme lexeme = line.take(); lexeme.token != Token::End; lexeme = line.take())

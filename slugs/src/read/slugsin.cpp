@@ -93,7 +93,7 @@ void PrefixParser::incomplete(const Lexeme &end) {
   fail(end, "found the end of the line, expected " + wanted + " at column " + std::to_string(open.column));
 }
 
-// The decimal number after '$' or '?'.
+// Read the decimal number after '$' or '?'.
 bool PrefixParser::count(const Lexeme &after, std::uint64_t &number) {
   const Lexeme lexeme = line_->peek();
   if (lexeme.token != Token::Number) {
@@ -183,8 +183,8 @@ FormulaId PrefixParser::value(const Symbol *symbol, const Lexeme &lexeme, bool n
   return pool_.constant(true);
 }
 
-// Hands a finished formula to the operator that waits for it, which may thereby
-// be finished too.
+// Hand a finished formula to the operator that waits for it, which may thereby be
+// finished too.
 void PrefixParser::operand(FormulaId formula) {
   while (!waiting_.empty()) {
     Waiting &top = waiting_.back();

@@ -222,7 +222,7 @@ private:
     return true;
   }
 
-  // Applies the waiting operators that bind at least as tightly as `level`;
+  // Apply the waiting operators that bind at least as tightly as `level`;
   // comparisons wait for one that binds less, since they do not associate.
   void reduce(int level) {
     while (!operators_.empty() && operators_.back().token != Token::Open) {

@@ -22,7 +22,7 @@ Bits constant_bits(const FormulaPool &pool, std::uint64_t number) {
   return bits;
 }
 
-// The sum, in as many bits as `largest` needs, which it never exceeds.
+// Return the sum, in as many bits as `largest` needs, which it never exceeds.
 Bits add(FormulaPool &pool, const Bits &a, const Bits &b, std::uint64_t largest) {
   if (a.empty() || b.empty())
     return a.empty() ? b : a;
@@ -145,7 +145,7 @@ std::uint32_t width(std::uint64_t number) {
 
 namespace {
 
-// From the start of `left` to the end of `right`.
+// Return the place from the start of `left` to the end of `right`.
 Place span(Place left, Place right) {
   assert(left.line == right.line && left.column <= right.column);
   return {left.line, left.column, right.column + right.length - left.column};

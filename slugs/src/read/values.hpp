@@ -35,7 +35,7 @@ IntegerValue sum(IntegerValue a, const IntegerValue &b);
 FormulaId equal(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b);
 FormulaId less(FormulaPool &pool, const IntegerValue &a, const IntegerValue &b);
 
-// Bits that an unsigned number needs; 0 for 0.
+// Return the number of bits that an unsigned number needs; 0 for 0.
 std::uint32_t width(std::uint64_t number);
 
 // Values of infix expressions: Boolean formulas and integers.

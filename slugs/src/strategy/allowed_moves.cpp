@@ -21,7 +21,7 @@ namespace slugs {
 
 namespace {
 
-// Numbers disjoint sets in the order of add() and computes, for each binary digit, the
+// Numbering of disjoint sets in the order of add(), with, for each binary digit, the
 // union of the sets whose number has it set.  Like carries in a binary counter, sets
 // are joined in pairs, pairs in fours, and so on, so that large sets are joined rarely.
 class Numbering {
