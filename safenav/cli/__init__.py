@@ -73,7 +73,7 @@ Commands:
 
 
 def main() -> None:
-    """Entry point of the ``safenav`` command. SIGTERM and SIGHUP end it as Ctrl-C does: with its
+    """Run the ``safenav`` command. SIGTERM and SIGHUP end it as Ctrl-C does: with its
     subprocesses, without its temporary files."""
     try:
         _open_closed_streams()

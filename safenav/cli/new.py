@@ -59,7 +59,7 @@ def new(
     unchanged; or what an option names."""
     wanted = [template, map_file, schema, catalogue or None]
     if len(wanted) - wanted.count(None) > 1:
-        raise UsageError("give one of --template, --map, --schema and --catalogue")
+        raise UsageError("give only one of --template, --map, --schema and --catalogue")
     division = Division(rows, cols, side, share)
     if map_file is None:
         options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "--map"))

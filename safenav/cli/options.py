@@ -104,8 +104,8 @@ def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
 
 
 def refuse(unread: Mapping[str, str]) -> None:
-    """Raise UsageError for an option on the command line that nothing reads. ``unread``: by
-    parameter, the options or inputs that it requires."""
+    """Raise UsageError for an option on the command line that nothing reads. ``unread``: the
+    options or inputs that each parameter requires."""
     context = click.get_current_context()
     for param in context.command.params:
         name = param.name or ""

@@ -18,14 +18,14 @@ FRESH_SIGHT = 2.0
 edge-on, and messages may be late."""
 BEFORE = 0.1
 """Share of a region's side by which the end of a ray must be outside it to count as before the
-region, or past its middle to count as behind it."""
+region, or past its centre to count as behind it."""
 BEHIND = 0.35
-"""Share of a region's side behind its middle within which the end of a ray is an obstacle there;
+"""Share of a region's side behind its centre within which the end of a ray is an obstacle there;
 behind half a side it hits the wall of the next region."""
 NARROW, WIDE = 0.1, 0.3
-"""Maximum distances of rays from the line to a region's middle, as shares of its side: NARROW to
+"""Maximum distances of rays from the line to a region's centre, as shares of its side: NARROW to
 detect an obstacle, WIDE to find that it is gone, since the leaves of an open door are beside the
-middle."""
+centre."""
 
 
 class Sensing:

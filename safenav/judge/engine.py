@@ -13,7 +13,7 @@ BATTERY = "battery"
 
 
 def after(e: Line, s: State) -> None:
-    """Let a line take effect."""
+    """Apply a line to the state."""
     if e.tick > s.tick:
         _begin_tick(e.tick, s)
     s.tick, s.time = e.tick, s.time if e.t is None else e.t

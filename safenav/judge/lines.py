@@ -313,7 +313,7 @@ Text = str | bytes | dict[str, Any]
 
 
 class Reader:
-    """Reads the lines of one trace. ``read``: the number of lines; ``cut_off``: the last one is
+    """Reader of the lines of one trace. ``read``: the number of lines; ``cut_off``: the last one is
     incomplete, since its writer was killed."""
 
     def __init__(self) -> None:

@@ -1,6 +1,6 @@
 """A robot's motion as columns of numbers at a chosen rate. Columns are in the frame
 of the world (the map's origin and yaw applied, as in ROS) or of the map. All robots have ``t, x, y,
-z, vel_{x,y,z}, acc_{x,y,z}, yaw`` of the middle of the body (of a walker: its centre of mass). A
+z, vel_{x,y,z}, acc_{x,y,z}, yaw`` of the centre of the body (of a walker: its centre of mass). A
 walker also has ``cop_{x,y}`` and for each foot ``left_{x,y,z,yaw}``; a flyer in simulated flight
 its attitude ``q_{w,x,y,z}``, rates, thrust and its reference instead of accelerations. The attitude
 stays in the frame of the map.

@@ -100,7 +100,7 @@ FAR = np.full(HORIZON, 1e30)
 
 
 class AxisTracker:
-    """Tracks one axis. ``state`` is the estimate [p, v, a, d]."""
+    """Tracker of one axis. ``state``: the estimate [p, v, a, d]."""
 
     def __init__(self, position: float, limit: float) -> None:
         self.state = np.array([position, 0.0, 0.0, 0.0])
@@ -114,7 +114,7 @@ class AxisTracker:
         """Return the acceleration to command now (m/s^2), and take the estimate one step further.
 
         ``wanted`` (HORIZON, 3): position, velocity, acceleration of the reference after each
-        step; ``low``, ``high`` (HORIZON): where the middle of the body may be. If the solver
+        step; ``low``, ``high`` (HORIZON): where the centre of the body may be. If the solver
         does not finish, the reference's own command is given.
         """
         from daqp import solve  # only simulated flights need it
@@ -259,7 +259,7 @@ def _reference(
     flights: Sequence[Flight], floor: MetricFloor, size: float, count: int
 ) -> tuple[dict[str, Array], Array]:
     """Return the reference at the steps of the tracking (after its end the last position), and the
-    box that the middle of the body must not leave."""
+    box that the centre of the body must not leave."""
     times: Array = flights[0].t0 + PERIOD * np.arange(count, dtype=np.float64)
     boxes = np.zeros((count, 4))
     for flight in flights:

@@ -45,7 +45,7 @@ class Mover(ABC):
     @abstractmethod
     def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:
         """Move to the region ``to``, which lies beside its own, from now on. ``short``: an obstacle
-        stands across the middle of ``to``, and the robot is to resolve it there, so it stays in the
+        stands across the centre of ``to``, and the robot is to resolve it there, so it stays in the
         first half of the region."""
 
     @abstractmethod
@@ -171,7 +171,7 @@ def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) ->
         if one.primitive == other.primitive == "fly" and abs(other.t0 - one.t1) < AT_ONCE:
             (a, b), (c, d) = _way(one), _way(other)
             first, second = hypot(a, b), hypot(c, d)
-            if first and second:  # back where it came from, both directions cancel out
+            if first and second:  # if it returns, the two directions cancel out
                 speed = min(first / (one.t1 - one.t0), second / (other.t1 - other.t0)) / 2
                 speed *= width if abs(a * c + b * d) < AT_ONCE else 1.0
                 speeds[index] = (

@@ -351,7 +351,7 @@ class WalkerMover(Mover):
 
 
 def entered(primitive: Segment, floor: MetricFloor, region: int, heading: str) -> Segment:
-    """Return a primitive in the frame of the map: of a walker that enters a region at the middle of
+    """Return a primitive in the frame of the map: of a walker that enters a region at the centre of
     the side by which its heading leads there."""
     ahead = complex(*unit_vector(heading))
     corner = complex(*floor.centre(region)) - ahead * floor.side / 2

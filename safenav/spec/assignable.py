@@ -166,7 +166,7 @@ SOURCE = "paper, Section V-D, the runtime-assignable goal"
 
 def inputs(world: RegionMap) -> tuple[Variable, ...]:
     """Return the input by which the coordination layer commands the robot."""
-    note = f"the region assigned to it, where it waits if it is there; {own(world)}: none"
+    note = f"the region assigned to it, where it waits; {own(world)}: none"
     return (Variable("assigned", Owner.INPUT, (0, own(world)), note),)
 
 

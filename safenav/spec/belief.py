@@ -265,7 +265,7 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
     found = []
     for model in models(task, world):
         other = model.other
-        note = f"where {other.name} is seen"
+        note = f"region of {other.name}, as seen"
         if model.beliefs:
             note += f"; values from {model.size}: out of sight, in one of these cells: "
             note += ", ".join("+".join(map(str, sorted(belief))) for belief in model.beliefs)

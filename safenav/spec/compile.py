@@ -57,10 +57,10 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
         *(_nearby_inputs(world) if avoiding else ()),
         *(Variable(each.name, Owner.INPUT, None, "an input") for each, _ in task.inputs),
         *(_move_output() if avoiding else ()),
-        Variable("region", Owner.OUTPUT, (0, world.size - 1), f"where {robot.name} is"),
+        Variable("region", Owner.OUTPUT, (0, world.size - 1), f"region of {robot.name}"),
     ]
     if robot.model.mobility is Mobility.HEADING:
-        note = f"which way {robot.name} faces: 0 north, 1 east, 2 south, 3 west"
+        note = f"heading of {robot.name}: 0 north, 1 east, 2 south, 3 west"
         variables.append(Variable("heading", Owner.OUTPUT, (0, 3), note))
     variables += own
     constraints = [
@@ -279,7 +279,7 @@ def _nearby_inputs(world: RegionMap) -> tuple[Variable, ...]:
 def _move_output() -> tuple[Variable]:
     """Return the first output, by which the synthesizer chooses to stay among equally good moves: a
     robot that must wait does not wander."""
-    note = "what it does: 0 stay, 1 north, 2 east, 3 south, 4 west"
+    note = "its move: 0 stay, 1 north, 2 east, 3 south, 4 west"
     return (Variable(MOVE, Owner.OUTPUT, (0, 4), note),)
 
 

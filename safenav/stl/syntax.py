@@ -133,7 +133,7 @@ _RESERVED = {word: word for word in (*_UNARY, "until", "and", "or", "inf")}
 def parse_requirement(text: str) -> Requirement:
     """Return the formula that ``text`` holds. Raises FormulaError."""
     if len(text) > MOST_LENGTH:
-        raise FormulaError(1, f"a formula of {len(text)} characters", "split it into several")
+        raise FormulaError(1, f"more than {MOST_LENGTH} characters", "split the formula")
     tokens = tokens_of(text, _TOKEN, _HINTS, _RESERVED)
     return _condition(_Parser(tokens).whole(), tokens[0])
 

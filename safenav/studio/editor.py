@@ -30,7 +30,7 @@ _HEAD = 4096
 
 
 class ScenarioFolder(Struct, frozen=True):
-    """Opens and saves the scenarios below ``folder``."""
+    """The scenarios below ``folder``, to open and to save."""
 
     folder: Path
 

@@ -66,7 +66,7 @@ APART = (
 
 
 class Guard(Struct, frozen=True):
-    """Accepts or refuses requests. ``token``: that of the address; ``port``: that of the server."""
+    """Check of requests. ``token``: that of the address; ``port``: that of the server."""
 
     token: str
     port: int

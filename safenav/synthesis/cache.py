@@ -25,7 +25,7 @@ VARIABLE = "SAFENAV_CACHE"
 
 _OFF = "off"
 _MAGIC = "safenav-cache 3 "
-"""The number changes with ``CacheEntry``."""
+"""First bytes of an entry; the number changes with ``CacheEntry``."""
 _RESULT, _TEXT = ".answer", ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _LISTINGS = 64

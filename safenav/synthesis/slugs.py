@@ -121,7 +121,7 @@ are independent."""
 
 
 class Synthesizer:
-    """Calls a slugs binary within limits, and caches its results.
+    """Calls of a slugs binary within limits, with a cache of the results.
 
     ``binary``: default that of ``find_binary``. ``seconds`` (wall) and ``memory_mb`` limit each
     single synthesis; None for no limit. ``cache``: default by the environment. ``verifier`` checks

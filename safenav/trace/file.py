@@ -170,7 +170,7 @@ def _escaped(text: str) -> str:
 
 
 class _Reader:
-    """Takes the lines of a file in order."""
+    """Reader of the lines of a file, in order."""
 
     def __init__(self) -> None:
         self.header: Header | None = None

@@ -33,7 +33,7 @@ Lookup = Callable[[str, bool], Vector]
 
 
 class Evaluator:
-    """Evaluates formulas on ``count`` rows; ``lookup`` returns the planes of a variable."""
+    """Evaluation of formulas on ``count`` rows; ``lookup`` returns the planes of a variable."""
 
     def __init__(self, count: int, lookup: Lookup) -> None:
         self.everywhere = (1 << count) - 1
@@ -169,7 +169,7 @@ class Clause(Struct, frozen=True, dict=True):
 
 
 class Completions:
-    """Completes rows over ``known`` places with values of the ``unknown`` ones."""
+    """Completions of rows over ``known`` places with values of the ``unknown`` ones."""
 
     def __init__(
         self, known: Sequence[Slot], unknown: Sequence[Slot], clauses: Sequence[Clause]

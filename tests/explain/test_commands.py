@@ -123,7 +123,7 @@ def test_checks_without_a_verdict_are_reported(
         ("OUTPUT", 1, "unrealizable, but the environment's strategy is too large to list"),
     ],
 )
-def test_a_specification_with_a_too_large_strategy_still_gets_a_verdict(
+def test_a_specification_whose_strategy_is_too_large_still_gets_a_verdict(
     owner: str, status: int, said: str, tmp_path: Path, wrapped: Callable[[str], None]
 ) -> None:
     """It was "nothing is proven" for the larger specifications of the literature."""

@@ -143,7 +143,7 @@ def test_the_own_controller_of_a_robot_moves_it_during_an_action(hall: Hall, obs
     assert held[:2] == pytest.approx((1.5, 0.0))
 
 
-def test_a_robot_that_is_to_resolve_an_obstacle_stops_before_the_middle_of_its_region(
+def test_a_robot_that_is_to_resolve_an_obstacle_stops_before_the_centre_of_its_region(
     hall: Hall,
 ) -> None:
     x, y = hall.places.centre(11)

@@ -85,7 +85,7 @@ def test_in_3d_an_order_appears_with_its_request() -> None:
     assert orders == {region: asked[region] for region in orders} and all(orders.values())
 
 
-def test_in_3d_a_battery_is_used_up_before_it_is_replaced() -> None:
+def test_in_3d_a_battery_is_empty_before_it_is_replaced() -> None:
     """It was shown as full before another robot had replaced it."""
     robots, track = data_of(page_of("battery", "--3d"))["robots"], run_of("battery").track("digit")
     (levels,) = ([level for _, level in each["charge"]] for each in robots if each["charge"])

@@ -160,7 +160,7 @@ def _confine(interface: str) -> None:
 
 
 class Taking(Listener):
-    """Passes each message to a function, one at a time, in the order of arrival."""
+    """Listener that passes each message to a function, one at a time, in the order of arrival."""
 
     def __init__(self, take: Callable[[Any], None]) -> None:
         super().__init__()  # type: ignore[no-untyped-call]

@@ -190,7 +190,7 @@ class Examination:
         return np.concatenate(found)
 
     def places(self, robot: str, times: Array) -> Array:
-        """Return the middle of a body (n, 2) at some times."""
+        """Return the centre of a body (n, 2) at some times."""
         bodies = [self.discs(piece)[0] for piece in self.pieces[robot]]
         samples = np.concatenate([body.times for body in bodies])
         centres = np.concatenate([body.centres for body in bodies])

@@ -111,7 +111,7 @@ _AXES = {"x": "x", "y": "y", "height": "z"}
 
 
 class _Body:
-    """The middle of a body (3, times), its speed (times), and bounds of both changes."""
+    """The centre of a body (3, times), its speed (times), and bounds of the changes of both."""
 
     def __init__(self, columns: Columns, times: Array) -> None:
         self.place = np.array([columns[axis] for axis in "xyz"])

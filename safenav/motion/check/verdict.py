@@ -222,7 +222,7 @@ def joined(case: Examination, before: Moving, after: Moving) -> None:
 
 
 def _place(piece: Moving, *, last: bool = False) -> tuple[float, ...]:
-    """Return x and y of the middle of a body at one end of a piece."""
+    """Return x and y of the centre of a body at one end of a piece."""
     return _state(piece, last=last)["it"][:2]
 
 

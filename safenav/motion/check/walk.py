@@ -32,7 +32,7 @@ GRAVITY = 9.81
 TURNED = pi / 4
 """Maximum angle between the feet when one lands, in radians."""
 INNER = 0.6
-"""Share of a sole, around its middle, in which the centre of pressure stays."""
+"""Share of a sole, around its centre, in which the centre of pressure stays."""
 Limits = Mapping[str, float]
 Broken = tuple[float, str, str]
 """A broken rule of a segment: seconds since its start, rule, and observation."""

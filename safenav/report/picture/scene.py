@@ -44,7 +44,7 @@ RING = 0.34
 ASIDE = ((0.71, -0.71), (0.71, 0.71), (-0.71, 0.71))
 """Positions of the robots' shapes on the rings of one region, from its centre, in radii."""
 REACH = 2.2
-"""Most distance of a robot's nose and load from its middle, in radii of its body."""
+"""Most distance of a robot's nose and load from its centre, in radii of its body."""
 BADGE = 0.96
 """Distance of a load from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
@@ -214,7 +214,7 @@ class _Drawing(Struct):
         floor.draw_names(self.page, self.names, floor.INK)
 
     def placed(self) -> Iterator[tuple[RobotTrack, float, float, float | None]]:
-        """Yield the robots with the middles of their bodies and their headings."""
+        """Yield the robots with the centres of their bodies and their headings."""
         places = [self.run.place(track, self.tick, self.part) for track in self.run.robots]
         shifts = svg.separated([(row, col) for row, col, _ in places])
         for track, (row, col, heading), (down, right) in zip(

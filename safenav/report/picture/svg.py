@@ -66,7 +66,7 @@ def polyline(*points: tuple[float, float]) -> str:
 
 
 class SvgWriter:
-    """Collects elements in drawing order; ``document`` gives the picture."""
+    """Elements in drawing order; ``document`` returns the picture."""
 
     def __init__(self, parts: Iterable[str] = ()) -> None:
         self._parts = [*parts]

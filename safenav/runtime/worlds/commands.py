@@ -67,7 +67,7 @@ class OpenCommand(Struct):
 
 
 class Commands:
-    """Gives commands to a world, and receives its reports. ``dropped`` (with the reason) and
+    """Commands to a world, and the reports on them. ``dropped`` (with the reason) and
     ``sensed``: reports that wait for their reader, who removes them."""
 
     live = True

@@ -173,8 +173,8 @@ _SPECIAL = re.compile(r"(?P<sign>[-+])?\.(?P<word>inf|Inf|INF|nan|NaN|NAN)")
 
 
 class _Builder:
-    """Builds nodes from PyYAML's events, by recursion of bounded depth. ``_open``: the anchors of
-    unfinished collections; ``_known``: finished nodes by anchor, with their number of values."""
+    """Builder of nodes from PyYAML's events, by recursion of bounded depth. ``_open``: the anchors
+    of unfinished collections; ``_known``: finished nodes by anchor, with their number of values."""
 
     def __init__(self, events: Iterator[Any]) -> None:
         self._events = events
