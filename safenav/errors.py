@@ -42,7 +42,7 @@ class Verdict(StrEnum):
 
 
 class ExitCode(IntEnum):
-    """Exit status of every command (see the README)."""
+    """Exit status of every command (docs/commands.md)."""
 
     OK = 0
     NEGATIVE = 1

@@ -153,7 +153,7 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
         _DRAW,
     ),
 }
-"""For each kind, the patterns all of which its texts contain, and advice on such a file."""
+"""Patterns of each kind, all of which its texts contain, and advice on such a file."""
 
 
 def kind_of(text: str) -> str | None:

@@ -296,7 +296,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     stand in its regions (simultaneously, if together). The last one reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
-    # Needs that nobody attends to may have been fulfilled before.
+    # Needs that no robot attends to may have been fulfilled before.
     untold = s.external and (one.declared or not one.known)
     if not one.there and not s.external:
         yield f"{one.name} is absent"

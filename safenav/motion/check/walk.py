@@ -265,7 +265,7 @@ def _grounded(segment: Segment) -> Iterator[Broken]:
         spans += [(s.t0, s.t1, False) for s in segment.swings if s.side == side]
         spans.sort()
         if jump := next((b for a, b in pairwise(spans) if a[2] is b[2]), None):
-            yield jump[0], "feet", "a foot moves on while it is on the ground, or in the air"
+            yield jump[0], "feet", "a foot has two footholds or two swings in succession"
         reached = 0.0
         for begin, end, _ in spans:
             if not end > begin:
