@@ -98,7 +98,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             if e.active:
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
                 s.restart(robot)
-            if e.active and e.cause == BATTERY and robot.charge is not None:
+            if e.active and robot.filled and robot.charge is not None:
                 robot.charge, robot.stands = float(robot.data.battery.capacity), e.t or 0.0
                 robot.filled = False
         case "synthesis":

@@ -104,17 +104,18 @@ class Run:
         """Run a pass: a tick, or a moment at which something happens. The team makes one decision
         for all changes of this moment."""
         changed = happened = False
+        strayed = list[int]()
         for event in self.world.wait(self):  # reports of the world, and turns
             self.check()
             happened = True
             if isinstance(event, now.Change | now.Strayed):
                 self.happens(event)
                 if not isinstance(event, now.Change):
-                    self.drains(event.robot)
+                    strayed.append(event.robot)
                 changed = True
                 continue
             if changed:
-                self.settle()
+                self.settle_after(strayed)
                 changed = False
                 if self.world.live and self.control.end is not None and self.is_complete():
                     break  # the run is complete, and only has to end
@@ -136,7 +137,7 @@ class Run:
             if self.has_ended(event):
                 break
         if changed:
-            self.settle()
+            self.settle_after(strayed)
         if happened:
             self.answers.forget()
 
@@ -245,6 +246,12 @@ class Run:
             same = robot.fresh or robot.objective == before.robots[i].objective
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
+
+    def settle_after(self, strayed: list[int]) -> None:
+        """Decide after changes. Robots that a failure has put out of service request no battery."""
+        while strayed:
+            self.drains(strayed.pop(0))
+        self.settle()
 
     def drains(self, i: int) -> bool:
         """If the charge of a robot off the chargers does not suffice for a step, put it out of
