@@ -148,8 +148,11 @@ class Roles:
         lost = 0 if safe is None else floor.graphs[i].closure(1 << self.poses[i], allowed) & ~safe
         for avoid in (shut | must, must):
             walls = floor.graphs[i].on(self.team.obstacles[k].region for k in avoid)
-            free = floor.floors[i] & ~walls & ~lost
-            if floor.graphs[i].closure(1 << self.poses[i], free) & floor.live(i, free):
+            free, at = floor.floors[i] & ~walls & ~lost, 1 << self.poses[i]
+            if avoid > must and member.pursuit.settles:  # a door may shut off an earlier target
+                for target in member.targets[state.robots[i].own.memory : -1]:
+                    at = floor.graphs[i].closure(at, free) & target
+            if floor.graphs[i].closure(at, free) & floor.live(i, free):
                 return Role(member.objective, None, avoid, must, self._forbidden(i, member.targets))
         return None
 
