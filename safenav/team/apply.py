@@ -334,7 +334,7 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
             state = replace(state, plan=None)
         if (empty := team.obstacles[k].battery_of) is not None:
             state = _full(team, state, empty)
-    if any(team.obstacles[k].battery_of is None for k, _ in event.truths):
+    if any(team.obstacles[k].restarts for k, _ in event.truths):
         pairs = zip(state.robots, team.members, strict=True)
         state = replace(state, robots=tuple(_restarted(robot, member) for robot, member in pairs))
     return state

@@ -348,7 +348,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def _restarts(self, before: Stages, after: Stages) -> bool:
         """Return whether a resolution restarts rounds: that of a flat battery does not."""
         over = {*self.open(before)} - {*self.open(after)}
-        return any(self.gate(g).battery_of is None for g in over)
+        return any(self.gate(g).restarts for g in over)
 
     @cached_property
     def _meeting(self) -> list[tuple[dict[int, int], dict[int, int]]]:

@@ -43,7 +43,8 @@ class Need(Struct, frozen=True):
 class Obstacle(Struct, frozen=True, eq=False):
     """``closed_to``: for each need, the robots that must not enter while it is the next;
     ``strays``: for each need, the robots that do not take its load, since no path leads them to
-    where it is put down. ``battery_of``: the robot whose empty battery it is."""
+    where it is put down. ``restarts``: whether resolving it restarts rounds; ``battery_of``: the
+    robot whose empty battery it is."""
 
     name: str
     region: int
@@ -52,6 +53,7 @@ class Obstacle(Struct, frozen=True, eq=False):
     closed_to: tuple[frozenset[int], ...]
     strays: tuple[frozenset[int], ...]
     source: model.Obstacle
+    restarts: bool
     battery_of: int | None = None
 
     @property
@@ -316,8 +318,9 @@ def _obstacle(
         frozenset(i for i, r in enumerate(robots) if source.closed_to(r, k))
         for k in range(len(listed))
     )
-    strays = _strays(source, robots, scenario)
-    return Obstacle(source.name, source.region, tuple(found), blocks, closed_to, strays, source)
+    strays, restarts = _strays(source, robots, scenario), scenario.restarts_rounds(source.name)
+    about = blocks, closed_to, strays, source, restarts
+    return Obstacle(source.name, source.region, tuple(found), *about)
 
 
 def _strays(

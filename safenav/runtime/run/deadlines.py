@@ -119,7 +119,7 @@ class Ledger:
             case now.Acted(_, _, truths):
                 for k, _ in truths:
                     self._ends(team, (REQUEST, k), DeadlineVerdict.KEPT)
-                if any(self.scenario.restarts_rounds(team.obstacles[k].name) for k, _ in truths):
+                if any(team.obstacles[k].restarts for k, _ in truths):
                     for i in range(len(team.members)):
                         self._begins(team, i, done=0)
 
