@@ -165,7 +165,7 @@ class SynthesizerError(SafenavError):
 
 
 class ResourceLimitError(SafenavError):
-    """A synthesis ran out of time or memory."""
+    """A synthesis reached its time or memory limit."""
 
     exit_code = ExitCode.RESOURCE_LIMIT
 

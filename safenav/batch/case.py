@@ -34,7 +34,7 @@ class CaseVerdict(StrEnum):
     INVALID = "invalid"
     """The scenario does not load."""
     LIMIT = "limit"
-    """A synthesis ran out of time or memory."""
+    """A synthesis reached its time or memory limit."""
     ERROR = "error"
     """The synthesizer failed, or safenav has a defect."""
     CRASHED = "crashed"

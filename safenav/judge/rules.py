@@ -157,7 +157,7 @@ def never_together(e: Line, s: State) -> Iterator[str]:
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
     entering. Either the obstacle is resolved in that turn, or the robot returns to the region that
-    it came from. One around which it appears (external worlds) leaves anywhere."""
+    it came from. If it appears around a robot (external worlds), that robot leaves anywhere."""
     robot, step = s.robots[e.robot], s.step(e)
     entered = step.holds - robot.holds
     if not entered or (step.strays and s.external):

@@ -341,7 +341,7 @@ def path(end: Joint, before: dict[Joint, Joint | None]) -> list[Joint]:
 
 
 Field = Sequence[int] | None
-"""For each pose the steps to a robot's goal poses; None: it has no goal, and may be pushed."""
+"""The steps from each pose to a robot's goal poses; None: it has no goal, and may be pushed."""
 
 
 class Proposals:

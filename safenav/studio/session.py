@@ -57,7 +57,7 @@ SAVERS: Mapping[str, tuple[Saver, str, str]] = {
     "3d": (page_3d, ".3d.html", "text/html"),
     "bundle": (bundle, ".zip", "application/zip"),
 }
-"""For each name in an address: the function that makes the file, its suffix and its media type."""
+"""Functions that make a file, with its suffix and media type, by name in an address."""
 
 
 Message = Mapping[str, Any]

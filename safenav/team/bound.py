@@ -127,7 +127,7 @@ class Bound:
 
     def _needs(self, k: int) -> list[int]:
         """Return the earliest turn of each need of an obstacle, in sequence: several may be met in
-        one turn. For needs that are already fulfilled, the present turn."""
+        one turn. That of a fulfilled need is the present turn."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
         found, former = [self.now] * stage.need, dict[int, ByTick]()
         begun = since = self.now + 1  # turns that can fulfil the former need and this one

@@ -169,8 +169,8 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
-        """For each goal the states in which it is met: by staying there, or by the step into it if
-        staying at neither end meets the goal."""
+        """The states in which each goal is met: by staying there, or by the step into it if staying
+        at neither end meets the goal."""
         by_steps = (
             sum(1 << s for s in bits(self.everywhere) if goal in self._memories[s // self._span][1])
             for goal in range(self._guarantees.goals)
@@ -180,7 +180,7 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def stays(self) -> tuple[Mask, ...]:
-        """For each goal the states in which staying meets it."""
+        """The states in which staying meets each goal."""
         states = [(s, self.pose(s), self.memory(s)) for s in bits(self.everywhere)]
         return tuple(
             sum(1 << s for s, pose, memory in states if self._stays(goal, pose, memory))

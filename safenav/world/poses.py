@@ -125,12 +125,12 @@ class PoseGraph:
 
     @property
     def goals(self) -> tuple[Mask, ...]:
-        """For each goal of the formulas that it remembers, the poses in which the goal is met."""
+        """The poses in which each goal of the formulas that it remembers is met."""
         return ()
 
     @property
     def stays(self) -> tuple[Mask, ...]:
-        """For each of these goals the poses in which staying meets it."""
+        """The poses in which staying meets each of these goals."""
         return ()
 
     @cached_property

@@ -308,7 +308,7 @@ HONEST = {
 
 
 @pytest.mark.parametrize("name", HONEST)
-def test_the_oracle_sees_no_harm_in_an_honest_trace(name: str) -> None:
+def test_the_oracle_accepts_an_honest_trace(name: str) -> None:
     assert harm(HONEST[name], negative=False) == ""
 
 

@@ -122,7 +122,7 @@ def formed(objective: Objective, form: str | None) -> Objective:
     """Return the objective that a strategy synthesized in this form pursues."""
     if not objective.strict or form != "alternation":
         return objective
-    require(not objective.literal, "a patrol with 'form: literal' is made an alternation")
+    require(not objective.literal, "a patrol with 'form: literal' has no alternation form")
     return objective.alternating()
 
 

@@ -17,9 +17,8 @@ PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
 """Cost of a joint state, in states: of robots with a proof, and of those in service."""
 EITHER = ELSEWHERE = -1
 Left = tuple[int, int]
-"""For targets in turn: the number of goals left, and the next one (``EITHER``: the one met first).
-For targets in any order: the rounds left, and a bit mask of the targets met in the present
-round."""
+"""The goals that are left. Targets in turn: their number, and the next one (``EITHER``: the one met
+first). Targets in any order: the rounds left, and a bit mask of the targets met in this round."""
 
 
 class _State(NamedTuple):
