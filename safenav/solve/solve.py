@@ -155,6 +155,7 @@ def _options(
     *,
     every: bool,
 ) -> Iterator[tuple[Rank, Step]]:
+    """Yield the steps for one obstacle, each with its rank: the least is the best."""
     floor, stages = now.floor, now.stages
     need, then = floor.need(g, stages), replace(now, stages=floor.advanced(g, stages))
     places: dict[int, Mask] = {}
