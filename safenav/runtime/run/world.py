@@ -74,10 +74,10 @@ class World:
         self.passes = 0
         self._inputs = truth
         self._set: frozenset[str] = frozenset()
-        self._places: object = None
+        self._stands: object = None
         self._stood: list[State] = []
-        """The states since the last move of a robot: strategies may repeat their nodes while robots
-        stand."""
+        """The states since the last move of a robot or new strategy: strategies may repeat their
+        nodes while robots stand."""
         self._works: dict[int, tuple[int, ...]] = {}
         """The obstacles on which robots act now."""
         self._acts_now = False
@@ -113,8 +113,8 @@ class World:
         if self.live:
             here = replace(run.state, time=0)
             places = tuple((robot.pose, robot.to, robot.acting) for robot in here.robots)
-            if places != self._places:
-                self._places, self._stood = places, []
+            if (stands := (places, run.control.controllers)) != self._stands:
+                self._stands, self._stood = stands, []
             news = here not in self._stood
             self._stood += [here] if news else []
             news, self._acts_now = news or self._acts_now, False

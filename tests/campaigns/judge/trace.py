@@ -243,8 +243,8 @@ def broken_promises(trace: Sequence[Line]) -> list[str]:
             case "plan_end":
                 ended = line["reason"] == "reached"
             case "plan" if ended:
-                least = min((rounds[name] for name in told & line["robots"].keys()), default=0)
-                if not due or least < scenario["until"]["rounds"]:
+                wanted, those = scenario["until"]["rounds"], told & line["robots"].keys()
+                if not due or any(rounds[name] < wanted for name in those):
                     found.append(f"plan: it ends in tick {line['tick']} without what it promises")
             case "goal":
                 rounds[line["robot"]] = line["round"]
