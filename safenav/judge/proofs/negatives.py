@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from heapq import heappop, heappush
 from itertools import product
+from math import prod
 from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
@@ -15,6 +16,8 @@ from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
 """Cost of a joint state, in states: of robots with a proof, and of those in service."""
+MOST_MEMORIES = 8
+"""Maximum number of joint memories of formulas for each of which a way is searched."""
 EITHER = ELSEWHERE = -1
 Left = tuple[int, int]
 """The goals that are left. Targets in turn: their number, and the next one (``EITHER``: the one met
@@ -185,7 +188,7 @@ def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     """Return the remaining goals of a robot after it was in a pose."""
     goals, covered = left  # covered: of goals in order, the next one
     count = len(targets)
-    if not goals:
+    if not goals and not (own.ordered and targets and not own.ends):
         return left if own.ordered else (0, 0)
     if all(pose in target for target in targets):  # all targets are here, so all rounds are done
         after = max(covered, 0) + goals
@@ -194,9 +197,10 @@ def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     if own.ordered:
         if covered == EITHER:
             covered = next((k for k, t in enumerate(targets) if pose in t), EITHER)
-        while goals and covered != EITHER and pose in targets[covered]:
+        # Also without goals left, since the next target stays the next as rounds restart.
+        while (goals or not own.ends) and covered != EITHER and pose in targets[covered]:
             last = own.ends and covered == count - 1
-            goals, covered = goals - 1, covered if last else (covered + 1) % count
+            goals, covered = max(goals - 1, 0), covered if last else (covered + 1) % count
         return goals, covered
     here = sum(1 << k for k, target in enumerate(targets) if pose in target)
     while goals:
@@ -289,18 +293,23 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
     service: they can move, and complete their objectives."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
-    else:
-        pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
-        known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
-        sure = {name: one for name, (one, *more) in known.items() if not more}
-        case = Case(s, memory=sure)
+        return
+    pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
+    known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
+    if prod(map(len, known.values())) > MOST_MEMORIES:
+        names = ", ".join(known)
+        yield NotJudged(f"whether robots in service could do more: too many memories of {names}")
+        return
+    done = ""
+    for row in product(*known.values()):  # with each memory that they may have
+        case = Case(s, memory=dict(zip(known, row, strict=True)))
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
-        for state in every.complete():
-            if s.orders.isdisjoint(one.name for one in state.opened):
-                if state not in every.starts():
-                    done = every.show(state)
-                    yield f"the robots in service can do their part of the mission, with {done}"
-                return
+        ways = (w for w in every.complete() if s.orders.isdisjoint(one.name for one in w.opened))
+        way = next(ways, None)
+        if way is None or way in every.starts():
+            return
+        done = every.show(way)
+    yield f"the robots in service can do their part of the mission, with {done}"
 
 
 def _lost_problems(e: Line, case: Case) -> Iterator[str]:
