@@ -163,8 +163,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Gone(k):
             known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
             state = _with(_dropped(_forgiven(state, k=k), k), k, ObstacleNow(Is.OVER))
-            empty = team.obstacles[k].battery_of
-            if empty is not None and state.robots[empty].flat:
+            if (empty := team.obstacles[k].battery_of) is not None and state.robots[empty].flat:
                 state = _full(team, state, empty)
             return replace(state, plan=None) if known else state
         case now.GaveUp(k):
@@ -335,8 +334,7 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
         if (empty := team.obstacles[k].battery_of) is not None:
             state = _full(team, state, empty)
     if any(team.obstacles[k].restarts for k, _ in event.truths):
-        pairs = zip(state.robots, team.members, strict=True)
-        state = replace(state, robots=tuple(_restarted(robot, member) for robot, member in pairs))
+        state = replace(state, robots=tuple(map(_restarted, state.robots, team.members)))
     return state
 
 

@@ -82,11 +82,16 @@ class Roles:
             return False
         graph, left = floor.graphs[i], member.targets[self.state.robots[i].own.memory :]
         after = floor.allowed(i, floor.advanced(duty.g, self.stages, duty.group))
-        rest, now = duty.goal, floor.allowed(i, self.stages)
-        for target in left:
-            rest = graph.closure(rest, after) & target
+        now = floor.allowed(i, self.stages)
         first = graph.closure(1 << self.poses[i], now) & left[0]
-        return not rest and bool(graph.closure(first, now) & duty.goal)
+        can = bool(graph.closure(first, now) & duty.goal)
+        return can and not self._in_turn(i, duty.goal, left, after)
+
+    def _in_turn(self, i: int, at: Mask, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
+        """Return the poses in which a robot can meet the last of these targets, from ``at``."""
+        for target in targets:
+            at = self.floor.graphs[i].closure(at, allowed) & target
+        return at
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
         """Return the region where it waits, or the first own target such that it can alternate
@@ -150,8 +155,7 @@ class Roles:
             walls = floor.graphs[i].on(self.team.obstacles[k].region for k in avoid)
             free, at = floor.floors[i] & ~walls & ~lost, 1 << self.poses[i]
             if avoid > must and member.pursuit.settles:  # a door may shut off an earlier target
-                for target in member.targets[state.robots[i].own.memory : -1]:
-                    at = floor.graphs[i].closure(at, free) & target
+                at = self._in_turn(i, at, member.targets[state.robots[i].own.memory : -1], free)
             if floor.graphs[i].closure(at, free) & floor.live(i, free):
                 return Role(member.objective, None, avoid, must, self._forbidden(i, member.targets))
         return None
