@@ -78,19 +78,6 @@ def json_line(data: Any) -> str:
     return json.dumps(data, separators=(",", ":")) + "\n"
 
 
-def line_output() -> Callable[[Any], None]:
-    """Return a writer of JSON lines to the present standard output; all other output then goes to
-    standard error."""
-    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
-    os.dup2(2, 1)
-
-    def write(data: Any) -> None:
-        out.write(json_line(data))
-        out.flush()
-
-    return write
-
-
 def json_flaw(error: Exception) -> str:
     """Return the reason why a text is not JSON, and the position."""
     if isinstance(error, json.JSONDecodeError):

@@ -140,8 +140,8 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     they count as unrealizable."""
     from safenav.report.terminal.layout import WaitingLine
     from safenav.review.foresight import foreseen, rehearse
+    from safenav.review.lint import lint
     from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
-    from safenav.scenario.lint import lint
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario_text
 

@@ -185,7 +185,7 @@ def drive(
     from safenav.fleet.file import load_fleet
     from safenav.fleet.robots import unserved
     from safenav.fleet.world import fleet_world
-    from safenav.scenario.lint import imprecise, oversized
+    from safenav.review.lint import imprecise, oversized
 
     plan = _limited(replace(load_scenario(scenario), clock=Clock.LIVE), None, time_limit)
     first = None

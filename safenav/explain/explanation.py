@@ -16,10 +16,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.components import cyclic_parts, explored
-from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Target, alternation, describe, formulas_in
 from safenav.scenario.reachability import Reachability
+from safenav.spec.guarantees import guarantees_of
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.spec.task import Known, Memory, Task, asked_of
 from safenav.synthesis.strategy import Strategy

@@ -34,10 +34,10 @@ from safenav.explain.explanation import (
 )
 from safenav.explain.play import MOST_INPUTS, Questions, cooperative, losing_play
 from safenav.explain.repair import Judge, find_repairs
-from safenav.scenario.guarantees import values_of
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl, Target
 from safenav.spec.compile import compile_task
+from safenav.spec.guarantees import values_of
 from safenav.spec.specification import (
     Constraint,
     Origin,

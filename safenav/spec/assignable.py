@@ -29,7 +29,7 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mobility, Pose, moves
 
 if TYPE_CHECKING:
-    from safenav.scenario.guarantees import Guarantees
+    from safenav.spec.guarantees import Guarantees
 
 Remembered = tuple[tuple[str, int], ...]
 """The memory of formulas, by name; empty if there is none."""
@@ -77,7 +77,7 @@ class _Ground(Struct, frozen=True):
 
     @property
     def guarantees(self) -> Guarantees:
-        from safenav.scenario.guarantees import guarantees_of  # few robots have formulas
+        from safenav.spec.guarantees import guarantees_of  # few robots have formulas
 
         return guarantees_of(formulas_in(self.objective) or Ltl())
 

@@ -29,7 +29,7 @@ from msgspec.json import decode, encode
 from msgspec.structs import replace
 
 from safenav.errors import SafenavError, UsageError
-from safenav.files import line_output
+from safenav.files import json_line
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
@@ -122,7 +122,7 @@ class RealizabilityQueue:
 
 def main() -> None:
     """Do a job, ``run`` or ``robots``, over standard input and output."""
-    say, order = line_output(), decode(sys.stdin.readline(), type=RunOrder)
+    say, order = _line_output(), decode(sys.stdin.readline(), type=RunOrder)
     if sys.argv[1] == "robots":
         return _check(order, say)
     try:
@@ -131,6 +131,19 @@ def main() -> None:
         say({"type": FAILED, "message": str(error)})
     except Exception as error:
         say({"type": FAILED, "message": f"internal error: {type(error).__name__}: {error}"})
+
+
+def _line_output() -> Callable[[Any], None]:
+    """Return a writer of JSON lines to the present standard output; all other output then goes to
+    standard error."""
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+
+    def write(data: Any) -> None:
+        out.write(json_line(data))
+        out.flush()
+
+    return write
 
 
 def _serve(order: RunOrder, requests: IO[str], say: Any) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
-from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Objective
+from safenav.spec.guarantees import guarantees_of
 from safenav.team import state as now
 from safenav.team.acts import is_shut, stands_for
 from safenav.team.floor import restarted

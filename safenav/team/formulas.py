@@ -11,9 +11,9 @@ from itertools import combinations, product
 
 from safenav.data import cached_method
 from safenav.errors import UsageError
-from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot
 from safenav.scenario.objective import Ltl, Objective, formulas_in
+from safenav.spec.guarantees import guarantees_of
 from safenav.team.state import RobotNow
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph

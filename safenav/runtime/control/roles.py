@@ -4,9 +4,9 @@ must not enter."""
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Objective, Target, alternation, formulas_in, ruled, station
 from safenav.solve.solve import Settlement
+from safenav.spec.guarantees import guarantees_of
 from safenav.team.floor import Floor, Stages
 from safenav.team.state import State
 from safenav.team.team import Team

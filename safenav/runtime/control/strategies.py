@@ -14,12 +14,12 @@ from safenav.errors import Verdict
 from safenav.plan.order import closed
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
-from safenav.scenario.guarantees import values_of
 from safenav.scenario.model import Clock
 from safenav.scenario.objective import Objective, Word, describe, formulas_in
 from safenav.spec import assignable
 from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
 from safenav.spec.compile import compile_task
+from safenav.spec.guarantees import values_of
 from safenav.spec.task import (
     Known,
     Memory,

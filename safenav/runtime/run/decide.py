@@ -9,8 +9,8 @@ from safenav.formula.syntax import predicate
 from safenav.plan.order import next_step
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.strategies import commanded, heard
-from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import ruled
+from safenav.spec.guarantees import guarantees_of
 from safenav.spec.specification import Section
 from safenav.team.acts import is_reserved
 from safenav.team.floor import barred
