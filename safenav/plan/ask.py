@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from safenav.plan.charged import ChargedSearch, Charges, Part, charged_plan
 from safenav.plan.order import preview
-from safenav.plan.search import PROOF_TURN, Answer, Exhausted, Guide, Search
+from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import coupled, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
@@ -115,8 +115,8 @@ def _ask(
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
-    """Return the answer of a search or, if that takes long, the proof for a few robots."""
-    answer = search.run(PROOF_TURN + 1)
+    """Return the answer of a search or, if that is not soon found, the proof for a few robots."""
+    answer = search.run(1)
     if answer is not None:
         return answer
     return _few(search.floor, search.start, check) or search.run()
@@ -193,21 +193,24 @@ def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
-    """Return the proof that some robots cannot complete the mission, even with all obstacles that
-    they could resolve resolved, if it is found soon."""
-    group = {*robots}
-    for g in floor.open(joint.stages):
-        for stage in range(joint.stages[g].need, len(floor.gate(g).needs)):
-            group |= {*floor.skilled(g, put(joint.stages, g, Stage(stage)))}
-    return _proof(floor, joint, tuple(sorted(group)), opened=True)
+    """Return the proof that some robots cannot complete the mission, even with all that could help
+    them, if it is found soon."""
+    helpers = (_helpers(floor, joint, g) for g in floor.open(joint.stages))
+    return _proof(floor, joint, tuple(sorted({*robots}.union(*helpers))))
 
 
-def _proof(
-    floor: Floor, joint: Joint, group: tuple[int, ...], *, opened: bool = False
-) -> Deadlock | None:
-    """Return the proof that a few robots cannot complete the mission even without all others and,
-    unless ``opened``, without the open obstacles, if it is found soon."""
-    gates, stages = (floor.gates, joint.stages) if opened else ((), ())
+def _helpers(floor: Floor, joint: Joint, g: int) -> frozenset[int]:
+    """Return the robots that may take part in the needs of an obstacle that are left."""
+    needs = range(joint.stages[g].need, len(floor.gate(g).needs))
+    each = (floor.skilled(g, put(joint.stages, g, Stage(stage))) for stage in needs)
+    return frozenset[int]().union(*each)
+
+
+def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | None:
+    """Return the proof that a few robots cannot complete the mission even without all others and
+    the open obstacles that those may resolve, if it is found soon."""
+    alone = [g for g in floor.open(joint.stages) if _helpers(floor, joint, g) <= {*group}]
+    gates, stages = (tuple(each[g] for g in alone) for each in (floor.gates, joint.stages))
     few = replace(floor, gates=gates, robots=group, either=True)
     begun = few.begun(joint.poses, joint.counts, stages)
     search = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
@@ -274,10 +277,10 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
 
 
 def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
-    """Return two or three robots that could not complete the mission even without all others and
-    open obstacles: a proof for the team, since these only restrict them."""
+    """Return two or three robots that could not complete the mission even without all others: a
+    proof for the team, since these only restrict them."""
     sharing = [i for i in floor.robots if floor.team.members[i].partners]
-    for size in (2, 3) if len(sharing) > 3 else ():
+    for size in [size for size in (2, 3) if size < len(floor.robots)]:
         groups = [
             g
             for g in combinations(sharing, size)

@@ -82,7 +82,7 @@ class Search:
                     states = budget if how is FARTHEST else min(budget, MOST_OF_AN_ORDER)
                     found = self.deep(self.start, self.goal, states, how, self._order(how))
                     if isinstance(found, Exhausted):
-                        return self.singles(PROOF)
+                        return self.singles(PROOF if turn else SINGLES)
                     if found is not None:
                         return found
             most = SINGLES << 2 * turn if few and turn <= PROOF_TURN else 0

@@ -181,7 +181,7 @@ def deadlocked(team: Team, state: State, found: Deadlock) -> End:
         last = f"the last target{'s' if len(stay) > 1 else ''}"
         ends = f" with {listed(stay)} at {last}" if stay else ""
         few = len(robots) < len(team.members)
-        alone = ", even with all other robots and open obstacles out of the way" if few else ""
+        alone = ", even without all other robots and what only they resolve" if few else ""
         what = f"no reachable joint state completes every objective{ends}{alone}"
         why = f"{where}: deadlock; {what}"
     proof = Proof(names, found.memory)
