@@ -21,7 +21,7 @@ from msgspec import Struct
 
 from safenav.scenario import language
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, plain
+from safenav.scenario.yaml.document import Node, Scalar, Sequence, node_of, plain
 from safenav.scenario.yaml.findings import Findings, parsed, suggestion, wrong_type
 from safenav.scenario.yaml.keys import Item, Raw, entries, key, version
 from safenav.scenario.yaml.typed import read, sequence
@@ -136,7 +136,7 @@ def varied(root: Node, settings: Mapping[str, Any], findings: Findings) -> Node:
 def _replaced(node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> Node:
     """Return ``node`` with the value at ``steps`` replaced; missing mappings are created."""
     if not steps:
-        return _node_of(value, node.place)
+        return node_of(value, node.place)
     step, rest = steps[0], steps[1:]
     match node:
         case Sequence(place, items) if step.isdecimal() and int(step) < len(items):
@@ -154,15 +154,3 @@ def _replaced(node: Node, steps: list[str], value: Any, path: str, findings: Fin
     found = f"'{path}' of the matrix leads nowhere: there is no '{step}' here"
     findings.add(node, found, "a path names keys, or items of a list from 0: obstacles.0.region")
     return node
-
-
-def _node_of(value: Any, place: Place) -> Node:
-    """Return plain data as nodes, all at one position."""
-    if isinstance(value, Mapping):
-        pairs = [(Scalar(place, str(k), str(k)), _node_of(v, place)) for k, v in value.items()]
-        return document.Mapping(place, tuple(pairs))
-    if isinstance(value, list | tuple):
-        return Sequence(place, tuple(_node_of(item, place) for item in value))
-    if isinstance(value, bool):
-        return Scalar(place, value, "true" if value else "false")
-    return Scalar(place, value, "" if value is None else str(value))

@@ -1,5 +1,6 @@
 """``safenav new``, ``doctor`` and ``studio``: begin, examine the installation, draw."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from shlex import quote
 from typing import Annotated
@@ -11,7 +12,7 @@ from safenav.cli import options, warn_of
 from safenav.errors import ExitCode, UsageError
 from safenav.files import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
-from safenav.scenario.reading.map import Division, load_map, map_lines
+from safenav.scenario.reading.map import load_map, map_keys
 
 SCHEMAS = ("scenario", "trace", "fleet")
 
@@ -60,7 +61,7 @@ def new(
     wanted = [template, map_file, schema, catalogue or None]
     if len(wanted) - wanted.count(None) > 1:
         raise UsageError("give only one of --template, --map, --schema and --catalogue")
-    division = Division(rows, cols, side, share)
+    division = {"rows": rows, "cols": cols, "resolution": side, "share": share}
     if map_file is None:
         options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "--map"))
     if schema is not None or catalogue:
@@ -101,11 +102,11 @@ def _reference(of: str | None) -> str:
     return schema_text(ScenarioKeys)
 
 
-def _on_map(map_file: Path, file: Path, division: Division) -> str:
+def _on_map(map_file: Path, file: Path, division: Mapping[str, float | None]) -> str:
     world = load_map(map_file, division)
     warn_of(world.notes)
     folder = Path() if str(file) == "-" else file.parent
-    text = scenario_on(world, map_lines(map_file, division, folder), map_file.stem)
+    text = scenario_on(world, map_keys(map_file, division, folder), map_file.stem)
     if text is None:
         raise UsageError(
             f"{map_file}: fewer than four free regions are connected\n"

@@ -181,7 +181,7 @@ def draw(
     from safenav.report.terminal.story import scenario_text
     from safenav.scenario.model import Scenario
     from safenav.scenario.reading.loader import load_scenario
-    from safenav.scenario.reading.map import Division, form_of, load_map
+    from safenav.scenario.reading.map import form_of, load_map
 
     if form_of(scenario) is None:
         if scenario.exists():  # its reader reports a file that is missing
@@ -189,7 +189,8 @@ def draw(
             options.refuse(unread)
         plan = load_scenario(scenario)
     else:
-        plan = Scenario(scenario.name, load_map(scenario, Division(rows, cols, side, share)), ())
+        division = {"rows": rows, "cols": cols, "resolution": side, "share": share}
+        plan = Scenario(scenario.name, load_map(scenario, division), ())
     if output is None or output.suffix.lower() != ".png":
         options.refuse({"width": "-o FILE in .png"})
     warn_of(plan.map.notes)

@@ -1,7 +1,8 @@
 """Scenarios to start from: templates, and one on a map of the user."""
 
 import json
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from safenav.world.map import Region, RegionMap, pieces
@@ -22,8 +23,8 @@ def template_text(name: str) -> str:
     return (folder / f"{name}.yaml").read_text(encoding="utf-8")
 
 
-def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None:
-    """Return the YAML of a scenario on a map; ``lines`` are the keys of its ``map``.
+def scenario_on(world: RegionMap, keys: Mapping[str, str | float], name: str) -> str | None:
+    """Return the YAML of a scenario on a map; ``keys``: those of its ``map``.
 
     A flyer patrols between two regions that are far apart, and a rover goes back and forth
     between two others. A commented-out door stands where the flyer discovers it: at its second
@@ -39,8 +40,7 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
         (region for region in floor if region not in (home, away)), key=lambda r: (depth[r], r)
     )
     dock, far = between[len(between) // 4], between[-1]
-    body = "\n".join(f"  {line}" for line in lines)
-
+    body = "\n".join(f"  {key}: {_written(value)}" for key, value in keys.items())
     side = 1.0 if world.frame is None else world.frame.resolution
     flyer = "quadcopter" if side >= 1 else "crazyflie"  # the one that fits into a region
     body_of = "" if world.frame is None else f", size: {min(0.5, side / 2):.3g}, speed: 0.5"
@@ -74,6 +74,13 @@ robots:
 until: {{rounds: 1}}
 expect: {{outcome: completed}}
 """
+
+
+def _written(value: str | float) -> str:
+    """Return a number, or the path of a file, as YAML."""
+    if not isinstance(value, str):
+        return f"{value:.15g}"
+    return value if re.fullmatch(r"[\w./][\w./-]*", value) else json.dumps(value)
 
 
 def _farthest(world: RegionMap, region: Region) -> Region:

@@ -2,22 +2,20 @@
 file alone, to draw it or to start a scenario on it."""
 
 import os
-import re
+from collections.abc import Mapping as Names
 from pathlib import Path
 
-from msgspec import Struct
-from msgspec.structs import asdict, replace
+from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, install_command
 from safenav.files import ROS_MAP, check_kind, kind_of
 from safenav.scenario import language
 from safenav.scenario.language import FORMS, MapKeys
 from safenav.scenario.reading.regions import Reading, too_large
-from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
+from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped, node_of
 from safenav.scenario.yaml.findings import (
     Findings,
     described,
-    parsed,
     read_source,
     wrong_type,
 )
@@ -52,8 +50,7 @@ def _read_form(item: language.MapKeys, reading: Reading) -> RegionMap | None:
         return None
     if form == "ros":
         return map_file.read_ros(given, item, reading)
-    reader = map_file.read_image_map if form == "image" else map_file.read_movingai_map
-    world = reader(given, item, reading)
+    world = map_file.read_drawing(form, given, item, reading)
     return world and replace(world, frame=frame)
 
 
@@ -80,22 +77,6 @@ def _resolve_names(item: language.MapKeys, reading: Reading) -> None:
 _IMAGES = (".png", ".pgm")
 
 
-class Division(Struct, frozen=True):
-    """Division of a map file: into rows and columns, or into squares with a side in metres.
-    ``share``: a region is a wall if more than this share of it is blocked."""
-
-    rows: int | None = None
-    cols: int | None = None
-    resolution: float | None = None
-    share: float | None = None
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """The keys of a scenario's ``map`` for this division: ``rows: 20``, ..."""
-        given = asdict(self).items()
-        return tuple(f"{key}: {value:.15g}" for key, value in given if value is not None)
-
-
 def form_of(path: Path) -> str | None:
     """Return the form of a map file in a scenario: ``image``, ``ros`` or ``movingai``; None if it
     is not a map file."""
@@ -110,46 +91,32 @@ def form_of(path: Path) -> str | None:
     return "ros" if text is not None and kind_of(text) == ROS_MAP else None
 
 
-def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
-    """Return the keys of a scenario's ``map`` for a file, relative to ``folder``.
-
-    Raises InputError if the file is not a map file.
-    """
+def map_keys(
+    path: Path, division: Names[str, float | None], folder: Path
+) -> dict[str, str | float]:
+    """Return the keys of a scenario's ``map`` for a file, relative to ``folder``. ``division``:
+    those that divide it, None if not given. Raises InputError if the file is not a map file."""
     form = form_of(path)
     if form is None:
         check_kind("", "map file", str(path))
         maps = "PNG or PGM images, the YAML file of ROS map_server, MovingAI maps (.map)"
         raise InputError([Diagnostic(str(path), 0, 0, "this is not a map file", maps)])
-    name = os.path.relpath(path, folder)
-    quoted = name if re.fullmatch(r"[\w./][\w./-]*", name) else "'" + name.replace("'", "''") + "'"
-    return [f"{form}: {quoted}", *division.keys]
+    given = {key: value for key, value in division.items() if value is not None}
+    return {form: os.path.relpath(path, folder), **given}
 
 
-def load_map(path: Path, division: Division) -> RegionMap:
+def load_map(path: Path, division: Names[str, float | None]) -> RegionMap:
     """Return the regions of a map file. Raises InputError with all errors."""
     if not path.is_file():
         message = "this is a directory" if path.is_dir() else "no such file"
         raise InputError([Diagnostic(str(path), 0, 0, message, "check the path")])
     reading = Reading(str(path))
     reading.folder = Path.cwd()
-    root = parsed("{" + ", ".join(map_lines(path, division, reading.folder)) + "}", reading)
+    root = node_of(map_keys(path, division, reading.folder), Place(0, 0))
     resolve_map(read(MapKeys, root, "map", reading), root, reading)
-    _tell_whole_file(reading)
+    reading.raise_if_any()
     assert reading.world is not None, "else it was reported"
     return reading.world
-
-
-def _tell_whole_file(findings: Findings) -> None:
-    """Raise the errors, without places in the generated text."""
-    try:
-        findings.raise_if_any()
-    except InputError as error:
-        raise InputError(
-            [
-                d._replace(line=0, column=0, source="") if d.file == findings.file else d
-                for d in error.diagnostics
-            ]
-        ) from None
 
 
 _CHARACTERS = frozenset({WALL, FREE})

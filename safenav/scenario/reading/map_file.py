@@ -17,7 +17,6 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import InputError
 from safenav.files import ROS_MAP
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.regions import Reading, too_large
@@ -27,59 +26,45 @@ from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_so
 from safenav.scenario.yaml.keys import Key
 from safenav.scenario.yaml.typed import read
 from safenav.strict_json import MOST_REGIONS
-from safenav.world.images import Blocked, Image, Layout, crossed, dark, read_image, walls
-from safenav.world.images import read_movingai as parse_movingai
+from safenav.world.images import (
+    Blocked,
+    Image,
+    Layout,
+    crossed,
+    dark,
+    read_image,
+    read_movingai,
+    walls,
+)
 from safenav.world.map import Frame, RegionMap
 
 
-def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
-    """Return the map of ``movingai: arena.map``, divided into ``rows`` and ``cols`` if given; None
-    after an error was reported."""
+def read_drawing(form: str, node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
+    """Return the map of an ``image`` divided into ``rows`` and ``cols``, or of a ``movingai`` map,
+    whose characters are regions unless it is divided; None after an error was reported."""
     path = findings.folder / node.text
-    text = read_source(path, findings, node)
-    if text is None:
+    blocked = None
+    if form == "image":
+        if (image := read_pixels(node, findings)) is not None:
+            blocked = dark(image)
+    elif (text := read_source(path, findings, node)) is not None:
+        blocked = findings.attempt(lambda: read_movingai(text), path, node)
+    if blocked is None or item.flawed:
         return None
-    try:
-        blocked = parse_movingai(text)
-    except InputError as error:
-        findings.include(error, path, node)
-        return None
-    if item.flawed:
-        return None
-    layout = Layout.of_count(blocked, *(count_of(item) or blocked.shape))
-    return with_walls(blocked, layout, item.share or 0.0, node, findings)
-
-
-def read_image_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
-    """Return the map of an image with ``rows`` and ``cols``; None after an error was reported."""
-    image = read_pixels(node, findings)
-    if image is None or item.flawed:
-        return None
-    walls = dark(image)
-    if (count := count_of(item)) is None:
-        height, width = walls.shape
+    height, width = blocked.shape
+    if form == "image" and item.rows is None:
         found = f"map: the image of {width} x {height} pixels needs a number of rows and columns"
         findings.add(node, found, "for example 'rows: 20' and 'cols: 30'")
         return None
-    return with_walls(walls, Layout.of_count(walls, *count), item.share or 0.0, node, findings)
+    layout = Layout.of_count(blocked, item.rows or height, item.cols or width)
+    return with_walls(blocked, layout, item.share or 0.0, node, findings)
 
 
 def read_pixels(node: Scalar, findings: Reading) -> Image | None:
     """Return the image that the node names; None if an error was reported."""
     path = findings.folder / node.text
     data = read_bytes(path, findings, node)
-    if data is None:
-        return None
-    try:
-        return read_image(data)
-    except InputError as error:
-        findings.include(error, path, node)
-        return None
-
-
-def count_of(item: MapKeys) -> tuple[int, int] | None:
-    """Return ``rows`` and ``cols``; None unless both are given."""
-    return None if item.rows is None or item.cols is None else (item.rows, item.cols)
+    return None if data is None else findings.attempt(lambda: read_image(data), path, node)
 
 
 def with_walls(

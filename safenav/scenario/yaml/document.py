@@ -100,6 +100,16 @@ def plain(node: Node) -> Any:
     return [plain(item) for item in node.items]
 
 
+def node_of(data: Any, place: Place) -> Node:
+    """Return plain data as nodes, all at one place."""
+    if isinstance(data, dict):
+        entries = ((Scalar(place, k, k), node_of(item, place)) for k, item in data.items())
+        return Mapping(place, tuple(entries))
+    if isinstance(data, list | tuple):
+        return Sequence(place, tuple(node_of(item, place) for item in data))
+    return Scalar(place, data, "" if data is None else flow(data))
+
+
 class DocumentError(Exception):
     """An error that makes a file or text unusable: its place (None: the whole text), description
     and remedy."""

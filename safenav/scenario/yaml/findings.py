@@ -1,12 +1,12 @@
 """Files of users as text, and all errors in them, with suggestions of what was probably meant."""
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from collections.abc import Mapping as Wanted
 from copy import copy
 from math import inf
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeVar
 
 from msgspec.structs import replace
 
@@ -23,6 +23,8 @@ from safenav.scenario.yaml.document import (
     clipped,
     read_document,
 )
+
+T = TypeVar("T")
 
 MAX_REPORTED = 100
 
@@ -85,16 +87,21 @@ class Findings:
         else:
             self.add(node, f"{found} (column {column} of the formula)", hint)
 
-    def include(self, error: InputError, path: Path, named_at: Node | Place | None) -> None:
-        """Report the errors of a file; those without a line at ``named_at``, where this file names
-        it (None: it is this file)."""
-        inside = self if named_at is None else self.beside(str(path))
-        for flaw in error.diagnostics:
-            if flaw.line or named_at is None:
-                place = Place(flaw.line, flaw.column) if flaw.line else None
-                inside.add(place, flaw.found, flaw.hint)
-            else:
-                self.add(named_at, f"file '{path}': {flaw.found}", flaw.hint)
+    def attempt(self, read: Callable[[], T], path: Path, named_at: Node | Place | None) -> T | None:
+        """Return what ``read`` makes of a file; None if it raises InputError. Those errors are
+        reported; without a line at ``named_at``, where this file names the other one (None: it is
+        this file)."""
+        try:
+            return read()
+        except InputError as error:
+            inside = self if named_at is None else self.beside(str(path))
+            for flaw in error.diagnostics:
+                if flaw.line or named_at is None:
+                    place = Place(flaw.line, flaw.column) if flaw.line else None
+                    inside.add(place, flaw.found, flaw.hint)
+                else:
+                    self.add(named_at, f"file '{path}': {flaw.found}", flaw.hint)
+            return None
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -275,24 +282,23 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
     ``named_at``: the node at which another file (that of ``findings``) names this one.
     """
     data = read_bytes(path, findings, named_at, MAX_BYTES)
-    try:
-        return None if data is None else decoded(data, str(path))
-    except InputError as error:
-        findings.include(error, path, named_at)
+    if data is None:
         return None
+    return findings.attempt(lambda: decoded(data, str(path)), path, named_at)
 
 
 def read_bytes(
     path: Path, findings: Findings, named_at: Node | Place | None, most: int = MOST_OF_AN_IMAGE
 ) -> bytes | None:
     """Return the content of a file, such as an image; None as ``read_source``."""
-    try:
-        if named_at is not None and findings.reach is not None:
+    named = named_at is not None
+
+    def read() -> bytes:
+        if named and findings.reach is not None:
             _refuse_outside(path, findings.reach)
-        return read_input(path, most, named=named_at is not None, values=inf)
-    except InputError as error:
-        findings.include(error, path, named_at)
-        return None
+        return read_input(path, most, named=named, values=inf)
+
+    return findings.attempt(read, path, named_at)
 
 
 def _refuse_outside(path: Path, reach: Path) -> None:
