@@ -16,7 +16,6 @@ from safenav.run.values import Changes, Hidden, ObstacleStatus, looks
 from safenav.scenario.model import Catalogue, Exclusion
 from safenav.scenario.objective import KINDS, Objective
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.reading.robots import stated
 from safenav.scenario.yaml.document import (
     Mapping,
     Node,
@@ -122,7 +121,7 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
 def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
     for key, node in entries_of(below(root, "robots")):
         objective = below(node, "objective")
-        kind, nodes = stated(objective)
+        kind, nodes = _stated(objective)
         heading = below(node, "heading")
         yield {
             "name": key.text,
@@ -134,6 +133,17 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
             "areas": [area if area in placing.world.areas else None for area in map(_text, nodes)],
             "avoid": sorted(placing.zone(below(objective, "avoid"))),
         }
+
+
+def _stated(objective: Node | None) -> tuple[str, tuple[Node, ...]]:
+    """Return the kind of an unchecked objective and the nodes of its targets."""
+    for key, value in entries_of(objective):
+        if key.text == "ltl":
+            return key.text, ()
+        if (kind := KINDS.get(key.text)) is not None:
+            listed = isinstance(value, Sequence) and not kind.one
+            return key.text, items_of(value) if listed else (value,)
+    return "", ()
 
 
 def _obstacles(root: Node, placing: _Placing, key: str) -> Iterable[dict[str, Any]]:

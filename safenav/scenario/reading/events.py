@@ -138,8 +138,8 @@ def _objective(item: language.ChangeKeys, name: str | None, reading: Reading) ->
         kinds = one_of(kinds_that(lambda kind: kind.ordered()), chr(39))
         message = f"{name} has a battery, and gets an objective without an order of its targets"
         reading.add(node, message, f"use {kinds}")
-    if found is not None and robot is not None:
-        misses_targets(robot, found, node, reading)
+    if robot is not None:
+        misses_targets(robot, found, given, reading)
     return found
 
 

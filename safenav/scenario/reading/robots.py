@@ -24,8 +24,7 @@ from safenav.scenario.objective import (
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import vision_of
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, one_of
+from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of, one_of
 from safenav.scenario.yaml.findings import suggestion
 from safenav.scenario.yaml.keys import Raw
 from safenav.scenario.yaml.typed import read, sequence
@@ -79,9 +78,8 @@ def _robot(
     within = None if item.objective is None else item.objective.within
     robot = Robot(name, model, pose, objective, avoids, tracks, waiting, within)
     robot = replace(robot, when=_when(item, robot, reading))
-    _check_reachable(robot, objective, item.at("objective"), reading)
-    if waiting is not None:
-        misses_targets(robot, waiting, item.at("while_waiting"), reading)
+    _check_reachable(robot, objective, item.objective, reading)
+    misses_targets(robot, waiting, item.while_waiting, reading)
     return None if item.flawed or len(reading) > before else robot
 
 
@@ -112,7 +110,7 @@ def _when(
             hint = "name the input in its formulas instead"
             reading.add(value.node, f"{what}: not with formulas", hint)
         elif objective is not None:
-            _check_reachable(robot, objective, value.node, reading)
+            _check_reachable(robot, objective, value, reading)
             found.append((name, objective))
     return tuple(found)
 
@@ -162,36 +160,40 @@ def _why_apart(one: Robot, other: Robot) -> str:
 
 
 def _check_reachable(
-    robot: Robot, objective: Objective, node: Node | None, reading: Reading
+    robot: Robot, objective: Objective, item: language.ObjectiveKeys | None, reading: Reading
 ) -> None:
     world = reading.world
-    if not objective.targets or world is None or not reading.reachable:
+    if not objective.targets or item is None or world is None or not reading.reachable:
         return
     if robot.start.region in objective.avoid:
         start = world.label(robot.start.region)
         found = f"'avoid' of {robot.name}: it starts in {start}, which it must avoid"
-        place = node.get("avoid") if isinstance(node, document.Mapping) else node
-        reading.add(place, found, "let it start elsewhere")
+        reading.add(item.at("avoid"), found, "let it start elsewhere")
     reach = Reachability(robot.model.mobility, robot.start, world, objective.avoid)
     meets = reach.follows if objective.settles else reach.recurs
-    if not misses_targets(robot, objective, node, reading) and not meets(objective.targets):
+    if not misses_targets(robot, objective, item, reading) and not meets(objective.targets):
         pairs = (pair for pair in combinations(objective.targets, 2) if not meets(pair))
         few = [clipped(world.labels(target), 40) for target in next(pairs, objective.targets)]
         what = ", then ".join(few) if objective.settles else f"{' and '.join(few)} infinitely often"
         hint = "with heading mobility it cannot turn at its target"
-        reading.add(node, f"objective of {robot.name}: it cannot visit {what}", hint)
+        reading.add(item.node, f"objective of {robot.name}: it cannot visit {what}", hint)
 
 
-def misses_targets(robot: Robot, objective: Objective, node: Node | None, reading: Reading) -> bool:
+def misses_targets(
+    robot: Robot,
+    objective: Objective | None,
+    item: language.ObjectiveKeys | None,
+    reading: Reading,
+) -> bool:
     """Return whether a robot cannot reach some target of an objective from its start; report those
     targets."""
     world, before = reading.world, len(reading)
-    if world is None or not reading.reachable:
+    if objective is None or item is None or world is None or not reading.reachable:
         return False
-    start, targets = world.label(robot.start.region), objective.targets
+    start, listed = world.label(robot.start.region), item.at(objective.kind)
     reach = Reachability(robot.model.mobility, robot.start, world, objective.avoid)
-    places = stated(node)[1] or (node,) * len(targets)  # none if the kind is misspelt
-    for target, place in zip(targets, places, strict=True):
+    places = (listed,) if objective.one else items_of(listed)
+    for target, place in zip(objective.targets, places, strict=True):
         if not reach.reaches(target):
             regions = clipped(world.labels(target), 80)
             found = f"objective of {robot.name}: {regions} cannot be reached from {start}"
@@ -207,18 +209,6 @@ def _why(robot: Robot, target: frozenset[int], world: RegionMap) -> str:
         if on_foot.reaches(target):
             return "with heading mobility it cannot turn around on the spot: check the heading"
     return "walls are between them"
-
-
-def stated(node: Node | None) -> tuple[str, tuple[Node, ...]]:
-    """Return the kind of an unchecked objective and the nodes of its targets."""
-    for key, value in node.entries if isinstance(node, document.Mapping) else ():
-        if key.text == "ltl":
-            return key.text, ()
-        if (kind := KINDS.get(key.text)) is not None:
-            if isinstance(value, document.Sequence) and not kind.one:
-                return key.text, value.items
-            return key.text, (value,)
-    return "", ()
 
 
 Declared = Mapping[str, tuple[int, int] | None]
