@@ -17,7 +17,7 @@ from safenav.explain.explanation import NoStrategyCause, Repair, RepairKind, Rep
 from safenav.formula.parser import parse
 from safenav.formula.syntax import variables
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
-from safenav.scenario.objective import Ltl, Objective, Word, written
+from safenav.scenario.objective import Ltl, Objective, Word, alternation, written
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.loader import conflicts
 from safenav.scenario.yaml.document import flow
@@ -297,7 +297,9 @@ def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple
         milder.append(objective.changed(always=kept_rules))
     if objective.avoid:
         milder.append(objective.changed(avoid=frozenset()))
-    for each in (*milder, *objective.milder()):
+    if len(objective.targets) > 1 or objective.settles:
+        milder += [alternation((target,), objective) for target in objective.targets]
+    for each in milder:
         yield each, ("", written(each, word))
 
 

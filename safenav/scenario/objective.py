@@ -13,7 +13,7 @@ makes their automaton.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations, groupby
 from types import MappingProxyType
 from typing import ClassVar, NamedTuple, Self
@@ -141,22 +141,6 @@ class Objective:
         """Return plain alternation if it is strict and not ``literal``, else itself."""
         weaker = self.strict and not self.literal
         return alternation(self.targets, self) if weaker else self
-
-    def milder(self) -> Iterator[Objective]:
-        """Yield objectives that demand less of the same targets, the most demanding first."""
-        targets = self.targets
-        for target in targets if len(targets) > 1 else ():
-            yield alternation((target,), self)
-
-    def remembers(self, assigned: bool = False) -> bool:
-        """Return whether its specification needs a variable for its next target. A strategy takes
-        its goals in their order, but passes over those that one step meets together, and loses its
-        place where goals are ``assigned`` at runtime."""
-        if not self.turn or len(self.targets) == 1:
-            return False
-        following = (*self.targets[1:], self.targets[0])
-        together = any(one & other for one, other in zip(self.targets, following, strict=True))
-        return self.strict or self.settles or assigned or together
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """Return the memory of a robot that is assigned the objective in ``region``, given its
@@ -297,9 +281,6 @@ class Hold(TargetObjective, frozen=True):
     most: ClassVar[int | None] = 1
     settles: ClassVar[bool] = True
 
-    def milder(self) -> Iterator[Objective]:
-        yield alternation(self.targets, self)
-
 
 class Once(TargetObjective, frozen=True):
     """Visit each target once, in order, and stay at the last one."""
@@ -422,32 +403,6 @@ def ruled(objective: Objective, like: Objective) -> Objective:
     return objective.changed(avoid=like.avoid, always=like.always)
 
 
-def to_data(objective: Objective) -> dict[str, object]:
-    """Return the objective as it stands in a scenario or a trace, regions as numbers.
-
-    A target of one region is a number, a larger one a sorted list.
-    """
-    if isinstance(objective, Ltl):
-        memory = {n: list(b) if b else "bool" for n, b in objective.memory.items()}
-        parts = {
-            "init": list(objective.init),
-            "safety": list(objective.safety),
-            "liveness": list(objective.liveness),
-            "memory": memory,
-            "inputs": list(objective.inputs),
-        }
-        return {"ltl": {key: value for key, value in parts.items() if value}}
-    regions = [sorted(target) for target in objective.targets]
-    listed = [each[0] if len(each) == 1 else each for each in regions]
-    rules = {
-        "form": "literal" if objective.literal else None,
-        "avoid": sorted(objective.avoid),
-        "always": list(objective.always),
-    }
-    given = {key: value for key, value in rules.items() if value}
-    return {objective.kind: listed[0] if objective.one else listed, **given}
-
-
 _SHOWN = 2
 """Maximum number of formulas of ``always`` that ``describe`` lists."""
 
@@ -473,8 +428,10 @@ def written(objective: Objective, word: Word = number_word) -> str:
         words = word(regions).split("|")
         return words[0] if len(words) == 1 else {"any": words}
 
-    listed, data = [target(regions) for regions in objective.targets], to_data(objective)
-    data[objective.kind] = listed[0] if objective.one else listed
-    data["avoid"] = [word(region) for region in sorted(objective.avoid)] or None
-    data["always"] = json.dumps(objective.always) if objective.always else None
-    return flow(data)
+    listed = [target(regions) for regions in objective.targets]
+    rules = {
+        "form": "literal" if objective.literal else None,
+        "avoid": [word(region) for region in sorted(objective.avoid)] or None,
+        "always": json.dumps(objective.always) if objective.always else None,
+    }
+    return flow({objective.kind: listed[0] if objective.one else listed, **rules})

@@ -153,7 +153,7 @@ def encode(task: Task, world: RegionMap) -> tuple[list[Variable], list[Constrain
         variables = [Variable("scout", Owner.OUTPUT, None, "true: the second target is next")]
         found = _patrol(task, item)
     else:
-        goal = objective.turn if objective.remembers(task.assignable) else ""
+        goal = objective.turn if task.remembers else ""
         bounds = (0, len(objective.targets) - 1)
         following = Variable(goal, Owner.OUTPUT, bounds, "the target whose turn it is")
         variables, found = [following] if goal else [], _pursuit(task, world, item, goal)

@@ -92,6 +92,18 @@ class Task(Struct, frozen=True):
         """The scenario item of the robot, for origins."""
         return f"robots.{self.robot.name}"
 
+    @property
+    def remembers(self) -> bool:
+        """Whether its specification needs a variable for the next target. A strategy takes its
+        goals in their order, but passes over those that one step meets together, and loses its
+        place where goals are assigned at runtime."""
+        objective, targets = self.objective, self.targets
+        if not objective.turn or len(targets) == 1:
+            return False
+        following = (*targets[1:], targets[0])
+        together = any(one & other for one, other in zip(targets, following, strict=True))
+        return objective.strict or objective.settles or self.assignable or together
+
 
 class Weakening(StrEnum):
     """Reasons for a weaker form of an objective, in words."""

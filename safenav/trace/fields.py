@@ -12,7 +12,7 @@ import msgspec
 from msgspec import Meta, Struct, field
 from msgspec.structs import FieldInfo, StructConfig, fields
 
-from safenav.scenario.objective import KINDS, Ltl, Objective, to_data
+from safenav.scenario.objective import KINDS, Ltl, Objective
 from safenav.world.map import Region
 
 EXAMPLE = '{"visit": [3, [5, 6]]}'
@@ -76,6 +76,32 @@ def _hook(kind: Any, value: Any) -> Any:
         return objective_of(value)
     except (msgspec.ValidationError, ValueError):
         raise ValueError(f"Expected an objective such as {EXAMPLE}") from None
+
+
+def to_data(objective: Objective) -> dict[str, object]:
+    """Return the objective as JSON data, regions as numbers.
+
+    A target of one region is a number, a larger one a sorted list.
+    """
+    if isinstance(objective, Ltl):
+        memory = {n: list(b) if b else "bool" for n, b in objective.memory.items()}
+        parts = {
+            "init": list(objective.init),
+            "safety": list(objective.safety),
+            "liveness": list(objective.liveness),
+            "memory": memory,
+            "inputs": list(objective.inputs),
+        }
+        return {"ltl": {key: value for key, value in parts.items() if value}}
+    regions = [sorted(target) for target in objective.targets]
+    listed = [each[0] if len(each) == 1 else each for each in regions]
+    rules = {
+        "form": "literal" if objective.literal else None,
+        "avoid": sorted(objective.avoid),
+        "always": list(objective.always),
+    }
+    given = {key: value for key, value in rules.items() if value}
+    return {objective.kind: listed[0] if objective.one else listed, **given}
 
 
 class _Rules(Struct, frozen=True):

@@ -163,6 +163,6 @@ def _ordered(poses: Collection[Pose]) -> tuple[Place, ...]:
 def _memory(task: Task) -> dict[str, int] | None:
     """Return the memory variables, and their values at the start."""
     objective, values = task.objective, task.memory.values
-    if objective.remembers(task.assignable):
+    if task.remembers:
         return {objective.turn: objective.begin(task.pose.region, task.memory.index)}
     return dict(values) or None
