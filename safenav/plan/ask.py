@@ -210,7 +210,7 @@ def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | Non
     """Return the proof that a few robots cannot complete the mission even without all others and
     the open obstacles that those may resolve, if it is found soon."""
     alone = [g for g in floor.open(joint.stages) if _helpers(floor, joint, g) <= {*group}]
-    gates, stages = (tuple(each[g] for g in alone) for each in (floor.gates, joint.stages))
+    gates, stages = tuple(floor.gates[g] for g in alone), tuple(joint.stages[g] for g in alone)
     few = replace(floor, gates=gates, robots=group, either=True)
     begun = few.begun(joint.poses, joint.counts, stages)
     search = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
