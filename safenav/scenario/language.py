@@ -17,7 +17,7 @@ from safenav.scenario.model import (
     Limits,
     Until,
 )
-from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
+from safenav.scenario.objective import EXAMPLE, KINDS, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
 from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, entries, key, version
 from safenav.strict_json import MOST_NUMBER
@@ -262,9 +262,6 @@ class ObjectiveKeys(Item, frozen=True):
     )
 
 
-_EXAMPLES = {word: kind.example() for word, kind in KINDS.items()}
-
-
 class RobotKeys(Item, frozen=True):
     """A robot of the team."""
 
@@ -272,14 +269,8 @@ class RobotKeys(Item, frozen=True):
     label: ClassVar = "of {rest}"
     example: ClassVar = f"{{model: quadcopter, start: 47, objective: {EXAMPLE}}}"
     elsewhere: ClassVar = {
-        word: f"it belongs in the objective, for example 'objective: {{{example}}}'"
-        for word, example in {
-            "avoid": f"{_EXAMPLES[TIMED[0]]}, avoid: [5]",
-            "always": f"{STAYING.example()}, always: region != 5",
-            "within": f"{_EXAMPLES[TIMED[0]]}, within: 20",
-            **_EXAMPLES,
-            "ltl": "ltl: {liveness: [region = 3]}",
-        }.items()
+        word: f"it belongs in the objective: 'objective: {{{word}: ...}}'"
+        for word in entries(ObjectiveKeys)
     } | {
         word: f"it belongs to a model: 'catalogue: {{robots: {{mine: {{{word}: ...}}}}}}'"
         for word in entries(ModelKeys)

@@ -124,11 +124,6 @@ class Objective:
         return cls.in_turn or cls.one
 
     @classmethod
-    def example(cls) -> str:
-        """Return an example of this kind in the notation of scenarios, without braces."""
-        return f"{cls.kind}: {'3' if cls.one else '[3, 8]'}"
-
-    @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         """Return the error in these targets, and its remedy; None if there is none."""
         return None if targets else (EMPTY, "name at least one target")

@@ -4,12 +4,10 @@ The built-in catalogue is shipped with the package; a scenario adds to it, or re
 place or from a file. Code contains no model and no type.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypeVar
-
-from msgspec.structs import replace
+from typing import TypeVar
 
 from safenav.pace.robot import BOUNDS, MEANINGS
 from safenav.scenario import language
@@ -61,30 +59,22 @@ def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading) -> 
     if item is None:
         reading.broken.add("*")
         return
-    robots, obstacles = dict(base.robots), dict(base.obstacles)
-    models, types = set[str](), set[str]()
-    for key, model in (item.robots or {}).items():
-        if (found := _model(key, model, reading)) is not None:
-            robots[key.text] = found
-            models.add(key.text)
-    _without_broken(robots, models, item.at("robots"), reading)
-    known = replace(base, robots=robots)
-    for key, each in (item.obstacles or {}).items():
-        if (kind := _type(key, each, known, reading)) is not None:
-            obstacles[key.text] = kind
-            types.add(key.text)
-    _without_broken(obstacles, types, item.at("obstacles"), reading)
+    own = {key.text: _model(key, each, reading) for key, each in (item.robots or {}).items()}
+    robots = _completed(base.robots, own, item.at("robots"), reading)
+    types = {key.text: _type(key, e, robots, reading) for key, e in (item.obstacles or {}).items()}
+    obstacles = _completed(base.obstacles, types, item.at("obstacles"), reading)
     reading.catalogue = Catalogue(robots, obstacles)
 
 
-def _without_broken(
-    known: dict[str, Any], usable: set[str], listed: Node | None, reading: Reading
-) -> None:
-    """Remove the names of unusable entries, since the built-in entry of that name is not meant."""
-    broken = {key.text for key, _ in entries_of(listed)} - usable
-    reading.broken |= broken
-    for name in broken & known.keys():
-        del known[name]
+def _completed(
+    base: Mapping[str, T], own: Mapping[str, T | None], listed: Node | None, reading: Reading
+) -> dict[str, T]:
+    """Return the entries of a catalogue with its ``own`` ones, without those that were reported:
+    the built-in entry of that name is not meant."""
+    reported = {key.text for key, _ in entries_of(listed) if own.get(key.text) is None}
+    reading.broken |= reported
+    every = {**base, **own}
+    return {name: e for name, e in every.items() if e is not None and name not in reported}
 
 
 def vision_of(value: float | str | None) -> float | None:
@@ -138,10 +128,10 @@ def _motion(item: language.ModelKeys, findings: Findings) -> str | None:
 
 
 def _type(
-    key: Scalar, item: language.TypeKeys, known: Catalogue, reading: Reading
+    key: Scalar, item: language.TypeKeys, models: Mapping[str, RobotModel], reading: Reading
 ) -> ObstacleType | None:
     before = len(reading)
-    blocks = _blocks(item, known, reading)
+    blocks = _blocks(item, models, reading)
     needs = _needs(item.needs or (), reading)
     last = needs[-1] if needs else None
     if last and last.same and last.at is ResolveAt.SELF and blocks != frozenset():
@@ -182,8 +172,10 @@ def _needs(items: Sequence[language.NeedKeys], reading: Reading) -> tuple[Need, 
     return tuple(found)
 
 
-def _blocks(item: language.TypeKeys, known: Catalogue, reading: Reading) -> frozenset[str] | None:
-    words = {*(model.layer for model in known.robots.values()), *known.robots, *reading.named}
+def _blocks(
+    item: language.TypeKeys, models: Mapping[str, RobotModel], reading: Reading
+) -> frozenset[str] | None:
+    words = {*(model.layer for model in models.values()), *models, *reading.named}
     # A separate catalogue may name any robot, and an unreadable model may have any layer.
     checked = reading.named and not reading.broken
     for word in item.blocks or ():

@@ -222,17 +222,6 @@ class Reading(Findings):
             return self.world.region(row, col) if inside else None
         return self.names.get(text)
 
-    def obstacle_named(self, text: str) -> str | None:
-        """Return the name, with the region's number, of an obstacle written as ``door@dock``; None
-        if there is none."""
-        kind, where, number = name_parts(text)
-        region = self.written(where)
-        for each in self.obstacles:
-            if (each.type.name, each.region, each.number) == (kind, region, number):
-                return each.name
-        flat = self.flat is not None and kind == self.flat.name and region is not None
-        return f"{kind}@{region}" if flat else None
-
     def names_obstacle(
         self, node: Node, written: str, what: str, column: int | None = None
     ) -> str | None:
@@ -241,11 +230,17 @@ class Reading(Findings):
         text."""
         if not self.obstacles_known or self.world is None:
             return None
-        if (name := self.obstacle_named(written)) is None:
-            names = [obstacle.name for obstacle in self.obstacles]
-            nothing = "the scenario has no obstacles"
-            self.unknown(node, f"{what}: there is no obstacle", written, names, nothing, column)
-        return name
+        kind, where, number = name_parts(written)
+        region = self.written(where)
+        for each in self.obstacles:
+            if (each.type.name, each.region, each.number) == (kind, region, number):
+                return each.name
+        if self.flat is not None and kind == self.flat.name and region is not None:
+            return f"{kind}@{region}"
+        names = [obstacle.name for obstacle in self.obstacles]
+        nothing = "the scenario has no obstacles"
+        self.unknown(node, f"{what}: there is no obstacle", written, names, nothing, column)
+        return None
 
     def _named(self, node: Scalar, name: str, what: str) -> Region | None:
         if name in self.names:
