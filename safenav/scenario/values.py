@@ -13,7 +13,7 @@ from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.objective import Target
 from safenav.scenario.yaml.document import Node, Scalar, plain
-from safenav.scenario.yaml.keys import MOST, NAME, Item, Key, NameForm, OneOf, Raw, key
+from safenav.scenario.yaml.keys import MOST, NAME, Item, Key, OneOf, Raw, key, name_key
 from safenav.world.map import Region
 
 if TYPE_CHECKING:
@@ -25,14 +25,14 @@ RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "assigned"
 following prefixes."""
 PREFIXES = ("busy_", "at_")
 
-RegionName = Annotated[Scalar, NameForm("a region")]
-AreaName = Annotated[Scalar, NameForm("an area")]
-ModelName = Annotated[Scalar, NameForm("a robot model")]
+RegionName = Annotated[Scalar, name_key("a region")]
+AreaName = Annotated[Scalar, name_key("an area")]
+ModelName = Annotated[Scalar, name_key("a robot model")]
 _CLOSED = "is reserved for regions that robots report as closed"
-TypeName = Annotated[Scalar, NameForm("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
+TypeName = Annotated[Scalar, name_key("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
 RobotName = Annotated[
     Scalar,
-    NameForm(
+    name_key(
         "a robot",
         identifier=True,
         taken=RESERVED_WORDS | OWN_VARIABLES,
@@ -40,9 +40,13 @@ RobotName = Annotated[
         why="use another name: robots become variables of specifications",
     ),
 ]
-InputName = Annotated[Scalar, NameForm("an input", True, RESERVED, PREFIXES)]
-Variable = Annotated[Scalar, NameForm("a variable", True, RESERVED, PREFIXES)]
-RequirementName = Annotated[Scalar, NameForm("a requirement")]
+InputName = Annotated[
+    Scalar, name_key("an input", identifier=True, taken=RESERVED, prefixes=PREFIXES)
+]
+Variable = Annotated[
+    Scalar, name_key("a variable", identifier=True, taken=RESERVED, prefixes=PREFIXES)
+]
+RequirementName = Annotated[Scalar, name_key("a requirement")]
 
 
 SPAN = r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?"
@@ -102,18 +106,9 @@ Corner = tuple[_Metres, _Metres] | tuple[_Metres, _Metres, _Yaw]
 CORNER = "[x, y] or [x, y, yaw]"
 
 
-def _named(form: NameForm) -> Key:
-    """Return the key of a value that is such a name."""
-
-    def check(word: Scalar, _node: Node, _what: str, findings: Findings) -> Scalar | None:
-        return word if form.check(word, findings) else None
-
-    return Key(check=check, schema=form.schema)
-
-
 _OPERATOR, _PERSON = frozenset({OPERATOR_ACTION}), "is reserved for human operators"
-Action = Annotated[Scalar, _named(NameForm("an action", taken=_OPERATOR, reserved=_PERSON))]
-Layer = Annotated[Scalar, _named(NameForm("a layer"))]
+Action = Annotated[Scalar, name_key("an action", taken=_OPERATOR, reserved=_PERSON)]
+Layer = Annotated[Scalar, name_key("a layer")]
 
 Where = Annotated[
     ResolveAt | Target, Key(form=ResolveAt | tuple[Regions, ...], entries=1, by="places")

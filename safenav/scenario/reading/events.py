@@ -12,7 +12,7 @@ from safenav.scenario.reading.robots import misses_targets, resolve_objective
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, one_of
 from safenav.scenario.yaml.findings import Findings, wrong_type
-from safenav.scenario.yaml.keys import MOST, NameForm, Raw
+from safenav.scenario.yaml.keys import MOST, Raw
 from safenav.scenario.yaml.typed import read, sequence
 
 
@@ -193,7 +193,7 @@ def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
         if text is None or not isinstance(item, Scalar):
             continue
         if name is not None:
-            NameForm("a requirement").check(name, reading)
+            read(values.RequirementName, name, what, reading)
         if not item.style and text.count("(") > text.count(")"):
             message = f"{what}: '{clipped(text)}' ends within parentheses"
             reading.add(item, message, "within brackets a comma ends a formula: put it in quotes")

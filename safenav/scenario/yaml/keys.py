@@ -108,46 +108,39 @@ def key(about: str = "", required: str = "", **rest: Any) -> Any:
     return Key(about, required, **rest)
 
 
-class NameForm(Struct, frozen=True):
-    """Names that a file declares, for ``what``. ``identifier``: without hyphens; ``taken`` and
+def name_key(
+    what: str,
+    *,
+    identifier: bool = False,
+    taken: frozenset[str] = frozenset(),
+    prefixes: tuple[str, ...] = (),
+    reserved: str = "is reserved",
+    why: str = "use another name",
+) -> Key:
+    """Return the key of a name for ``what``. ``identifier``: without hyphens; ``taken`` and
     ``prefixes``: reserved words and beginnings of names; ``reserved``, ``why``: the message."""
+    pattern, signs = (IDENTIFIER, "digits and '_'") if identifier else (NAME, "digits, '_' and '-'")
 
-    what: str
-    identifier: bool = False
-    taken: frozenset[str] = frozenset()
-    prefixes: tuple[str, ...] = ()
-    reserved: str = "is reserved"
-    why: str = "use another name"
-
-    @property
-    def pattern(self) -> str:
-        """The form of such a name, as a regular expression."""
-        return IDENTIFIER if self.identifier else NAME
-
-    def check(self, key: Scalar, findings: Findings) -> bool:
-        """Return whether a key can be such a name; report it if not."""
-        if not re.fullmatch(self.pattern, key.text):
-            signs = "digits and '_'" if self.identifier else "digits, '_' and '-'"
+    def check(word: Scalar, _node: Node, _what: str, findings: Findings) -> Scalar | None:
+        text = word.text
+        if not re.fullmatch(pattern, text):
             hint = f"use letters from a to z, {signs}, beginning with a letter"
-            if len(key.text) > MOST_OF_A_NAME:
-                hint = f"it has {len(key.text)} characters; use at most {MOST_OF_A_NAME}"
-            elif not key.text.isascii():
+            if len(text) > MOST_OF_A_NAME:
+                hint = f"it has {len(text)} characters; use at most {MOST_OF_A_NAME}"
+            elif not text.isascii():
                 hint += ": specifications are ASCII; 'name' of the scenario may be any text"
-            findings.add(key, f"'{clipped(key.text)}' cannot name {self.what}", hint)
-            return False
-        if key.text in self.taken or (self.prefixes and key.text.startswith(self.prefixes)):
-            findings.add(key, f"'{clipped(key.text)}' {self.reserved}", self.why)
-            return False
-        return True
+            findings.add(word, f"'{clipped(text)}' cannot name {what}", hint)
+            return None
+        if text in taken or text.startswith(prefixes):
+            findings.add(word, f"'{clipped(text)}' {reserved}", why)
+            return None
+        return word
 
-    @property
-    def schema(self) -> dict[str, object]:
-        """The JSON Schema of such a name."""
-        barred: list[object] = [{"enum": sorted(self.taken)}] if self.taken else []
-        if self.prefixes:
-            barred.append({"pattern": f"^({'|'.join(self.prefixes)})"})
-        unless = {"not": {"anyOf": barred}} if barred else {}
-        return {"type": "string", "pattern": f"^{self.pattern}$", **unless}
+    barred: list[object] = [{"enum": sorted(taken)}] if taken else []
+    if prefixes:
+        barred.append({"pattern": f"^({'|'.join(prefixes)})"})
+    unless = {"not": {"anyOf": barred}} if barred else {}
+    return Key(check=check, schema={"type": "string", "pattern": f"^{pattern}$", **unless})
 
 
 class Raw(Struct, frozen=True):
@@ -293,9 +286,8 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
         return {"type": "array", "prefixItems": items, "items": False, "minItems": len(items)}
     if origin is dict:
         found = {"type": "object", "additionalProperties": schema(arguments[1], definitions)}
-        for name in get_args(arguments[0])[1:]:
-            declared = isinstance(name, NameForm)
-            found["propertyNames"] = name.schema if declared else schema(arguments[0], definitions)
+        if get_origin(arguments[0]) is Annotated:
+            found["propertyNames"] = schema(arguments[0], definitions)
         return found
     if origin is Literal:
         return {"enum": list(arguments)}

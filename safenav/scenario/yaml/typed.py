@@ -14,7 +14,6 @@ from types import MappingProxyType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from msgspec import NODEFAULT, Struct
-from msgspec.structs import replace
 
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped, one_of
@@ -30,7 +29,6 @@ from safenav.scenario.yaml.keys import (
     Beside,
     Item,
     Key,
-    NameForm,
     OneOf,
     Raw,
     entries,
@@ -208,16 +206,12 @@ def _mapping(inner: tuple[Any, ...], node: Node, what: str, findings: Findings, 
         hint = f"for example {key.example}" if key.example else ""
         wrong_type(node, what, "a mapping (key: value)", findings, hint)
         return None
-    names = next((n for n in get_args(inner[0]) if isinstance(n, NameForm)), None)
-    by = key_of(inner[0]).by
     one = getattr(inner[1], "one", "'{name}' of {what}")
     found = {}
     for name, item in node.entries:
         label = _filled(one, what, name=clipped(name.text))
         value = read(inner[1], item, label, findings)
-        if names is not None and not names.check(name, findings):
-            value = replace(value, flawed=True) if isinstance(value, Item) else None
-        known = getattr(findings, by)(name, what) if by else name.text if inner[0] is str else name
+        known = read(inner[0], name, what, findings)
         if value is not None and known is not None:
             found[known] = value
     return found
