@@ -7,6 +7,7 @@ not been fetched yet. Running a case twice does no harm.
 
 import contextlib
 import importlib
+import os
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +21,13 @@ from safenav.batch.worker import leave, run_case
 from safenav.errors import SafenavError, UsageError, needing
 
 _CONNECT_SECONDS = 10
+
+
+def processors() -> int:
+    """Return the number of usable processors; a container often has fewer than the machine."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 class Pool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -58,7 +57,7 @@ def batch(
     if dask is not None and jobs is not None:
         raise UsageError("--jobs is for this machine; a Dask cluster has its own workers")
     from safenav.batch.case import Conditions
-    from safenav.batch.pool import DaskCluster, Pool
+    from safenav.batch.pool import DaskCluster, Pool, processors
     from safenav.batch.search import find_cases
     from safenav.batch.session import ResultsFile, run_batch
     from safenav.report.batch import FailureFolder, ProgressLine, report_data, summary, to_junit
@@ -68,7 +67,7 @@ def batch(
     bundles = None if certify is None else str(certify.resolve())
     conditions = Conditions(time_limit, bundles)
     with ExitStack() as stack:
-        pool = DaskCluster(dask, conditions) if dask else Pool(jobs or _processors(), conditions)
+        pool = DaskCluster(dask, conditions) if dask else Pool(jobs or processors(), conditions)
         stack.callback(pool.close)
         kept = failures = None
         if out is not None:
@@ -90,13 +89,6 @@ def batch(
     if report.interrupted:
         return ExitCode.INTERRUPTED
     return options.code_of(report.as_expected)
-
-
-def _processors() -> int:
-    """Return the number of usable processors; a container often has fewer than the machine."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _report_skipped(found: FoundCases) -> None:

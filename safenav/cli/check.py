@@ -27,7 +27,6 @@ from safenav.report.terminal.layout import echo_lines
 from safenav.trace.words import counted, listed, moment_words, obstacle_words, shortened
 
 if TYPE_CHECKING:
-    from safenav.review.foresight import Rehearsal
     from safenav.run.checked import CheckedTrace
     from safenav.runtime.control.strategies import Controller
     from safenav.scenario.model import Scenario
@@ -178,7 +177,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     whole: dict[str, Any] = {"scenario": plan.name, "robots": verdicts, "warnings": warnings}
     if realizable and refusal is None:
         ahead = rehearse(plan, synthesizer)
-        warnings += _ahead(plan, ahead)
+        warnings += ahead.warnings
         result = ahead.result
         whole["without_obstacles"] = {
             "outcome": result.outcome.value,
@@ -216,18 +215,6 @@ def _why(answer: Controller, plan: Scenario) -> str:
     from safenav.explain.explanation import explain_unrealizable
 
     return explain_unrealizable(answer.task.robot, answer.task, plan.map)
-
-
-def _ahead(plan: Scenario, ahead: Rehearsal) -> list[str]:
-    """Return warnings of batteries that run empty, unless a robot would bring another one, and of a
-    proven deadlock."""
-    found = [
-        f"the battery of {robot} is empty {when} without hidden obstacles"
-        for robot, when in (ahead.flat if plan.flat is None else {}).items()
-    ]
-    if ahead.result.cause == "deadlock":
-        found.append("no order of moves completes the mission: an operator will be needed")
-    return found
 
 
 def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:

@@ -10,7 +10,7 @@ from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_out, write_whole
 from safenav.motion.file import Motion
 from safenav.motion.waypoints import as_csv, frame_of, timed_waypoints, waypoints
-from safenav.report.bag import Poses, messages
+from safenav.report.bag import messages
 from safenav.run.reading import run_of
 from safenav.trace.file import Trace, read_trace
 from safenav.world.map import Frame
@@ -110,22 +110,10 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
 
     poses = None
     if motion is not None:
+        from safenav.motion.columns import poses_at
         from safenav.motion.timing import in_time
 
-        run, poses = in_time(run, motion), _poses(motion, frame)
+        run, poses = in_time(run, motion), poses_at(motion, BAG_RATE, frame)
     stamped = messages(run_of(run), frame, poses)
     write_whole(path, lambda part: write_mcap(part, stamped))
     tell(path)
-
-
-def _poses(motion: Motion, frame: Frame) -> Poses:
-    """Return times, positions and yaws of each robot of a motion (s, m, rad), in the frame of the
-    map."""
-    from safenav.motion.columns import columns_at, placed, times_of
-
-    found, times = {}, times_of(motion, BAG_RATE)
-    for name in motion.header.robots:
-        there = placed(columns_at(motion, name, times), (*frame.origin, frame.yaw))
-        columns = (times, *(there[axis] for axis in ("x", "y", "yaw")))
-        found[name] = [*zip(*(column.tolist() for column in columns), strict=True)]
-    return found

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from safenav.motion import file
 from safenav.motion.geometry import between, mass, path, values
+from safenav.world.map import Frame
 
 Array = NDArray[np.float64]
 
@@ -150,6 +151,18 @@ def placed(columns: Columns, origin: tuple[float, float, float]) -> Columns:
             found[y] = shift[1] + columns[x] * sin(yaw) + columns[y] * cos(yaw)
         elif x.endswith("yaw"):
             found[x] = columns[x] + yaw
+    return found
+
+
+def poses_at(
+    motion: file.Motion, rate: float, frame: Frame
+) -> dict[str, list[tuple[float, float, float, float]]]:
+    """Return times (s) and poses (x, y in metres; yaw in radians) of each robot in a frame."""
+    found, times = {}, times_of(motion, rate)
+    for robot in motion.header.robots:
+        there = placed(columns_at(motion, robot, times), (*frame.origin, frame.yaw))
+        columns = (times, there["x"], there["y"], there["yaw"])
+        found[robot] = [*zip(*(column.tolist() for column in columns), strict=True)]
     return found
 
 

@@ -129,11 +129,11 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
 
 
 class Rehearsal(Struct, frozen=True):
-    """The ``result`` of a run without hidden obstacles; ``flat``: when each empty battery took its
-    robot out of service, in words."""
+    """The ``result`` of a run without hidden obstacles; ``warnings``: batteries that run empty,
+    unless a robot would bring another one, and a proven deadlock."""
 
     result: RunResult
-    flat: dict[str, str]
+    warnings: tuple[str, ...]
 
 
 def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
@@ -147,4 +147,10 @@ def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
     orders = tuple(obstacle for obstacle in scenario.obstacles if obstacle.ordered)
     mission = Mission(replace(scenario, obstacles=orders), synthesizer, listeners=[heard])
     result = uninterrupted(mission.run())
-    return Rehearsal(result, flat)
+    warnings = [
+        f"the battery of {robot} is empty {when} without hidden obstacles"
+        for robot, when in (flat if scenario.flat is None else {}).items()
+    ]
+    if result.cause == "deadlock":
+        warnings.append("no order of moves completes the mission: an operator will be needed")
+    return Rehearsal(result, tuple(warnings))
