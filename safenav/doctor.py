@@ -14,7 +14,7 @@ from msgspec import Struct
 
 import safenav
 from safenav.errors import SafenavError, Verdict, install_command, requirements
-from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
+from safenav.spec.specification import read_specification
 from safenav.synthesis.cache import VARIABLE as CACHE_VARIABLE
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import VARIABLE as SLUGS_VARIABLE
@@ -96,11 +96,9 @@ def _wrong_answer(binary: Path) -> str | None:
     synthesizer = Synthesizer(
         binary, seconds=_ANSWER_SECONDS, cache=Cache(None), verifier=first_failure
     )
-    variables = (Variable("a", Owner.INPUT), Variable("b", Owner.OUTPUT))
-    origin = Origin("doctor", "a specification with a known verdict")
     for formula, expected in (("b' <-> a", Verdict.REALIZABLE), ("a'", Verdict.UNREALIZABLE)):
-        rule = Constraint(Section.SYS_TRANS, formula, origin)
-        spec = Specification("doctor", "whether the synthesizer works", variables, (rule,))
+        text = f"[INPUT]\na\n[OUTPUT]\nb\n[SYS_TRANS]\n{formula}\n"
+        spec = read_specification(text, "doctor", "doctor")
         try:
             verdict = synthesizer.synthesize(spec).verdict
         except SafenavError as error:
