@@ -270,6 +270,10 @@ def test_beliefs_of_the_selected_robot_loads_and_charges_are_shown(browser: Brow
         assert bool(browser.all('[data-obstacle="pallet@71"] rect[fill="none"]')) == shown
     browser.open(page_of("charges"), "#tick=8")  # 15 of 20, 4 more in a tick at home, 7 steps
     assert browser.one(".robots .charge").text.strip() == "60 %"
+    out = next(tick for tick, away in run_of("battery").track("digit").out if away)
+    browser.open(page_of("battery"), f"#tick={out}")
+    assert browser.one(".robots .badge").text == "out of service"
+    assert "digit is out of service" in browser.one(".story").text
     assert browser.errors() == []
 
 

@@ -1,4 +1,4 @@
-/* sources 3dacd06ca8afca57f5b753c7004a82b442d0d5ee335b0ff67d005668b59dc597 */
+/* sources 90a2a6bb47396fbd264e3377556aedae40059d2aac00a561fec083e46cc6979b */
 /* Contains three:
 The MIT License
 

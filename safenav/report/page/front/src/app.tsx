@@ -12,7 +12,7 @@ import type { Hand } from "./map/cursor";
 import type { Stage } from "./map/map";
 
 function isTold([, kind]: RunEvent): boolean {
-  return EVENTS[kind][0] === "story" || kind === "plan" || kind === "plan_end";
+  return EVENTS[kind][0] !== "rest" || kind === "plan" || kind === "plan_end";
 }
 
 interface AppProps {

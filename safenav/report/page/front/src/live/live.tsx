@@ -185,11 +185,6 @@ function hintOf(tool: Tool): string {
   return "The robots discover changes as they would in reality.";
 }
 
-/** Return the robots that are out of service after a tick. */
-export function outOfService(run: Run, tick: number): Set<string> {
-  return new Set(run.robots.filter(({ out }) => at(out, tick)[1]).map(({ name }) => name));
-}
-
 /** Return why the run waits for an operator; null if it does not. */
 export function waitsFor(run: Run): string | null {
   const waits = new Set<EventKind>(["waiting", "paused", "operator"]);
@@ -331,7 +326,7 @@ export function LiveView({ run, player, wire, palette, watches, bar, saving }: L
             run={run}
             tick={tick}
             palette={palette}
-            out={outOfService(run, run.last)}
+            out={new Set(run.robots.filter(({ out }) => at(out, run.last)[1]).map(({ name }) => name))}
             inputs={player.state.inputs}
             tool={tool}
             choose={choose}

@@ -17,7 +17,6 @@ interface RobotsProps extends PanelProps {
 }
 
 export function Robots({ run, tick, eye }: RobotsProps) {
-  const frames = at(run.stack, tick)[1];
   return (
     <section class="panel robots" aria-labelledby="robots-title">
       <h2 id="robots-title">Robots</h2>
@@ -25,7 +24,7 @@ export function Robots({ run, tick, eye }: RobotsProps) {
         {run.robots.map((robot, i) => {
           const [, words] = at(robot.tasks, tick);
           const [, rounds] = at(robot.progress, tick);
-          const role = roleOf(robot.name, frames);
+          const role = roleOf(run, robot, tick);
           const transit = transitAt(robot, tick);
           const loads = loadsOf(run, i, tick);
           const charge = robot.charge ? at(robot.charge, tick)[1] : null;

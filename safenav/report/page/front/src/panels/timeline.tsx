@@ -7,7 +7,7 @@ import { INK } from "../map/shapes";
 import { Button, EventSign, resized } from "./shell";
 import type { Eye } from "../map/camera";
 import { type Player, SPEEDS } from "../run/player";
-import { at, EVENTS, moment, type Robot, roleOf, type Run, type RunEvent, tickAt, transitAt, when } from "../run/run";
+import { EVENTS, moment, type Robot, roleOf, type Run, type RunEvent, tickAt, transitAt, when } from "../run/run";
 
 interface TimelineProps {
   run: Run;
@@ -170,8 +170,8 @@ const bar = (kind: Doing, from: string, to: string): string =>
 
 /** A robot's activity in the tick that ends at `tick`; null if it stays. */
 function doingAt(run: Run, robot: Robot, tick: number): Doing | null {
-  const role = roleOf(robot.name, at(run.stack, Math.max(0, tick - 1))[1])?.[0];
-  if (role) return role === "helps" ? "helping" : "waiting";
+  const role = roleOf(run, robot, Math.max(0, tick - 1))?.[0];
+  if (role && role !== "out") return role === "helps" ? "helping" : "waiting";
   const under = transitAt(robot, run.times ? tick - 1 : tick) !== null;
   return under || (!run.times && robot.path[tick] !== robot.path[tick - 1]) ? "moving" : null;
 }

@@ -300,8 +300,10 @@ export function label(run: Run, region: number): string {
   return `${name ? `${name} ` : ""}${region} [${row}, ${col}]`;
 }
 
-/** A robot's role in the topmost stack entry that names it. */
-export function roleOf(name: string, frames: readonly Frame[]): [kind: string, words: string] | null {
+/** Whether a robot is out of service; else its role in the topmost stack entry that names it. */
+export function roleOf(run: Run, { name, out }: Robot, tick: number): [kind: string, words: string] | null {
+  if (at(out, tick)[1]) return ["out", "out of service"];
+  const frames = at(run.stack, tick)[1];
   for (let i = frames.length - 1; i >= 0; i--) {
     const [about, requester, helpers] = frames[i]!;
     if (helpers.includes(name)) return ["helps", `${name === requester ? "resolves" : "helps"}: ${about}`];
