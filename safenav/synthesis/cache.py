@@ -1,8 +1,8 @@
 """Results of the synthesizer, stored on disk by all that they depend on.
 
-The key is a hash of the specification's text, the binary's content and the options. A file
-carries a checksum of its name and content, appears by renaming, and is never changed: readers and
-writers of any number of processes need no lock. An error costs a recomputation, never a run:
+The key is a hash of the specification without comments, the binary's content and the options. A
+file carries a checksum of its name and content, appears by renaming, and is never changed: readers
+and writers of any number of processes need no lock. An error costs a recomputation, never a run:
 damaged files are replaced, and a disk that cannot be written is reported once.
 """
 

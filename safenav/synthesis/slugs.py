@@ -303,8 +303,8 @@ class Synthesizer:
 
     def _key(self, job: Job) -> str:
         try:
-            changed = self.binary.stat().st_ctime_ns
-            return key_of(job.text, _digest(self.binary, changed), job.options)
+            rules = re.sub("(?m)^#.*\n", "", job.text)  # comments change no result
+            return key_of(rules, _digest(self.binary, self.binary.stat().st_ctime_ns), job.options)
         except OSError as error:
             problem = f"cannot be read: {error.strerror}"
             raise SynthesizerError(f"the synthesizer {self.binary} {problem}") from error

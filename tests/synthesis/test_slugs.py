@@ -179,9 +179,11 @@ def test_a_request_is_synthesized_once(
     patrol_json: bytes,
     tmp_path: Path,
 ) -> None:
-    """Another request, or another binary in its place, is synthesized again."""
+    """Another request, or another binary in its place, is synthesized again; not other comments."""
     binary = answering(patrol_json)
-    first, second = (Synthesizer(binary).synthesize(patrol) for _ in range(2))
+    copy = read_specification(patrol.to_structuredslugs(), "copy", "carrier")
+    first, second = (Synthesizer(binary).synthesize(spec) for spec in (patrol, copy))
+    assert first.spec_sha256 != second.spec_sha256, "comments name the file"
     assert (first.cached, second.cached) == (False, True)
     assert second.strategy_json == first.strategy_json
     assert second.strategy_sha256 == first.strategy_sha256
