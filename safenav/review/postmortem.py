@@ -135,7 +135,7 @@ def explain_run(
     deadline, tried = time.monotonic() + SECONDS, 1
 
     def completes(changed: Scenario) -> RunResult | None:
-        """Return the result of a run that completes; None for every other end."""
+        """Return the result of a run that completes in time; None for every other end."""
         nonlocal tried
         tried += 1
         ends = min(deadline, time.monotonic() + RUN_SECONDS)
@@ -154,7 +154,7 @@ def explain_run(
             return None
         if not stopped:
             uninterrupted(ended)
-        return ended if ended.outcome is Outcome.COMPLETED else None
+        return ended if ended.outcome is Outcome.COMPLETED and not ended.late else None
 
     failed = _Failure(scenario, mission, models)
     repairs = [
