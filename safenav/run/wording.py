@@ -36,7 +36,7 @@ _REASONS = {
     "blocked": "around a blocked region",
     "gone": "after an obstacle disappeared",
     "objective": "for another objective",
-    "service": "back in service",
+    "service": "after an interruption",
     "untraversable": "it is not traversable",
     "no_capable_robot": "too few robots have the action it needs",
     "unresolvable": "no robot can ever resolve it",

@@ -17,7 +17,7 @@ class Reason(StrEnum):
     OBJECTIVE = "objective"
     """It was given another objective."""
     SERVICE = "service"
-    """It is back in service."""
+    """Its step, its service or the run was interrupted."""
 
 
 class Form(StrEnum):

@@ -134,6 +134,8 @@ class Recorder:
                 self._moves(before, event, after)
             case now.Arrived() | now.Elsewhere() | now.Failed() | now.Lost():
                 self._moves(before, event, after)
+                if not isinstance(event, now.Arrived):
+                    self.why = Reason.SERVICE
                 if not self.live:
                     self.plan.reached(self.tick, self.team, after)
             case now.Stayed(i, by):
