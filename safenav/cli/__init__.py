@@ -12,15 +12,7 @@ import warnings
 from collections.abc import Iterable
 from typing import Any
 
-from safenav.errors import (
-    FULL_DISK,
-    WRONG_NAMES,
-    ExitCode,
-    SafenavError,
-    file_words,
-    follows_an_interruption,
-    missing_package,
-)
+from safenav import errors
 
 COMMANDS = {
     "run": ("run", "Run a scenario and print what happens."),
@@ -86,31 +78,31 @@ def main() -> None:
         warnings.showwarning = lambda message, *_, **__: warn(message)
         if sys.argv[1:] in (["-h"], ["--help"]):  # without click, whose import takes 20 ms
             print(HELP, end="", flush=True)
-            sys.exit(ExitCode.OK)
+            sys.exit(errors.ExitCode.OK)
         from safenav.cli.options import group
 
         words = sys.argv[1:] or ["--help"]
         status = group.main(words, "safenav", standalone_mode=False, color=_coloured())
-        sys.exit(status if isinstance(status, int) else ExitCode.OK)
+        sys.exit(status if isinstance(status, int) else errors.ExitCode.OK)
     except SystemExit:
         raise
     except BaseException as error:
         message, code = _ending(error)
-        if code is ExitCode.INTERNAL and os.environ.get("SAFENAV_DEBUG"):
+        if code is errors.ExitCode.INTERNAL and os.environ.get("SAFENAV_DEBUG"):
             raise
         _fail(message, code)
 
 
-def _ending(error: BaseException) -> tuple[str, ExitCode]:
+def _ending(error: BaseException) -> tuple[str, errors.ExitCode]:
     """Return the message and the exit code of a command that an error has ended."""
     from difflib import get_close_matches
 
     import click
 
-    if follows_an_interruption(error) or isinstance(error, click.exceptions.Abort):
-        return "interrupted", ExitCode.INTERRUPTED
+    if errors.follows_an_interruption(error) or isinstance(error, click.exceptions.Abort):
+        return "interrupted", errors.ExitCode.INTERRUPTED
     match error:
-        case SafenavError():
+        case errors.SafenavError():
             return str(error), error.exit_code
         case click.ClickException():
             message = error.format_message().rstrip(".")
@@ -119,18 +111,18 @@ def _ending(error: BaseException) -> tuple[str, ExitCode]:
             hint = f"\n    {context.command_path} --help lists the {listed}" if context else ""
             close = get_close_matches(sys.argv[1], COMMANDS, 1) if listed == "commands" else ()
             meant = f". Did you mean '{close[0]}'?" if close else ""
-            return f"{message[:1].lower()}{message[1:]}{meant}{hint}", ExitCode.BAD_INPUT
-        case OSError() if error.errno in WRONG_NAMES:
-            return f"{file_words(error)}\n    choose another name", ExitCode.BAD_INPUT
-        case OSError() if error.errno in FULL_DISK:
-            return f"cannot write the output: {file_words(error)}", ExitCode.BAD_INPUT
+            return f"{message[:1].lower()}{message[1:]}{meant}{hint}", errors.ExitCode.BAD_INPUT
+        case OSError() if error.errno in errors.WRONG_NAMES:
+            return f"{errors.file_words(error)}\n    choose another name", errors.ExitCode.BAD_INPUT
+        case OSError() if error.errno in errors.FULL_DISK:
+            return f"cannot write the output: {errors.file_words(error)}", errors.ExitCode.BAD_INPUT
         case ImportError(name="numpy" | "daqp" as missing):
             user = " ".join(["safenav", *sys.argv[1:2]])
-            return str(missing_package(user, missing, "motion")), ExitCode.BAD_INPUT
+            return str(errors.missing_package(user, missing, "motion")), errors.ExitCode.BAD_INPUT
     return (
         f"internal error: {type(error).__name__}: {error}\n"
         "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",
-        ExitCode.INTERNAL,
+        errors.ExitCode.INTERNAL,
     )
 
 
@@ -185,11 +177,11 @@ def report_error(message: str) -> None:
     click.echo(line, err=True, color=_coloured())
 
 
-def _fail(message: str, code: ExitCode) -> None:
+def _fail(message: str, code: errors.ExitCode) -> None:
     try:
         report_error(message)
     except OSError:  # the terminal has been closed, which ends the program as Ctrl-C does
-        code = ExitCode.INTERRUPTED
+        code = errors.ExitCode.INTERRUPTED
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

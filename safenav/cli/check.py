@@ -12,16 +12,9 @@ import click
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
+from safenav import errors
 from safenav.cli import options, report_error, warn_of
 from safenav.cli.options import GivenFile
-from safenav.errors import (
-    Diagnostic,
-    ExitCode,
-    InputError,
-    NotCertifiedError,
-    SafenavError,
-    UsageError,
-)
 from safenav.files import check_kind
 from safenav.report.terminal.layout import echo_lines
 from safenav.trace.words import counted, listed, moment_words, obstacle_words, shortened
@@ -59,7 +52,7 @@ SHOWN = 5
 class JudgedFile(Struct, frozen=True):
     """The verdict on a file, as data and in words."""
 
-    status: ExitCode
+    status: errors.ExitCode
     data: Mapping[str, Any]
     lines: Sequence[str] = ()
     warnings: Sequence[str] = ()
@@ -86,19 +79,21 @@ def check(
     for kind, file in found:
         if kind == MOTION and not traces:
             hint = f"give both: safenav check {file.path} TRACE"
-            raise UsageError(f"{file.path}: a motion is judged against its trace\n    {hint}")
+            raise errors.UsageError(
+                f"{file.path}: a motion is judged against its trace\n    {hint}"
+            )
     judges: dict[str, Callable[[GivenFile], JudgedFile]] = {
         SCENARIO: lambda file: of_scenario(file, strict),
         TRACE: lambda file: of_trace(file, MOTION in kinds),
         MOTION: lambda file: of_motion(file, traces, require, rate),
         BUNDLE: of_bundle,
     }
-    status, data = ExitCode.OK, list[Mapping[str, Any]]()
+    status, data = errors.ExitCode.OK, list[Mapping[str, Any]]()
     several = len(found) > 1
     for kind, file in found:
         try:
             judged = judges[kind](file)
-        except SafenavError as error:
+        except errors.SafenavError as error:
             if not several:
                 raise
             judged = JudgedFile(error.exit_code, {"error": str(error)})
@@ -121,7 +116,9 @@ def recognized(file: GivenFile) -> str:
     if path.is_dir():
         if not (path / "manifest.json").is_file():
             hint = f"a bundle has a manifest.json; to run scenarios: safenav batch {path}"
-            raise InputError([Diagnostic(name, 0, 0, "this folder is not a bundle", hint)])
+            raise errors.InputError(
+                [errors.Diagnostic(name, 0, 0, "this folder is not a bundle", hint)]
+            )
         return BUNDLE
     if file.beginning.startswith(ARCHIVE) and path.is_file():
         return BUNDLE
@@ -297,7 +294,7 @@ def of_bundle(file: GivenFile) -> JudgedFile:
     lines += [f"not compared: {what}" for what in found.not_compared]
     lines.append(f"{file.path}: {click.style(found.verdict, fg=colour)}{reason}")
     too_large = found.verdict == "too large"
-    status = ExitCode.RESOURCE_LIMIT if too_large else options.code_of(found.accepted)
+    status = errors.ExitCode.RESOURCE_LIMIT if too_large else options.code_of(found.accepted)
     return JudgedFile(status, asdict(found), lines)
 
 
@@ -339,16 +336,16 @@ def certify(
     from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 
     if (scenario is None) == (trace is None):
-        raise UsageError("give either a scenario to run, or the --trace of an earlier run")
+        raise errors.UsageError("give either a scenario to run, or the --trace of an earlier run")
     try:
         if scenario is not None:
             made = bundle_of_run(scenario, output)
         else:
             assert trace is not None
             made = bundle_of_trace(trace, output)
-    except NotCertifiedError as error:
+    except errors.NotCertifiedError as error:
         click.echo(str(error), err=True)
-        return ExitCode.NEGATIVE
+        return errors.ExitCode.NEGATIVE
     echo_lines(f"  {claim['text']}" for claim in made.verdict.claims)
     click.echo(f"{made.path}: {made.files} files, {made.bytes / 1024:.0f} KiB, accepted")
-    return ExitCode.OK
+    return errors.ExitCode.OK

@@ -8,19 +8,10 @@ import click
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav import errors
 from safenav.cli import options, warn, warn_of
 from safenav.cli.check import examined
 from safenav.cli.options import code_of, print_json
-from safenav.errors import (
-    Diagnostic,
-    ExitCode,
-    InputError,
-    ResourceLimitError,
-    SynthesizerError,
-    UsageError,
-    Verdict,
-    exit_code_of,
-)
 from safenav.explain.play import Cause, vacuities
 from safenav.files import json_flaw, json_line, read_input, write_all, write_out
 from safenav.report.terminal.layout import WaitingLine, echo_lines, table
@@ -77,7 +68,7 @@ class Synthesized(Struct, frozen=True):
 
     @property
     def realizable(self) -> bool:
-        return self.result.verdict is Verdict.REALIZABLE
+        return self.result.verdict is errors.Verdict.REALIZABLE
 
     def data(self) -> dict[str, Any]:
         """Return its figures; None where there is no strategy."""
@@ -141,7 +132,9 @@ def synth(
     options.refuse({"measures": "a specification; -o writes that of each robot"})
     plan, refused, wanted = options.loaded(given, robot)
     if str(output) == "-" and len(wanted) > 1:
-        raise UsageError(f"-o - prints one strategy: add --robot NAME, one of {', '.join(wanted)}")
+        raise errors.UsageError(
+            f"-o - prints one strategy: add --robot NAME, one of {', '.join(wanted)}"
+        )
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
     if avoiding:  # observe which neighbouring regions its rivals occupy, and never enter one
@@ -180,14 +173,14 @@ def _of_specification(given: options.GivenFile) -> Synthesized:
     if not is_proven(result):
         # The verdict may be quick even if the strategy is too large to list.
         proven = decided(file, synthesizer.synthesize(spec, strategy=False))
-        if proven.verdict is Verdict.REALIZABLE:
+        if proven.verdict is errors.Verdict.REALIZABLE:
             raise too_large(file, "realizable, but its strategy", result)
         result = proven
-    negative = result.verdict is Verdict.UNREALIZABLE
+    negative = result.verdict is errors.Verdict.UNREALIZABLE
     shown = listed(synthesizer.counterstrategy, spec) if negative else result
     if not is_proven(shown):
         error = too_large(file, "unrealizable, but the environment's strategy", shown)
-        error.exit_code = ExitCode.NEGATIVE  # the verdict is proven
+        error.exit_code = errors.ExitCode.NEGATIVE  # the verdict is proven
         raise error
     return Synthesized(spec.robot, spec, result, shown)
 
@@ -211,11 +204,11 @@ def _end_of_specification(
         assert strategy is not None
         for vacuity in vacuities(strategy):
             warn_of(vacuity_lines(vacuity, strategy, str(file)))
-        return ExitCode.OK
+        return errors.ExitCode.OK
     if not one.shown.states:
         click.echo(f"it has no node: {opening_words(one.spec)}", err=printed)
     click.echo(f"the environment's strategy; for the reason: safenav explain {file}", err=True)
-    return ExitCode.NEGATIVE
+    return errors.ExitCode.NEGATIVE
 
 
 def _report(
@@ -255,26 +248,26 @@ def opening_words(spec: Specification) -> str:
 def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
     if is_proven(result):
         return result
-    raise ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
+    raise errors.ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
 
 
 def listed(ask: Callable[[Specification], SynthesisResult], spec: Specification) -> SynthesisResult:
     """Return the result of a synthesis request; OUT_OF_MEMORY if its output exceeds a limit."""
     try:
         return ask(spec)
-    except ResourceLimitError as error:
-        nothing = Verdict.OUT_OF_MEMORY
+    except errors.ResourceLimitError as error:
+        nothing = errors.Verdict.OUT_OF_MEMORY
         return SynthesisResult(spec.robot, nothing, 0.0, False, "", detail=str(error))
 
 
 def is_proven(result: SynthesisResult) -> bool:
-    return result.verdict in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+    return result.verdict in (errors.Verdict.REALIZABLE, errors.Verdict.UNREALIZABLE)
 
 
-def too_large(file: Path, what: str, result: SynthesisResult) -> ResourceLimitError:
+def too_large(file: Path, what: str, result: SynthesisResult) -> errors.ResourceLimitError:
     limit = (result.detail.splitlines() or [result.verdict.value.replace("_", " ")])[0]
     hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks what it prints"
-    return ResourceLimitError(f"{file}: {what} is too large to list ({limit})\n    {hint}")
+    return errors.ResourceLimitError(f"{file}: {what} is too large to list ({limit})\n    {hint}")
 
 
 VERIFY_EPILOG = """\b
@@ -312,12 +305,12 @@ def verify(
     try:
         read_json(data)
         automaton = Strategy.parse(data, spec)
-    except (ValueError, SynthesizerError) as error:
+    except (ValueError, errors.SynthesizerError) as error:
         flaw = str(error)
         if isinstance(error, ValueError):
             flaw = f"the strategy is not JSON: {json_flaw(error)}"
         hint = "it must be the explicit strategy of this specification, as JSON"
-        raise InputError([Diagnostic(strategy, 0, 0, flaw, hint)]) from error
+        raise errors.InputError([errors.Diagnostic(strategy, 0, 0, flaw, hint)]) from error
     found = verification.verify(spec, automaton, counterstrategy)
     if as_json:
         print_json({"ok": found.ok, **data_of(found)})
@@ -383,7 +376,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
             print_json({"scenario": plan.name, "unrealizable": data, **data_of(run)})
         else:
             echo_lines(postmortem_lines(run, plan.map.word))
-        return exit_code_of(run.result.outcome)
+        return errors.exit_code_of(run.result.outcome)
     if as_json:
         print_json({"scenario": plan.name, "unrealizable": data})
     elif not data:
@@ -398,7 +391,7 @@ def _explain_specification(given: options.GivenFile, as_json: bool) -> int:
     file, spec = given.path, specification_of(given)
     synthesizer = Synthesizer(verifier=first_failure)
     result = decided(file, synthesizer.synthesize(spec, strategy=False))
-    realizable = result.verdict is Verdict.REALIZABLE
+    realizable = result.verdict is errors.Verdict.REALIZABLE
     if not as_json:
         word = click.style(result.verdict.value, fg="green" if realizable else "red")
         click.echo(f"{file} is {word}: nothing to explain" if realizable else f"{file}: {word}")
