@@ -21,8 +21,6 @@ from safenav.trace.words import counted, listed, moment_words, obstacle_words, s
 
 if TYPE_CHECKING:
     from safenav.run.checked import CheckedTrace
-    from safenav.runtime.control.strategies import Controller
-    from safenav.scenario.model import Scenario
 
 EPILOG = """\b
 Examples:
@@ -135,7 +133,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     objective from an input that is unrealizable, a battery that runs empty, a deadlock. ``strict``:
     they count as unrealizable."""
     from safenav.report.terminal.layout import WaitingLine
-    from safenav.review.foresight import foreseen, rehearse
+    from safenav.review.foresight import examined, foreseen, rehearse
     from safenav.review.lint import lint
     from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
     from safenav.scenario.objective import describe
@@ -151,7 +149,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
             then = replace(plan, robots=tuple(team))
             answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
             if not answer.realizable:
-                why = _why(answer, plan)
+                why = examined(answer, plan)["explanation"]
                 warnings.append(f"when {event} is on from the start, {why}")
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
@@ -194,24 +192,6 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
         lines.append(f"{click.style('unrealizable', fg='red')}: {refusal}")
     good = realizable and refusal is None and not (strict and warnings)
     return JudgedFile(options.code_of(good), whole, lines, warnings)
-
-
-def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
-    """Return what a robot's controller allows and assumes, and why it is unrealizable, as data."""
-    from safenav.spec.compile import assumption_names
-
-    return {
-        "allows": answer.allows(plan.map.word),
-        "assumptions": assumption_names(answer.task, plan.map),
-        "explanation": None if answer.realizable else _why(answer, plan),
-    }
-
-
-def _why(answer: Controller, plan: Scenario) -> str:
-    """Return the reasons why a robot is unrealizable; most robots have none."""
-    from safenav.explain.explanation import explain_unrealizable
-
-    return explain_unrealizable(answer.task.robot, answer.task, plan.map)
 
 
 def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:

@@ -10,7 +10,6 @@ from msgspec.structs import replace
 
 from safenav import errors
 from safenav.cli import options, warn, warn_of
-from safenav.cli.check import examined
 from safenav.cli.options import code_of, print_json
 from safenav.explain.play import Cause, vacuities
 from safenav.files import json_flaw, json_line, read_input, write_all, write_out
@@ -21,6 +20,7 @@ from safenav.report.terminal.specification_text import (
     line_explanation_lines,
     vacuity_lines,
 )
+from safenav.review.foresight import examined
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Owner, Section, Specification

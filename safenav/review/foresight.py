@@ -8,16 +8,19 @@ cannot continue in any run.
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.control.ends import hopeful, infeasible
+from safenav.runtime.control.strategies import Controller
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.yaml.findings import closest
 from safenav.solve.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.solve.solve import BudgetError, Solver, closure_of
+from safenav.spec.compile import assumption_names
 from safenav.synthesis.slugs import Synthesizer
 from safenav.team import state as now
 from safenav.team.apply import apply, initial
@@ -154,3 +157,14 @@ def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
     if result.cause == "deadlock":
         warnings.append("no order of moves completes the mission: an operator will be needed")
     return Rehearsal(result, tuple(warnings))
+
+
+def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
+    """Return what a robot's controller allows and assumes, and why it is unrealizable, as data."""
+    task, world, why = answer.task, plan.map, None
+    if not answer.realizable:
+        from safenav.explain.explanation import explain_unrealizable  # most robots need none
+
+        why = explain_unrealizable(task.robot, task, world)
+    assumed = assumption_names(task, world)
+    return {"allows": answer.allows(world.word), "assumptions": assumed, "explanation": why}
