@@ -207,6 +207,8 @@ def test_a_large_map_fits_every_screen(browser: Browser) -> None:
             browser.resize(width, 800)
             browser.wait(lambda width=width: browser.run("return innerWidth") == width)
         assert browser.run("return document.documentElement.scrollWidth") <= width
+        wide = "return arguments[0].scrollWidth - arguments[0].clientWidth"
+        assert not browser.run(wide, browser.one(".robots")), "a long name is wrapped"
         for selector in (".map", ".controls", "aside", "header"):
             box = browser.one(selector).rect
             assert box["x"] >= 0 and box["x"] + box["width"] <= width + 0.5, selector

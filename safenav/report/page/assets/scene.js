@@ -1,4 +1,4 @@
-/* sources 90a2a6bb47396fbd264e3377556aedae40059d2aac00a561fec083e46cc6979b */
+/* sources 15b2c3e4b9c62fe6bea5b7dddb63165ec29e64a9affdb0ac9744e3b87cd49183 */
 /* Contains three:
 The MIT License
 
