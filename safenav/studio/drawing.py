@@ -56,8 +56,8 @@ class _Placing:
         return frozenset(region for one in listed for region in self.target(one))
 
 
-def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any]:
-    """Return the drawing of a text on its map."""
+def drawing_of(text: str, stem: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any]:
+    """Return the drawing of a text on its map; its name is the ``stem`` of its file by default."""
     root = read_document(text).root
     placing = _Placing(world, entries_of(below(root, "map", "names")))
     robots = [r for r in _robots(root, placing) if r["start"] is not None]
@@ -67,7 +67,7 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
         *(_hidden(each, "order ", catalogue) for each in orders),
     ]
     still = Run(
-        name=_text(below(root, "name")) or "new scenario",
+        name=_text(below(root, "name")) or stem,
         map=world,
         robots=tuple(_tracks(robots, catalogue)),
         hidden={each.name: each for each in hidden},

@@ -191,7 +191,9 @@ class Editor(Studio):
         self._draft = load_draft(order.text, order.file, order.reach, reachable=False)
         self._order, self._catalogue = order, self._draft.catalogue
         if self._draft.world is not None:
-            self._drawing = drawing_of(self.text, self._draft.world, self._catalogue)
+            self._drawing = drawing_of(
+                self.text, Path(order.file).stem, self._draft.world, self._catalogue
+            )
 
     def _replace(self, text: str, origin: TextOrigin | None = None) -> None:
         """Replace the text, and its ``origin`` if one is given; send it to every page, and check

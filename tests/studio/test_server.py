@@ -154,8 +154,9 @@ def test_a_file_in_the_folder_is_written_whole(editor: Served, home: Path) -> No
         page.say("save", name="door.yaml")
         page.hear(lambda m: m["is"] == "saved")
         assert (home / "lab" / "door.yaml").read_text() == told["text"]
-        (home / "lab" / "crlf.yaml").write_bytes(b"safenav: 1\r\n")
+        (home / "lab" / "crlf.yaml").write_bytes(b'safenav: 1\r\nmap: {grid: ["."]}\r\n')
         page.say("open", kind="file", name="crlf.yaml")
+        assert page.document("grid: [")["drawing"]["run"]["name"] == "crlf"
         page.say("text", text="safenav: 1\r\n# mine\r\n")
         page.say("save")
         page.hear(lambda m: m["is"] == "saved")  # the file has not changed since it was opened
