@@ -115,7 +115,7 @@ class ScenarioText:
             block = len(above) == 1 and above[0] == "robots"
             return self.put(tuple(above), f"\n  {whole}" if block else f"{{{whole}}}")
         before = holder.entries.get(after) or [*holder.entries.values()][-1]
-        return self._add(holder, before[1], f"{flow(key)}: {value}")
+        return self._add(holder, before[1], f"{flow(key)}: {value}".replace(": \n", ":\n"))
 
     def append(self, path: tuple[str, ...], value: str, after: str) -> None:
         """Append YAML to a list. A new list follows the key ``after``."""
