@@ -8,13 +8,10 @@ from collections.abc import Callable, Sequence
 from itertools import repeat
 from pathlib import Path
 
-from msgspec import Struct
-
-from safenav.errors import Diagnostic, InputError
+from safenav.errors import Diagnostic
 from safenav.files import printable
 from safenav.scenario import language
 from safenav.scenario.model import (
-    Catalogue,
     Clock,
     Coordination,
     Expect,
@@ -38,7 +35,7 @@ from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of, one_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.typed import Stages, read
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import Region
 
 Change = Callable[[Node, Findings], Node]
 """A change of a document before it is read: a variation is checked like the text of a file."""
@@ -77,19 +74,9 @@ def load_scenario_text(
     Raises InputError.
     """
     draft = load_draft(text, file, reach, change, reachable=reachable)
-    if draft.scenario is None:
-        raise InputError(draft.diagnostics)
+    draft.raise_if_any()
+    assert draft.scenario is not None, "else something was reported"
     return draft.scenario
-
-
-class Draft(Struct, frozen=True):
-    """The readable parts of a text: the scenario if it has no error, its catalogue, its map if that
-    is usable, and all diagnostics."""
-
-    scenario: Scenario | None
-    catalogue: Catalogue
-    world: RegionMap | None
-    diagnostics: tuple[Diagnostic, ...]
 
 
 def load_draft(
@@ -99,19 +86,17 @@ def load_draft(
     change: Change | None = None,
     *,
     reachable: bool = True,
-) -> Draft:
-    """Return the scenario in a text that is still being edited. Raises nothing."""
+) -> Reading:
+    """Return the readable parts of a text that is still being edited, and its diagnostics; the
+    scenario only if there are none. Raises nothing."""
     reading = Reading(file, reach, reachable=reachable)
     reading.catalogue = catalogue.built_in()
     root = parsed(text, reading)
     if root is not None and change is not None:
         root = change(root, reading)
     scenario = None if root is None else _scenario(root, reading)
-    try:
-        reading.raise_if_any()
-    except InputError as error:
-        return Draft(None, reading.catalogue, reading.world, error.diagnostics)
-    return Draft(scenario, reading.catalogue, reading.world, ())
+    reading.scenario = None if len(reading) else scenario
+    return reading
 
 
 def _resolve_catalogue(

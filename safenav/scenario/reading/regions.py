@@ -20,6 +20,7 @@ from safenav.scenario.model import (
     Robot,
     RobotModel,
     Rounds,
+    Scenario,
     name_parts,
 )
 from safenav.scenario.objective import Target
@@ -70,7 +71,8 @@ class Reading(Findings):
     ``obstacles_known``: whether none was reported; ``flat``: the obstacle type that represents a
     robot without charge. ``broken``: entries of the catalogue that were reported as unusable
     (``*``: any); they are not reported as unknown as well. ``reachable``: report targets that a
-    robot cannot reach. ``folder``: the folder of files that it names.
+    robot cannot reach. ``folder``: the folder of files that it names. ``scenario``: that of the
+    file, if it has no error.
     """
 
     def __init__(
@@ -95,6 +97,7 @@ class Reading(Findings):
         self.obstacles: tuple[Obstacle, ...] = ()
         self.obstacles_known = True
         self.flat: ObstacleType | None = None
+        self.scenario: Scenario | None = None
         self.reachable = reachable
         self.folder = Path(file).parent
 

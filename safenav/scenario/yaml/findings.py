@@ -105,31 +105,29 @@ class Findings:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """All diagnostics so far, in the order in which they were added."""
-        return tuple(self._found)
-
-    def __len__(self) -> int:
-        return len(self._found)
-
-    def raise_if_any(self) -> None:
-        """Raise InputError with all diagnostics in file order, if there are any."""
-        if not self._found:
-            return
+        """All diagnostics so far with their lines, in the order of the files; the first
+        MAX_REPORTED of many."""
         rank = {file: index for index, file in reversed(list(enumerate(self._files)))}
         once = dict.fromkeys(self._found)
         ordered = sorted(once, key=lambda d: (rank[d.file], d.line, d.column))
         if len(ordered) > MAX_REPORTED:
             more = f"and {len(ordered) - MAX_REPORTED} more"
             ordered[MAX_REPORTED:] = [Diagnostic(self.file, 0, 0, more)]
-        raise InputError([d._replace(source=self._line(d)) for d in ordered])
+        return tuple(d._replace(source=self._line(d)) for d in ordered)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def raise_if_any(self) -> None:
+        """Raise InputError with all diagnostics, if there are any."""
+        if self._found:
+            raise InputError(self.diagnostics)
 
     def refuse_if_any(self) -> None:
         """Raise UsageError with all diagnostics in one line, if there are any."""
-        try:
-            self.raise_if_any()
-        except InputError as error:
-            message = (f"{d.found} ({d.hint})" if d.hint else d.found for d in error.diagnostics)
-            raise UsageError("; ".join(message)) from error
+        message = (f"{d.found} ({d.hint})" if d.hint else d.found for d in self.diagnostics)
+        if self._found:
+            raise UsageError("; ".join(message))
 
     def _line(self, found: Diagnostic) -> str:
         lines = self._texts.get(found.file, [])
