@@ -155,20 +155,19 @@ def _type(
 def _needs(items: Sequence[language.NeedKeys], reading: Reading) -> tuple[Need, ...]:
     """Return ``needs: [{action: lift, robots: 2, at: neighbours, together: true}]``, in order."""
     found: list[Need] = []
-    for item in items:
-        label = item.of.removeprefix("of ")
-        given = item.robots if item.at("robots") is not None else None
-        if item.same and label.startswith("need 1 "):
+    for number, item in enumerate(items):
+        label, robots = item.of.removeprefix("of "), item.robots
+        if item.same and not number:
             reading.add(item.at("same"), f"{label} has no previous need for 'same'")
-        before = found[-1].robots if item.same and found else 1
-        if item.same and found and (given or before) != before:
-            message = f"{label} needs {given} robots, and the need before it {before}"
-            hint = "the same robots fulfil both; leave 'robots' out"
-            reading.add(item.at("robots"), message, hint)
+        elif item.same and found and robots != (before := found[-1].robots):
+            if item.at("robots") is not None:
+                message = f"{label} needs {robots} robots, and the need before it {before}"
+                hint = "the same robots fulfil both; leave 'robots' out"
+                reading.add(item.at("robots"), message, hint)
+            robots = before
         at = item.at_ or ResolveAt.SELF
         if item.action is not None:
-            need = Need(item.action.text, given or before, at, item.together, item.same)
-            found.append(need)
+            found.append(Need(item.action.text, robots, at, item.together, item.same))
     return tuple(found)
 
 

@@ -15,7 +15,7 @@ import types
 from collections.abc import Callable, Mapping
 from enum import StrEnum
 from functools import cache
-from inspect import cleandoc, get_annotations
+from inspect import cleandoc
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -28,7 +28,7 @@ from typing import (
 )
 
 from msgspec import NODEFAULT, Struct
-from msgspec.structs import replace
+from msgspec.structs import fields, replace
 
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped
@@ -211,23 +211,15 @@ class Item(Struct, frozen=True, kw_only=True):
 @cache
 def entries(kind: type[Struct]) -> Mapping[str, Key]:
     """Return the keys of a class, by their spelling."""
-    bases = (base for base in reversed(kind.__mro__) if base is not Item)
-    hints = {n: hint for base in bases for n, hint in get_annotations(base, eval_str=True).items()}
-    fields = [f for f in kind.__struct_fields__ if not (issubclass(kind, Item) and f in _OWN)]
-    backwards = zip(
-        reversed(kind.__struct_fields__), reversed(kind.__struct_defaults__), strict=False
-    )
-    given = dict(backwards)
     found = {}
-    for name in fields:
-        annotation, default = hints[name], given.get(name, NODEFAULT)
-        key = default if isinstance(default, Key) else replace(key_of(annotation), default=default)
-        word = getattr(kind, "spelled", {}).get(name, name.rstrip("_"))
-        found[word] = replace(key, field=name, word=word, annotation=annotation)
+    for each in fields(kind):
+        if issubclass(kind, Item) and each.name in Item.__struct_fields__:
+            continue
+        default = each.default if each.default_factory is NODEFAULT else None
+        key = default if isinstance(default, Key) else replace(key_of(each.type), default=default)
+        word = getattr(kind, "spelled", {}).get(each.name, each.name.rstrip("_"))
+        found[word] = replace(key, field=each.name, word=word, annotation=each.type)
     return found
-
-
-_OWN = ("node", "of", "flawed")
 
 
 def key_of(annotation: Any) -> Key:
