@@ -18,7 +18,7 @@ from safenav.batch.session import Report
 from safenav.errors import UsageError
 from safenav.files import printable
 from safenav.report.terminal.layout import StatusLine, echo_lines, table
-from safenav.trace.words import listed
+from safenav.trace.words import counted, listed
 
 _SLOWEST = 10
 _NAMES = 20
@@ -46,7 +46,7 @@ def summary(report: Report) -> list[str]:
 
 def _row(result: Result) -> tuple[object, ...]:
     seconds = f"{result.duration:.2f}".rjust(len("seconds"))
-    time = result.ticks and f"{result.ticks} ticks"
+    time = None if result.ticks is None else counted(result.ticks, "tick")
     if result.makespan is not None:
         time = f"{result.makespan:.1f} s"
     return result.name, result.verdict.value, result.outcome, time, result.syntheses, seconds
@@ -165,7 +165,8 @@ def result_lines(result: Result) -> list[str]:
     lines = list(result.reasons)
     if result.outcome is not None:
         over = result.makespan
-        time = f"{result.ticks} ticks" if over is None else f"{over:g} s on the clock of the run"
+        ticks = counted(result.ticks or 0, "tick")
+        time = ticks if over is None else f"{over:g} s on the clock of the run"
         lines.append(f"it ended after {time}: {result.explanation}")
     if result.settings:
         lines.append("settings: " + ", ".join(f"{k}={v}" for k, v in result.settings.items()))
