@@ -216,8 +216,9 @@ def drive(
     with LiveView(plan) as view:
         click.echo(f"live: {view.address}", err=True)
         status = _executed(plan, files, operator, first, drives, [view])
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        view.wait()
+        if status != ExitCode.INTERRUPTED:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            view.wait()
     return status
 
 
