@@ -9,7 +9,11 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world, the scenario lists the obstacle, or it appeared during the run."""
+    """In a simulated world, the scenario lists the obstacle, or it appeared during the run. Types
+    of one name agree."""
+    kind = e.obstacle.type
+    if s.kinds.get(kind.name, kind) != kind:
+        yield f"the scenario has another type {kind.name}"
     if e.obstacle.appears is None and not s.external:
         yield f"the scenario has no {e.obstacle.name}"
 
@@ -35,7 +39,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
         yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"
     if e.cause == "battery":
         empty = (r for r in s.robots.values() if r.pose[0] == one.region and is_empty(r, s, now))
-        if one.type != s.scenario.flat or not any(empty):
+        if one.type != s.flat_type or not any(empty):
             yield f"{one.name} appears, but no charge is used up there"
         return
     noticed = e.cause == "world" and s.external
@@ -172,7 +176,7 @@ def later_change(e: Line, s: State) -> float | None:
 def obeys_inputs(e: Line, s: State) -> Iterator[str]:
     """A robot that moves has the objective that the inputs give it."""
     robot = s.robots[e.robot]
-    if robot.data.when and not s.hands and robot.own != _by_inputs(e.robot, s):
+    if robot.data.when and not robot.told and robot.own != _by_inputs(e.robot, s):
         yield f"{e.robot} has another objective than the inputs give it"
 
 

@@ -14,7 +14,7 @@ from safenav.judge.world import TooLargeError
 @rule("header")
 def header(_: Line, s: State) -> Iterator[str]:
     """The scenario is consistent: free starts, robots in conflict at different ones, headings where
-    needed, batteries at most full, and entries of one obstacle that agree."""
+    needed, batteries at most full, and types of one name that agree."""
     for name, robot in s.robots.items():
         region = robot.pose[0]
         if region not in s.world.free:
@@ -34,10 +34,9 @@ def header(_: Line, s: State) -> Iterator[str]:
             yield f"{name} starts with more charge than its battery has"
         for one in s.closing(name, region):
             yield f"{name} starts at {s.show(region)} with {one.name}"
-    for data in s.scenario.obstacles:
-        first = next(one for one in s.scenario.obstacles if one.name == data.name)
-        if first.type != data.type:
-            yield f"the entries of {data.name} differ"
+    for kind in (one.type for one in s.scenario.obstacles):
+        if kind != s.kinds[kind.name]:
+            yield f"the types of the name {kind.name} differ"
 
 
 @rule()
@@ -131,8 +130,8 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
     stops = not s.live and s.scenario.late == "stop"
     if s.promised is not None and (e.outcome != "completed" or s.promised != e.tick):
         yield f"the mission was not completed in tick {s.promised}"
-    if e.outcome == "late" and not (stops and late):
-        yield "no missed deadline ends the run"
+    if e.outcome in ("late", "completed") and (e.outcome == "late") is not bool(stops and late):
+        yield f"{'a' if stops and late else 'no'} missed deadline ends the run"
     yield from _proven(refused_problems(e, s)) if e.refused else ()
 
 
@@ -177,7 +176,7 @@ def end(e: Line, s: State) -> Iterator[str]:
     moves = any(robot.bound is not None or robot.acts for robot in s.robots.values())
     if e.outcome == "time_limit" and s.live and not s.external and moves and e.t < s.limit:
         yield f"the limit of {s.limit:g} s is not reached"
-    if not s.live and s.tick > s.limit + 1:
+    if not s.live and s.tick > s.limit:
         yield f"the limit is {s.limit} ticks"
     if s.live and not s.external and s.time > s.limit:
         yield f"the limit is {s.limit:g} s"
@@ -210,7 +209,7 @@ def negative(e: Line, s: State) -> Iterator[str]:
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
         yield from _proven(negative_problems(e, s))
-    if e.until is not None and e.until not in listed_times(s):
+    if e.until is not None and not (e.until in listed_times(s) and e.until > s.now(e)):
         yield f"the run waits, but the scenario changes nothing at {e.until:g}"
 
 
@@ -249,8 +248,9 @@ def meeting(e: Line, robot: Robot, live: bool) -> set[int]:
     """Return the memories that a robot's formulas may have as it meets their goal of a line."""
     formulas, here = robot.own.formulas, robot.pose
     known = robot.memories or set()
-    known = formulas.lasting(known, here) if live else known
+    known = formulas.lasting(known, here, robot.heard) if live else known
     each = ((robot.recalled, robot.before), (known, here))
     steps = ((start, formulas.steps(before, here)) for start, before in each)
     met = {j for start, some in steps for i, j, goals in some if i in start and e.goal in goals}
-    return met | {one for one in known if e.goal in formulas.met_by_staying(here, one)}
+    stays = {one for one in known if e.goal in formulas.met_by_staying(here, one)}
+    return (met & robot.heard) | stays

@@ -32,6 +32,9 @@ def after(e: Line, s: State) -> None:
             s.inputs |= e.values
             s.switched |= dict.fromkeys(e.values, e.tick)
             s.by_user |= {*(e.user or ())}
+            for robot in (one for one in s.robots.values() if one.memories is not None):
+                robot.heard |= robot.hears(s.inputs)
+                robot.memories = robot.own.formulas.hearing(robot.memories, robot.heard)
         case "push" | "pop":
             for name, objective in e.objectives.items():
                 s.robots[name].given = objective
@@ -86,16 +89,18 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 fresh = robot.kept.anew(e.objective)
             robot.kept = robot.kept if e.cause != "input" or away else None
             robot.own, robot.progress, robot.first = e.objective, fresh, None
+            robot.told = e.cause == "user"
             robot.met.clear()
             robot.given = e.objective if e.at_once else robot.given
             robot.within = None if s.live else e.within
             s.restart(robot)
             robot.was_away, robot.away = False, not robot.given.serves(robot.own)
-            robot.follow()
+            robot.follow(s.inputs)
             _stands(e, robot, s)
         case "service":
             robot.out = not e.active
             if e.active:
+                robot.given = robot.own  # until a line gives it a duty again
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
                 s.restart(robot)
             if e.active and robot.filled and robot.charge is not None:
@@ -126,6 +131,8 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     s.moves, s.strays = s.moves + (e.kind != "arrive"), s.strays + step.strays
     if robot.bound is None and step.bound is not None:
         robot.began = e.tick
+    if robot.bound is None and robot.memories is not None:
+        robot.memories, robot.heard = s.memories(robot), robot.hears(s.inputs)
     if robot.charge is not None:
         if s.live:
             _charge_stands(e, robot, s)
@@ -143,21 +150,19 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     robot.moved = e.tick if e.kind == "move" else robot.moved
     robot.met.clear()
     if e.kind != "depart":
-        _memories(robot, here, s)
+        _memories(robot, here)
     if e.kind == "move":
         _stood(robot.name, s)
     s.stand(robot)
 
 
-def _memories(robot: Robot, here: tuple[int, str | None], s: State) -> None:
+def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
     """Follow the memories that a robot's formulas may have."""
     formulas = robot.own.formulas
     if robot.memories is None or robot.bound is not None:
         return
     stays, robot.recalled = robot.pose == here, robot.memories
-    if s.live and not stays:
-        robot.recalled = formulas.lasting(robot.memories, here)
-    after = formulas.after(robot.recalled, here, robot.pose)
+    after = formulas.after(robot.recalled, here, robot.pose) & robot.heard
     robot.memories = robot.recalled | after if stays else after or robot.recalled
 
 
@@ -274,10 +279,13 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 drained = s.robots[s.flat.pop(one.name)]
                 drained.filled = drained.out
             for robot in s.robots.values() if one.type.startswith("lost_") else ():
-                if one.type == f"lost_{robot.name}":
+                if one.type == f"lost_{robot.name}" and robot.lost:
                     robot.holds -= {one.region}
         case "met" if e.need == one.stage:
             one.group = frozenset(e.robots or [e.robot])
+            for other in s.obstacles.values() if one.rest.takes() else ():
+                if other.rest.takes():  # who takes a load has no part of another one
+                    other.rest = other.rest._replace(done=other.rest.done - one.group)
             one.rest = one.rest._replace(done=frozenset()).advanced(one.group)
             together = one.rest.left and one.rest.left[0].together
             one.begun = e.tick + 1 if together else e.tick  # robots that have had their turn
@@ -290,7 +298,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             s.kept |= {one.name: s.dues.pop(one.name)} if one.name in s.dues else {}
             if one.name in s.flat:
                 s.robots[s.flat.pop(one.name)].filled = True
-            if one.type != s.scenario.flat:
+            if one.type != s.flat_type:
                 _restart_rounds(s)
         case "truth":
             one.truth = e.traversable

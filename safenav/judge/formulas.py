@@ -139,6 +139,8 @@ class Formulas:
         memory = body.get("memory") or {}
         self.inputs: list[str] = [*body.get("inputs", ())]
         self.names = [*memory, *self.inputs]
+        if len({"region", "heading", *self.names}) < len(self.names) + 2:
+            raise UnreadError("two variables of formulas have one name")
         ranges = [range(2) if kind == "bool" else range(kind[0], kind[1] + 1)
                   for kind in memory.values()] + [range(2)] * len(self.inputs)  # fmt: skip
         pairs = zip(self.names, ranges, strict=True)
@@ -211,12 +213,19 @@ class Formulas:
         known = {*memories}
         return {j for i, j, _ in self.steps(before, then) if i in known}
 
-    def lasting(self, memories: Iterable[int], pose: Pose) -> set[int]:
-        """Return the memories that may follow some memories while the robot stays."""
+    def lasting(self, memories: Iterable[int], pose: Pose, heard: set[int]) -> set[int]:
+        """Return the memories that may follow some memories while the robot stays, of those
+        ``heard``."""
         known = {*memories}
-        while more := self.after(known, pose, pose) - known:
+        while more := (self.after(known, pose, pose) & heard) - known:
             known |= more
         return known
+
+    def hearing(self, memories: set[int], heard: Iterable[int]) -> set[int]:
+        """Return some memories, also with the inputs of those ``heard``."""
+        own = len(self.names) - len(self.inputs)
+        known = {self.values[one][:own] for one in memories}
+        return memories | {one for one in heard if self.values[one][:own] in known}
 
     def _row(self, before: Pose, after: Pose, old: Sequence[int], new: Sequence[int]) -> Values:
         (a, faced), (b, faces) = before, after

@@ -204,7 +204,7 @@ def _obstacle(value: Any) -> Line:
 
 VALUES: dict[str, tuple[tuple[type, ...], int | None]] = {
     **{"int": ((int,), None), "str": ((str,), None), "bool": ((bool,), None)},
-    **{"number": ((int, float), None), "count": ((int,), 0), "times": ((int,), 1)},
+    **{"number": ((int, float), 0), "count": ((int,), 0), "times": ((int,), 1)},
     **{"truth": ((bool, type(None)), None), "least": ((int, type(None)), None)},
 }
 """Types of values of JSON, each with its least value."""
@@ -216,7 +216,6 @@ TUPLES = {
 MADE: dict[str, Callable[[Any], Any]] = {
     "known": lambda value: read("int" if type(value) is int else "int*", value),
     "at": lambda value: read("self|neighbours" if type(value) is str else "int!", value),
-    "flat": lambda value: _type(value).name,
     "any": lambda value: value,
     **{"memory": _memory, "objective": _objective, "pose": _pose, "robot": _robot},
     **{"type": _type, "obstacle": _obstacle},
@@ -244,7 +243,7 @@ OBJECTS = {
         "proof": "robots:str* memory?:int~~",
         "scenario": "map:map robots:robot* obstacles:obstacle* until:until limits:limits"
         " clock:lockstep|live seed:int coordination:resynthesis|assignable changes:change*"
-        " never_together:zone* resolve_within?:count late:go_on|stop chargers:int! flat?:flat"
+        " never_together:zone* resolve_within?:count late:go_on|stop chargers:int! flat?:type"
         " inputs:input*",
     }.items()
 }

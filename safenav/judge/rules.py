@@ -62,6 +62,8 @@ def placed(e: Line, s: State) -> Iterator[str]:
     if e.region is None or e.robot is None:
         return
     robot = s.robots[e.robot]
+    if e.intervention != "put_back":
+        yield f"{e.robot} is put in {s.show(e.region)} without saying so"
     if e.region not in s.world.free:
         yield f"{e.robot} is put in {s.show(e.region)}, which is not free"
     for one in s.closing(e.robot, e.region):
@@ -86,7 +88,7 @@ def mobility(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} enters {s.show(step.to)}, which is not free"
     if step.strays:
         undone = e.result == "elsewhere" and (step.at, step.heading) == robot.pose
-        if not (s.external or undone):
+        if step.bound is not None or not (s.external or undone):
             yield f"{e.robot} fails, or ends elsewhere than commanded, in a simulated world"
         return
     if step.to != step.start and side is None:
@@ -188,17 +190,17 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
     here = step.start, robot.pose[1]
     remembers = robot.memories is not None and robot.given.serves(robot.own)
     known = s.memories(robot) if remembers else range(len(formulas.values))
-    if not formulas.after(known, here, (step.to, way)):
+    if formulas.after(known, here, (step.to, way)).isdisjoint(robot.hears(s.inputs)):
         yield f"{e.robot} steps from {s.show(here[0])} to {s.show(step.to)} against its formulas"
 
 
 @rule("move", "depart")
 def service(e: Line, s: State) -> Iterator[str]:
-    """A robot out of service begins no step."""
+    """A robot out of service, or lost, begins no step."""
     robot, step = s.robots[e.robot], s.step(e)
     begins = robot.bound is None and step.to != step.start and not step.strays
-    if begins and robot.out:
-        yield f"{e.robot} moves, but is out of service"
+    if begins and (robot.out or robot.lost):
+        yield f"{e.robot} moves, but is {'out of service' if robot.out else 'lost'}"
 
 
 @rule("move", "depart", "service")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import takewhile
 from typing import Any, NamedTuple
@@ -64,13 +64,14 @@ class Robot:
     is in transit to since tick ``began``; ``came``: the region that it entered its own from;
     ``before``: its pose before its last move; ``given``: the objective that lines last gave it;
     ``begun``: the tick in which its round began, which may take ``within`` ticks, unless it does
-    something else (``away``) in it, or did in the one before (``was_away``);
-    ``memories``: those that its formulas may have (None: not followed), ``recalled``: before its
-    last step; ``stands``: live, since when it uses its ``charge`` without a step; ``filled``: its
-    battery was replaced; ``kept``: its progress with the objective that it resumes after an input;
-    ``first``: the target with which its strategy begins; ``acts``: the action in which it takes
-    part, ``acted``: when one ended last; ``passes``: the obstacles unknown when it began, on which
-    idle robots may act as well; ``met``: the goals that its last step has met, each with its tick;
+    something else (``away``) in it, or did in the one before (``was_away``); ``memories``: those
+    that its formulas may have (None: not followed), ``recalled``: before its last step, ``heard``:
+    those with the inputs since that step began; ``stands``: live, since when it uses its ``charge``
+    without a step; ``filled``: its battery was replaced; ``kept``: its progress with the objective
+    that it resumes after an input; ``first``: the target with which its strategy begins; ``told``:
+    a user gave it its objective; ``acts``: the action in which it takes part, ``acted``: when one
+    ended last; ``passes``: the obstacles unknown when it began, on which idle robots may act as
+    well; ``met``: the goals that its last step has met, each with its tick;
     ``jumps``: how often it was farther from its last region than a step; ``observes``: the robots
     that its strategy observes, with their jumps before it was made."""
 
@@ -97,8 +98,10 @@ class Robot:
     lost: bool = False
     memories: set[int] | None = None
     recalled: set[int] = field(default_factory=set)
+    heard: set[int] = field(default_factory=set)
     kept: Progress | None = None
     first: int | None = None
+    told: bool = False
     acts: Line | None = None
     acted: int | None = None
     passes: frozenset[str] = frozenset()
@@ -118,11 +121,17 @@ class Robot:
             return False
         return e.tick in (self.met.values() if self.own.in_turn else [self.met.get(e.goal)])
 
-    def follow(self) -> None:
+    def hears(self, inputs: Mapping[str, bool]) -> set[int]:
+        """Return the memories of its formulas with these values of the inputs."""
+        stated = {name: inputs.get(name, 0) for name in self.own.formulas.inputs}
+        return {*self.own.formulas.remembering(stated)}
+
+    def follow(self, inputs: Mapping[str, bool]) -> None:
         """Begin to follow the memories of its formulas, if they have any that can be followed."""
-        formulas = self.own.formulas
-        follows = self.own.kind == "ltl" and formulas.whole and formulas.names
-        self.memories = {*formulas.begins(self.pose)} if follows else None
+        formulas, self.memories = self.own.formulas, None
+        if self.own.kind == "ltl" and formulas.whole and formulas.names:
+            self.heard = self.hears(inputs)
+            self.memories = self.heard.intersection(formulas.begins(self.pose))
 
     def charge_at(self, t: float, chargers: Iterable[int]) -> float:
         """Return its charge at a second of a live run."""
@@ -216,7 +225,7 @@ class Obstacle:
     shut: bool = False
     known: bool = False
     declared: bool = False
-    since: int = 1
+    since: int = -1
     begun: int = 1
 
     @property
@@ -272,6 +281,7 @@ class State:
         self.tick, self.time = 0, 0.0
         self.limit = (h.limits.seconds or h.limits.ticks * SLOWEST) if self.live else h.limits.ticks
         self.promised: int | None = None
+        self.inputs = {each.name: False for each in h.inputs}
         self.robots = {data.name: self._robot(data) for data in h.robots}
         self.names = [*self.robots]
         self.obstacles: dict[str, Obstacle] = {}
@@ -281,7 +291,6 @@ class State:
         listed = [one for one in h.obstacles if one.appears is not None]
         self.coming = sorted(listed, key=lambda one: one.appears)
         self.changes = sorted(h.changes, key=lambda one: one.at)
-        self.inputs = {each.name: False for each in h.inputs}
         self.by_user: set[str] = set()
         self.by = None if self.live else h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
@@ -290,6 +299,8 @@ class State:
         self.switched: dict[str, int] = {}
         self.missed: set[str] = set()
         self.orders: set[str] = set()
+        kinds = [one.type for one in h.obstacles] + [h.flat] * bool(h.flat)
+        self.kinds, self.flat_type = {one.name: one for one in kinds}, h.flat and h.flat.name
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
         self.found: set[str] = set()  # untraversable obstacles of this tick
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
@@ -316,7 +327,7 @@ class State:
         within, held = None if self.live else data.within, frozenset([region])
         robot = Robot(data.name, data, pose, held, own, own, progress, within, pose)
         robot.charge = float(data.battery.start) if data.battery else None
-        robot.follow()
+        robot.follow(self.inputs)
         return robot
 
     def add(self, data: Line) -> None:
@@ -398,7 +409,7 @@ class State:
     def memories(self, robot: Robot) -> set[int]:
         """Return the memories that a robot's formulas may have now."""
         known, formulas = robot.memories or set(), robot.own.formulas
-        return formulas.lasting(known, robot.pose) if self.live and known else known
+        return formulas.lasting(known, robot.pose, robot.heard) if self.live and known else known
 
     def arriving(self, robot: Robot, known: Iterable[int] | None = None) -> set[int]:
         """Return the memories that a robot's formulas may have where it is or, in transit, will
@@ -407,7 +418,7 @@ class State:
         if robot.bound is None:
             return known
         after: set[int] = robot.own.formulas.after(known, robot.pose, self.destination(robot.name))
-        return after
+        return after & robot.heard
 
     def loads(self, robot: str) -> list[str]:
         """Return the loads that a robot carries."""

@@ -255,7 +255,7 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
             least = least_within(s, name) if name == of else charge_needed(robot, s)
         if least <= most:
             yield f"{of} is refused, but {most:g} suffices: the least is {least}"
-        elif stated is not None and stated != least:
+        elif (NEVER if stated is None else stated) != min(least, NEVER):
             yield f"{of} is refused with a least value of {stated}; it is {least}"
 
 

@@ -132,7 +132,7 @@ class Enumeration:
         )
         places = tuple(p[0] if p[0] in regions else ELSEWHERE for p in state.poses)
         after, left = self._acted(state.opened, places), state.left
-        flat = self.case.state.scenario.flat
+        flat = self.case.state.flat_type
         restarts = any(not one.left and one.order[0] != flat for one in after)
         opened = tuple(one for one in after if one.left)
         if restarts:
