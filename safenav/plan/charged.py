@@ -88,8 +88,8 @@ class ChargedSearch(Search):
                 best = found
         return best
 
-    def _ticks(self, states: Sequence[Joint]) -> int:
-        return sum(_duration(self.floor, before, joint) for before, joint in pairwise(states))
+    def _ticks(self, states: Sequence[Joint]) -> float:
+        return sum(_duration(self.team.step_ticks, *each) for each in pairwise(states))
 
     def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
         self._best = {}
@@ -214,10 +214,10 @@ class ChargedSearch(Search):
         return energy.aim(allowed, goal, turn, (joint.poses[i], charge), self.how)
 
 
-def _duration(floor: Floor, before: Joint, joint: Joint) -> int:
-    """Return the ticks of a transition: those of its slowest step."""
-    moving = (i for i in floor.robots if before.poses[i] != joint.poses[i])
-    return max((floor.team.step_ticks[i] for i in moving), default=1)
+def _duration(times: Sequence[float], before: Joint, joint: Joint) -> float:
+    """Return the time of a transition, that of its slowest step, by the times of each robot."""
+    steps = zip(times, before.poses, joint.poses, strict=True)
+    return max((time for time, a, b in steps if a != b), default=1)
 
 
 Part = tuple[Floor, Sequence[Joint]]
@@ -227,12 +227,13 @@ Part = tuple[Floor, Sequence[Joint]]
 def charged_plan(parts: Sequence[Part], begun: float) -> Plan | None:
     """Return the plan of all parts; None if some robot cannot wait for the end of the others.
     ``begun``: the tick before its first one; in a live run its start."""
-    ticks = [sum(_duration(floor, *each) for each in pairwise(states)) for floor, states in parts]
-    charges = [0.0] * len(parts[0][0].team.members)
+    team = parts[0][0].team
+    ticks = [sum(_duration(team.step_ticks, *e) for e in pairwise(states)) for _, states in parts]
+    charges = [0.0] * len(team.members)
     for (floor, states), own in zip(parts, ticks, strict=True):
         last, waits = states[-1], max(ticks) - own
         for i in floor.robots:
-            energy, charges[i] = floor.team.members[i].energy, last.charges[i]
+            energy, charges[i] = team.members[i].energy, last.charges[i]
             if waits and energy is not None and not energy.charging(last.poses[i]):
                 charges[i] -= waits * energy.battery.stay
                 if charges[i] < _needed_at_end(floor, last, i):
@@ -261,7 +262,7 @@ def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     tick that were planned."""
     plan = plan_of(floor, states[0], [joint.poses for joint in states])
     live = floor.team.scenario.clock is Clock.LIVE
-    ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0 if live else 1
+    ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0.0 if live else 1.0
     for before, joint in pairwise(states):
         moving = [i for i in floor.robots if before.poses[i] != joint.poses[i]]
         for i in moving:
@@ -273,7 +274,7 @@ def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
             elif energy is not None:
                 charge = joint.charges[i] + energy.battery.move
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge)
-        tick += _duration(floor, before, joint)
+        tick += _duration(floor.team.step_times, before, joint)
     batteries = {i: e.battery for i in floor.robots if (e := floor.team.members[i].energy)}
     for i in () if any(each.stay for each in batteries.values()) else batteries:
         _needed(floor, states[-1], i, ways[i])

@@ -199,9 +199,9 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         return tuple(i for i, member in enumerate(self.members) if member.energy is not None)
 
     @cached_property
-    def step_ticks(self) -> tuple[int, ...]:
-        """The ticks of each robot's step; in a live run its seconds, rounded up: the mean of a
-        straight step and one with a quarter turn."""
+    def step_times(self) -> tuple[float, ...]:
+        """The ticks of each robot's step; in a live run its seconds: the mean of a straight step
+        and one with a quarter turn."""
         if self.scenario.clock is not model.Clock.LIVE:
             return tuple(member.ticks for member in self.members)
         found = []
@@ -210,8 +210,13 @@ class Team(Struct, frozen=True, eq=False, dict=True):
             for facing in ("east", "north"):
                 pace.placed(0, facing)
                 seconds += pace.step(0, 0, 1)
-            found.append(ceil(seconds / 2))
+            found.append(seconds / 2)
         return tuple(found)
+
+    @cached_property
+    def step_ticks(self) -> tuple[int, ...]:
+        """These times, rounded up: to use up charge."""
+        return tuple(map(ceil, self.step_times))
 
     @cached_method
     def spaces(self, i: int, region: int) -> dict[object, frozenset[int]]:
