@@ -11,11 +11,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.charged import ChargedSearch, Charges, Part, charged_plan
-from safenav.plan.order import preview
+from safenav.plan.order import plan_of, preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import coupled, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
+from safenav.team.bound import least_within
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
 from safenav.world.poses import Mask
@@ -57,16 +58,50 @@ def ask(
     check: Callable[[], None] = lambda: None,
 ) -> Found | Deadlock | Unserved | None:
     """Return the answer for the whole remaining mission with all ``served`` gates resolved, or, for
-    a long mission, a plan for its next rounds. ``check`` raises if the search must end."""
+    a long mission, a plan for its next rounds. In a plan, rounds with a deadline continue until all
+    rounds are completed, if possible. ``check`` raises if the search must end."""
     if (none := _crowded(floor) or _alone(floor, joint)) is not None:
         return none
     done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in floor.robots)
     if floor.team.rounds - done > MOST_AHEAD:
-        part, more = (replace(floor, rounds=done + AHEAD + k) for k in (0, 1))
-        found = _ask(part, joint, served, seed, check)
+        every = len(floor.team.members)
+        part, more = (replace(floor, rounds=(done + AHEAD + k,) * every) for k in (0, 1))
+        found = _continued(part, joint, served, seed, check)
         if not isinstance(found, Found) or _goes_on(more, joint, found, seed, check):
             return found  # impossible for some rounds: impossible for all
-    return _ask(floor, joint, served, seed, check)
+    return _continued(floor, joint, served, seed, check)
+
+
+def _continued(
+    floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
+) -> Found | Deadlock | Unserved | None:
+    """Return the answer; in a plan, robots whose rounds have a deadline continue after their last
+    one until all robots have completed theirs, unless that delays the others."""
+    found = _ask(floor, joint, served, seed, check)
+    timed = [i for i in floor.robots if floor.team.members[i].robot.within is not None]
+    if not timed or not isinstance(found, Found) or found.first:
+        return found
+    ticks = preview(floor, found.plan, joint)
+    if ticks is None:
+        return found
+    rounds, last = [*floor.wanted], len(ticks) - 1
+    longest = last * max(floor.team.members[i].ticks for i in floor.robots)
+    for i in timed:
+        member = floor.team.members[i]
+        end = last
+        while end and floor.is_done(i, ticks[end - 1].counts[i]):
+            end -= 1
+        least = least_within(member, ticks[end].poses[i], strict=member.objective.literal)
+        rounds[i] += 1 + (longest - end * member.ticks) // least if least else 0
+    more = replace(floor, rounds=tuple(rounds))
+    further = _ask(more, joint, served, seed, check)
+    if not isinstance(further, Found) or further.first:
+        return found
+    shown = preview(more, further.plan, joint) or []
+    for tick, each in enumerate(shown[: last + 1]):
+        if floor.completed(each, frozenset(served)):
+            return Found(plan_of(more, joint, [one.poses for one in shown[: tick + 1]]))
+    return found
 
 
 def _goes_on(more: Floor, joint: Joint, found: Found, seed: int, check: Callable[[], None]) -> bool:

@@ -42,10 +42,10 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
     take part; ``barred``: robots that must not act on an obstacle; ``failed``: those that do not
     resolve one by entering it; ``inside``: of each robot where it is in obstacles closed to it;
-    ``helping``: those that serve each obstacle already; ``rounds``: those to be completed, if not
-    all of the mission; ``away``: poses that only robots out of service keep from each robot;
-    ``either``: whether strict objectives may begin with any target; ``laden``: robots that carry
-    loads of other obstacles."""
+    ``helping``: those that serve each obstacle already; ``rounds``: those that each robot is to
+    complete, if not those of the mission; ``away``: poses that only robots out of service keep from
+    each robot; ``either``: whether strict objectives may begin with any target; ``laden``: robots
+    that carry loads of other obstacles."""
 
     team: Team
     gates: tuple[int, ...]
@@ -56,7 +56,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     failed: frozenset[tuple[int, int]] = frozenset()
     inside: tuple[tuple[Inside, ...], ...] = ()
     helping: tuple[tuple[int, tuple[int, ...]], ...] = ()
-    rounds: int | None = None
+    rounds: tuple[int, ...] = ()
     away: tuple[Mask, ...] = ()
     either: bool = False
     laden: frozenset[int] = frozenset()
@@ -269,10 +269,15 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                 if pose % size not in taken and not shut >> pose % size & 1:
                     yield i, pose
 
+    @cached_property
+    def wanted(self) -> tuple[int, ...]:
+        """The rounds that each robot is to complete."""
+        return self.rounds or (self.team.rounds,) * len(self.team.members)
+
     @cached_method
     def is_done(self, i: int, count: tuple[int, int]) -> bool:
         """Return whether a robot has completed its rounds."""
-        return self.rounds_done(i, count) >= (self.rounds or self.team.rounds)
+        return self.rounds_done(i, count) >= self.wanted[i]
 
     def rounds_done(self, i: int, count: tuple[int, int]) -> int:
         """Return the rounds that a robot has completed."""

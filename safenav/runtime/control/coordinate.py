@@ -355,7 +355,7 @@ def _planned(
         timed = [i for i in sharing if team.members[i].robot.within is not None]
         if goes_on and timed and not open_:  # their deadlines continue while other robots have work
             more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
-            floor = replace(floor, robots=sharing, rounds=more)
+            floor = replace(floor, robots=sharing, rounds=(more,) * len(team.members))
             plan = answers.more(floor, joint, len(state.over), charges, state.time)
             if plan is not None:
                 decide(now.Planned(plan))
