@@ -33,12 +33,17 @@ class Outcome(StrEnum):
 
 
 class Verdict(StrEnum):
-    """The result of a synthesis. Only REALIZABLE and UNREALIZABLE are proven."""
+    """The result of a synthesis."""
 
     REALIZABLE = "realizable"
     UNREALIZABLE = "unrealizable"
     TIMEOUT = "timeout"
     OUT_OF_MEMORY = "out_of_memory"
+
+    @property
+    def proven(self) -> bool:
+        """Whether it holds whatever the limits."""
+        return self in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
 
 
 class ExitCode(IntEnum):

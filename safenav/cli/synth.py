@@ -170,7 +170,7 @@ def _of_specification(given: options.GivenFile) -> Synthesized:
     file, spec = given.path, specification_of(given)
     synthesizer = Synthesizer(verifier=first_failure)
     result = listed(synthesizer.synthesize, spec)
-    if not is_proven(result):
+    if not result.verdict.proven:
         # The verdict may be quick even if the strategy is too large to list.
         proven = decided(file, synthesizer.synthesize(spec, strategy=False))
         if proven.verdict is errors.Verdict.REALIZABLE:
@@ -178,7 +178,7 @@ def _of_specification(given: options.GivenFile) -> Synthesized:
         result = proven
     negative = result.verdict is errors.Verdict.UNREALIZABLE
     shown = listed(synthesizer.counterstrategy, spec) if negative else result
-    if not is_proven(shown):
+    if not shown.verdict.proven:
         error = too_large(file, "unrealizable, but the environment's strategy", shown)
         error.exit_code = errors.ExitCode.NEGATIVE  # the verdict is proven
         raise error
@@ -246,7 +246,7 @@ def opening_words(spec: Specification) -> str:
 
 
 def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
-    if is_proven(result):
+    if result.verdict.proven:
         return result
     raise errors.ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
 
@@ -258,10 +258,6 @@ def listed(ask: Callable[[Specification], SynthesisResult], spec: Specification)
     except errors.ResourceLimitError as error:
         nothing = errors.Verdict.OUT_OF_MEMORY
         return SynthesisResult(spec.robot, nothing, 0.0, False, "", detail=str(error))
-
-
-def is_proven(result: SynthesisResult) -> bool:
-    return result.verdict in (errors.Verdict.REALIZABLE, errors.Verdict.UNREALIZABLE)
 
 
 def too_large(file: Path, what: str, result: SynthesisResult) -> errors.ResourceLimitError:

@@ -121,7 +121,7 @@ class _Search:
     def fails(self, members: Iterable[CoreMember]) -> bool:
         """Return whether these guarantees are proven to be unrealizable."""
         verdict = self._ask.verdict(self.with_only(members))
-        self._unknown = self._unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+        self._unknown = self._unknown or not verdict.proven
         return verdict is Verdict.UNREALIZABLE
 
     def first_failing(self, choices: Sequence[list[CoreMember]]) -> list[CoreMember]:

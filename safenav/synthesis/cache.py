@@ -30,7 +30,6 @@ _RESULT, _TEXT = ".answer", ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _LISTINGS = 64
 """Average number of listings of the directory while as much data as its limit is written."""
-_LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
 
 
 class CacheWarning(UserWarning):
@@ -85,7 +84,7 @@ class Cache:
 
     def store(self, key: str, entry: CacheEntry) -> None:
         """Keep a proven verdict; exhausted limits prove nothing and are not kept."""
-        if entry.verdict in _LASTING:
+        if entry.verdict.proven:
             self._write(key + _RESULT, msgpack.encode(entry))
 
     def keep_text(self, sha256: str, text: str) -> None:

@@ -205,7 +205,7 @@ class Answers:
 
 
 def _refuse_limit(result: SynthesisResult) -> None:
-    if result.verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE):
+    if not result.verdict.proven:
         memory = result.verdict is Verdict.OUT_OF_MEMORY
         limit = "limits.synthesis_memory" if memory else "limits.synthesis_seconds"
         raise ResourceLimitError(
