@@ -71,10 +71,9 @@ def _completed(
 ) -> dict[str, T]:
     """Return the entries of a catalogue with its ``own`` ones, without those that were reported:
     the built-in entry of that name is not meant."""
-    reported = {key.text for key, _ in entries_of(listed) if own.get(key.text) is None}
-    reading.broken |= reported
-    every = {**base, **own}
-    return {name: e for name, e in every.items() if e is not None and name not in reported}
+    every = {key.text: own.get(key.text) for key, _ in entries_of(listed)}
+    reading.broken |= {name for name, each in every.items() if each is None}
+    return {name: each for name, each in {**base, **every}.items() if each is not None}
 
 
 def vision_of(value: float | str | None) -> float | None:
