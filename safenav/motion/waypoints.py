@@ -83,9 +83,10 @@ def timed_waypoints(motion: Motion) -> list[Waypoint]:
 
     def placed(piece: Moving, t: float, pose: Sequence[float], region: int) -> Waypoint:
         x, y = frame.in_world(pose[0], pose[1])
+        tick = piece.tick if t > piece.t0 else 0
         numbers = (t, x, y, pose[2], remainder(pose[3] + turned, tau), pose[4])
         t, x, y, z, yaw, speed = (round(number, _DECIMALS) + 0.0 for number in numbers)
-        return Waypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)
+        return Waypoint(piece.robot, tick, t, x, y, z, yaw, speed, region)
 
     found = []
     for robot in motion.header.robots:
