@@ -144,7 +144,9 @@ def _film(run: Run, path: Path, ticks: range, speed: float, width: int) -> None:
     from safenav.report.picture.film import Film
 
     film = Film(run, ticks, speed, width)
-    with click.progressbar(length=len(film.moments), label="drawing", file=sys.stderr) as bar:
+    with click.progressbar(
+        length=len(film.moments), label="drawing", width=0, file=sys.stderr
+    ) as bar:
         write_whole(path, lambda part: film.write_gif(part, lambda: bar.update(1)))
     tell(path)
 

@@ -3,6 +3,7 @@
 import json
 import os
 import pty
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -141,6 +142,19 @@ def test_colours_are_for_terminals_and_can_be_switched_off(wanted: bool, tmp_pat
         os.close(near)
         assert told in said
         assert ("\x1b[" in said) == wanted
+
+
+def test_the_progress_of_a_film_fits_a_narrow_terminal(tmp_path: Path) -> None:
+    trace = tmp_path / "t.jsonl"
+    assert run("run", HELLO, "--trace", trace).returncode == 0
+    near, far = pty.openpty()
+    film = ("replay", trace, "-o", tmp_path / "t.gif", "--ticks", "0-2")
+    run(*film, capture_output=False, stdout=far, stderr=far, env={**os.environ, "COLUMNS": "30"})
+    os.close(far)
+    said = re.sub(r"\x1b\[[?\d]*\w", "", os.read(near, 10_000).decode())
+    os.close(near)
+    shown = [line for line in said.split("\r") if line.startswith("drawing")]
+    assert "100%" in shown[-1] and max(map(len, shown)) <= 30
 
 
 def test_strategy_files_load_again_and_give_the_same_strategy(
