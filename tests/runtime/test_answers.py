@@ -50,3 +50,11 @@ def test_a_search_that_exceeds_its_budget_is_not_a_verdict(
     for module, budget in budgets:
         monkeypatch.setattr(module, budget, 1)
     assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"
+
+
+def test_an_expensive_request_does_not_end_a_mission_that_does_not_need_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for budget in ("PROOF", "SINGLES"):
+        monkeypatch.setattr(search, budget, 1)
+    assert play(case("requests/set_aside")).outcome["outcome"] == "completed"

@@ -370,6 +370,10 @@ def _planned(
         floor = replace(floor, barred=floor.barred | only)
     out = [i for i, robot in enumerate(state.robots) if not robot.active]
     answer = answers.plan(floor, joint, served, len(state.over), charges, state.time)
+    if answer is None and all(state.obstacles[floor.gates[g]].asked for g in served):
+        # The search took too long. The mission may not need requests of robots.
+        without = answers.plan(floor, joint, (), len(state.over), charges, state.time)
+        answer = Unserved(served) if isinstance(without, Found) else None
     match answer:
         case Found(plan, first):
             for i, memory in first:

@@ -237,7 +237,7 @@ def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
         yield f"{wait} for {help_} to resolve {what}" if names else f"{what} is still open"
 
 
-ASIDE = "no order of moves lets them resolve it now"
+ASIDE = "no joint plan that resolves it now was found"
 _UNSERVED = "if a robot went there now, the team could not continue"
 
 
