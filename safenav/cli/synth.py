@@ -127,6 +127,10 @@ def synth(
     if given.kind == "specification":
         options.refuse(dict.fromkeys(("robot", "avoiding"), "scenarios"))
         one = _of_specification(given)
+        written = [output / name for name, _ in one.files(of_robot=False)] if output else []
+        if measures is not None and measures.resolve() in [file.resolve() for file in written]:
+            problem = f"--measures {measures} would overwrite the strategy"
+            raise errors.UsageError(f"{problem}; give another file")
         _report([one], output, "file", {"specification": str(scenario), **one.data()}, as_json)
         return _end_of_specification(one, scenario, measures, as_json or str(output) == "-")
     options.refuse({"measures": "a specification; -o writes that of each robot"})
