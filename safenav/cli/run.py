@@ -21,6 +21,7 @@ from safenav.cli.operator import attended, run_with_operator
 from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
 from safenav.files import json_line, write_out
 from safenav.report.terminal.layout import WaitingLine
+from safenav.run.wording import moment_words
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Clock, Expect, Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -355,8 +356,8 @@ def _not_reached(mission: Mission) -> Iterator[str]:
     live = plan.clock is Clock.LIVE
     for change in plan.changes:
         if change.at > ((result.makespan or 0.0) if live else result.ticks):
-            when = f"at {change.at} s" if live else f"at tick {change.at}"
-            yield f"note: completed before the change of {change.robot} {when}"
+            at = moment_words(plan.clock, change.at)
+            yield f"note: completed before the change of {change.robot} at {at}"
 
 
 def _next_steps(outcome: Outcome, files: Files) -> Iterator[str]:

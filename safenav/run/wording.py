@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from msgspec import Struct, field
 
 from safenav.errors import Verdict
-from safenav.scenario.model import OPERATOR_ACTION
+from safenav.scenario.model import OPERATOR_ACTION, Clock
 from safenav.scenario.objective import describe
 from safenav.trace import records, vocabulary
 from safenav.trace.words import MANY, counted, obstacle_words, seconds_words, some
@@ -257,6 +257,11 @@ class Wording(Struct, frozen=True):
                 return f"all {team} robots"
             names = [name for name in self.skills if name in names]
         return some(names)
+
+
+def moment_words(clock: Clock, at: int) -> str:
+    """Return a moment of a scenario in words: ``tick 12``, ``12 s``."""
+    return f"{at} s" if clock is Clock.LIVE else f"tick {at}"
 
 
 def synthesis_words(line: records.Synthesis) -> str:
