@@ -173,6 +173,9 @@ def by_instants(trace: Trace) -> Trace:
     for record in trace.records:
         t = record.t or 0.0
         tick, now = tick + (t > now), t
+        if isinstance(record, records.Waiting) and (due := record.until) is not None:
+            later = (e for e in trace.records if isinstance(e, WAITING) and e.tick >= due)
+            record = replace(record, until=next((e.t for e in later), t))
         found.append(replace(record, tick=tick))
     scenario = replace(trace.header.scenario, clock=Clock.LIVE)
     return replace(trace, header=replace(trace.header, scenario=scenario), records=tuple(found))

@@ -71,6 +71,7 @@ OTHERS: dict[str, Callable[[], str]] = {
     "crowd": lambda: own("crowd"),
     "clinic": lambda: own("clinic"),
     "hospital": lambda: shipped("hospital"),
+    "shut": lambda: lonely("{visit: [10, 16]}", "obstacles: [{type: door, region: 22, until: 20}]"),
 }
 
 

@@ -85,6 +85,13 @@ def test_in_3d_an_order_appears_with_its_request() -> None:
     assert orders == {region: asked[region] for region in orders} and all(orders.values())
 
 
+def test_in_3d_a_change_is_awaited_until_its_second() -> None:
+    """The words were those of a live run, with the number of its tick."""
+    data = data_of(page_of("shut", "--3d"))
+    events = {kind: (data["times"][tick], text) for tick, kind, text, *_ in data["events"]}
+    assert f"change of the scenario at {events['gone'][0]:.1f} s" in events["paused"][1]
+
+
 def test_in_3d_a_battery_is_empty_before_it_is_replaced() -> None:
     """It was shown as full before another robot had replaced it."""
     robots, track = data_of(page_of("battery", "--3d"))["robots"], run_of("battery").track("digit")
