@@ -351,7 +351,8 @@ def _planned(
     if not starves and open_ & helped and open_ <= foreseen & for_others:
         return None  # robots with strategies are still to resolve them
     charges = charges_now(team, state)
-    if not starves and open_ <= helped and floor.completed(joint, frozenset(), sharing):
+    alone = helped.difference(control.roles[i].helps for i in sharing)
+    if not starves and open_ <= alone and floor.completed(joint, frozenset(), sharing):
         timed = [i for i in sharing if team.members[i].robot.within is not None]
         if goes_on and timed and not open_:  # their deadlines continue while other robots have work
             more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
