@@ -59,7 +59,7 @@ class Recorder:
         self.time = 0.0
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
-        self.told = [member.objective for member in team.members]
+        self.told: list[Objective | None] = [member.objective for member in team.members]
         self.looked: list[records.Belief] = []
         self.plan = PlanLines(self.emit)
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
@@ -183,6 +183,8 @@ class Recorder:
                 self.why = Reason.SERVICE
             case now.Served(i, active, cause):
                 self.emit(records.Service(self.tick, self._robot(i), active, ChangeCause(cause)))
+                if active and before.robots[i].objective != self.team.members[i].objective:
+                    self.told[i] = None  # the judge suspends its duty until a line names it
                 self.why = Reason.SERVICE
             case now.Assigned(i, objective, cause, within, own=own):
                 about = self._robot(i), objective, own, ChangeCause(cause), within
