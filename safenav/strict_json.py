@@ -80,7 +80,7 @@ MOST_REGIONS = 512 * 512
 _LONGEST_NAME = 200
 NAME = re.compile(rf"[A-Za-z0-9_][A-Za-z0-9_.@#-]{{0,{_LONGEST_NAME - 1}}}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""
-ROBOT = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
+ROBOT = re.compile(r"(?!mission\b)[A-Za-z_][A-Za-z0-9_]{0,99}")
 TYPE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
 """Names of types of obstacles."""
 _TEXTS = {

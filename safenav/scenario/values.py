@@ -35,9 +35,9 @@ RobotName = Annotated[
     name_key(
         "a robot",
         identifier=True,
-        taken=RESERVED_WORDS | OWN_VARIABLES,
+        taken=RESERVED_WORDS | OWN_VARIABLES | {"mission"},
         reserved="is reserved and cannot name a robot",
-        why="use another name: robots become variables of specifications",
+        why="use another name: this one has a meaning in formulas or deadlines",
     ),
 ]
 InputName = Annotated[
