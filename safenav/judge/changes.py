@@ -66,7 +66,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
             yield f"there is no input {', '.join(sorted(unknown))}"
         for each in s.scenario.inputs:
             told = e.values.get(each.name) not in (None, _is_on(each, s.now(e)))
-            if told and each.name not in (*s.by_user, *(e.user or ())) and not s.external:
+            if told and each.name not in (e.user or ()) and not s.external:
                 yield f"{each.name} is not {'on' if e.values[each.name] else 'off'} at {s.now(e):g}"
         return
     robot = s.robots[e.robot]

@@ -83,7 +83,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
         if robot.again(e, s.live) and not own.covers:
             yield f"{e.robot} counts goal {e.goal} twice for one step"
         most = robot.progress.rounds(own, e.tick) + 1
-        if not own.settles and e.round > most:
+        if not (s.live and own.settles) and e.round > most:
             yield f"{e.robot} has completed at most {most} rounds, not {e.round}"
 
 

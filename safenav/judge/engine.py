@@ -31,7 +31,7 @@ def after(e: Line, s: State) -> None:
         case "inputs":
             s.inputs |= e.values
             s.switched |= dict.fromkeys(e.values, e.tick)
-            s.by_user |= {*(e.user or ())}
+            s.by_user = {*(e.user or ())}
             for robot in (one for one in s.robots.values() if one.memories is not None):
                 robot.heard |= robot.hears(s.inputs)
                 robot.memories = robot.own.formulas.hearing(robot.memories, robot.heard)
@@ -283,6 +283,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                     robot.holds -= {one.region}
         case "met" if e.need == one.stage:
             one.group = frozenset(e.robots or [e.robot])
+            one.party |= one.group
             for other in s.obstacles.values() if one.rest.takes() else ():
                 if other.rest.takes():  # who takes a load has no part of another one
                     other.rest = other.rest._replace(done=other.rest.done - one.group)

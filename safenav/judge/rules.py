@@ -319,6 +319,8 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
             yield f"need {number + 1} of {one.name} is already fulfilled"
         elif e.at != s.robots[e.robot].pose[0]:
             yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, where it is not"
+        elif not who <= one.party:
+            yield f"{', '.join(sorted(who - one.party))} took no part in {one.name}"
         return
     need = one.needs[number] if s.external else one.rest.left[0]
     if e.kind == "met" and e.action != need.action:

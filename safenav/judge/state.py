@@ -204,10 +204,10 @@ class Rest(NamedTuple):
 
 @dataclass
 class Obstacle:
-    """An obstacle. ``rest``: its open needs; ``group``: those that fulfilled the last one;
-    ``there``: it is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team knows
-    of it; ``declared``: by an operator; ``begun``: the tick in which all robots can do their part
-    of the next need."""
+    """An obstacle. ``rest``: its open needs; ``group``: the robots that fulfilled the last one,
+    ``party``: those that fulfilled any; ``there``: it is present, ``since`` a tick; ``shut``: it is
+    permanent; ``known``: the team knows of it; ``declared``: by an operator; ``begun``: the tick in
+    which all robots can do their part of the next need."""
 
     name: str
     type: str
@@ -221,6 +221,7 @@ class Obstacle:
     goes: int | None
     rest: Rest
     group: frozenset[str] = frozenset()
+    party: frozenset[str] = frozenset()
     resolved: bool = False
     shut: bool = False
     known: bool = False
@@ -243,7 +244,8 @@ class Obstacle:
 
     def begin(self) -> None:
         self.there, self.resolved, self.shut, self.known, self.declared = True, *[False] * 4
-        self.rest, self.group = self.rest._replace(left=self.needs, done=frozenset()), frozenset()
+        self.rest = self.rest._replace(left=self.needs, done=frozenset())
+        self.group = self.party = frozenset()
 
 
 class Step(NamedTuple):

@@ -55,7 +55,7 @@ VERSION = 5
 MOST_BYTES = 100_000_000
 """Largest file of a bundle; its values take some 20 times its size."""
 KNOWN = re.compile(
-    r"trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
+    r"(?a)trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
 )
 """Names of files that no line of the trace needs to name."""
 SOURCE = "source/"
