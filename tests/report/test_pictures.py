@@ -70,7 +70,10 @@ areas: {laboratory: [7, 12, 17]}
 robots:
   quad: {model: quadcopter, start: 8, objective: {hold: 8}}
   digit: {model: digit, start: 8, heading: north, objective: {hold: 8}}
-"""
+""" + "".join(
+    f"  {name}: {{model: x500, start: 11, objective: {{hold: 11}}, avoids: []}}\n"
+    for name in ("ant", "bee", "cow", "elk")
+)
 
 
 def test_robots_over_one_another_and_the_name_of_a_narrow_area_are_drawn_apart(
@@ -84,6 +87,8 @@ def test_robots_over_one_another_and_the_name_of_a_narrow_area_are_drawn_apart(
     assert 2 * side <= left < right <= 3 * side and bottom <= 4 * side
     quad, digit = ((texts[each][0], texts[each][1]) for each in "QD")
     assert 0.5 * side < dist(quad, digit) < side
+    four = [texts[each][:2] for each in "ABCE"]
+    assert all(dist(one, other) > 0.3 * side for one, other in combinations(four, 2))
 
 
 def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ fallback fonts of other renderers: text that fits here fits everywhere."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from math import cos, hypot, sin, tau
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
@@ -209,16 +210,13 @@ def _found(paths: Mapping[str, str], name: str) -> str:
 
 
 def separated(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return offsets for each (row, col) so that robots over one another are drawn side by side.
+    """Return offsets for each (row, col) so that robots over one another are drawn on a circle.
 
-    The offsets grow smoothly as two robots approach within one region, so that nothing jumps."""
-    shifts = [(0.0, 0.0)] * len(places)
-    for i, (row_a, col_a) in enumerate(places):
-        for j in range(i + 1, len(places)):
-            row_b, col_b = places[j]
-            near = 1.0 - ((row_a - row_b) ** 2 + (col_a - col_b) ** 2) ** 0.5
-            if near > 0:
-                push = 0.21 * near
-                shifts[i] = (shifts[i][0] + push, shifts[i][1] - push)
-                shifts[j] = (shifts[j][0] - push, shifts[j][1] + push)
-    return [(max(-0.24, min(0.24, r)), max(-0.24, min(0.24, c))) for r, c in shifts]
+    The offsets change smoothly as robots approach within one region, so that nothing jumps."""
+    found = []
+    for i, (row, col) in enumerate(places):
+        near = [max(0.0, 1.0 - hypot(row - other[0], col - other[1])) for other in places]
+        turn = tau * (0.125 + sum(near[:i]) / sum(near))
+        far = 0.3 * min(1.0, sum(near) - 1.0)
+        found.append((far * cos(turn), -far * sin(turn)))
+    return found

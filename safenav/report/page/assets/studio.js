@@ -1,4 +1,4 @@
-/* sources 15b2c3e4b9c62fe6bea5b7dddb63165ec29e64a9affdb0ac9744e3b87cd49183 */
+/* sources dcb7e10e7ca4f2564ee2f11b631945fa66793e4c52b4e93b0f106680d8137c60 */
 /* Contains @codemirror/view:
 MIT License
 

@@ -259,28 +259,22 @@ export function when(run: Run, tick: number): string {
 }
 
 /**
- * Separate robots above one another (in different layers), smoothly as they come
+ * Separate robots above one another (in different layers) on a circle, smoothly as they come
  * closer than one cell. The same rule as `separated` in picture/svg.py.
  */
 export function separate(poses: Pose[]): Pose[] {
-  const moved = poses.map((pose) => ({ ...pose }));
-  for (let i = 0; i < poses.length; i++) {
-    for (let j = i + 1; j < poses.length; j++) {
-      const a = poses[i]!;
-      const b = poses[j]!;
-      const near = 1 - Math.hypot(a.x - b.x, a.y - b.y);
-      if (near <= 0) continue;
-      moved[i]!.x -= 0.21 * near;
-      moved[i]!.y += 0.21 * near;
-      moved[j]!.x += 0.21 * near;
-      moved[j]!.y -= 0.21 * near;
-    }
-  }
-  moved.forEach((pose, i) => {
-    pose.x = clamp(pose.x, poses[i]!.x - 0.24, poses[i]!.x + 0.24);
-    pose.y = clamp(pose.y, poses[i]!.y - 0.24, poses[i]!.y + 0.24);
+  return poses.map((pose, i) => {
+    let rank = 0;
+    let count = 0;
+    poses.forEach((other, j) => {
+      const near = Math.max(0, 1 - Math.hypot(pose.x - other.x, pose.y - other.y));
+      count += near;
+      if (j < i) rank += near;
+    });
+    const turn = 2 * Math.PI * (0.125 + rank / count);
+    const far = 0.3 * Math.min(1, count - 1);
+    return { ...pose, x: pose.x - far * Math.sin(turn), y: pose.y + far * Math.cos(turn) };
   });
-  return moved;
 }
 
 export function clamp(value: number, low: number, high: number): number {
