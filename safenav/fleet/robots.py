@@ -173,7 +173,7 @@ def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
             needed = {need.action for need in kind.needs} & {*robot.capabilities}
             for action in sorted(needed - fleet.stations[robot.name].act.keys()):
                 yield (
-                    f"{robot.name} has no service for '{action}', which a {kind.name} needs; add "
+                    f"{robot.name} has no service for '{action}', which {kind.name} needs; add "
                     f"'act: {{{action}: SERVICE}}' to it in the fleet file"
                 )
 

@@ -70,9 +70,9 @@ SERVED = (
         (
             SERVED.replace("unlock: key", "").replace("lift: grip}}}", "lfit: grip}}}"),
             [
-                "two has no service for 'lift', which a crate needs",
-                "two has no service for 'lift', which a parcel needs",
-                "fetch has no service for 'unlock', which a gate needs",
+                "two has no service for 'lift', which crate needs",
+                "two has no service for 'lift', which parcel needs",
+                "fetch has no service for 'unlock', which gate needs",
             ],
         ),
     ],
