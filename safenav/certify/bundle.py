@@ -19,7 +19,7 @@ from safenav.certify.check import check_bundle, page_of, sources_of
 from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError, Verdict
 from safenav.files import json_line, read_input
 from safenav.judge.bundle.check import VERSION, Judged
-from safenav.judge.bundle.evidence import is_planned, proof_file
+from safenav.judge.bundle.evidence import proof_file
 from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError, Task
 from safenav.judge.engine import judge
 from safenav.judge.lines import Line, NotATraceError
@@ -192,7 +192,7 @@ def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
     def prove(e: Line, s: State) -> Iterator[str]:
         name, drives = proof_file(e), e.verdict == "realizable" and e.node is not None
         refutes = e.verdict == "unrealizable" and not e.forbidden
-        wanted = refutes or (drives and not is_planned(e.robot, s))
+        wanted = refutes or (drives and not s.is_planned(e.robot))
         for data in automata(e) if wanted and name not in found else ():
             if drives:
                 found[f"strategies/{e.strategy}.json"] = data

@@ -201,16 +201,16 @@ def memory(e: Line, s: State) -> Iterator[str]:
 
 @rule("told", "push", "pop", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
-    """A robot has another objective than its own only while the team knows an unresolved
-    obstacle."""
+    """A robot has another objective than its own only while the team knows an unresolved obstacle
+    that blocks it, or on which it can act."""
     installs = e.kind != "synthesis" or (e.node is not None and e.places is None)
     told = {e.robot: e.objective} if e.objectives is None else e.objectives
-    told = told if installs else {}
-    team = [(name, s.robots[name]) for name in told]
-    others = [name for name, robot in team if not (robot.out or told[name].serves(robot.own))]
-    every = s.obstacles.values()
-    if others and not any(one.present and (one.known or e.obstacle == one.name) for one in every):
-        yield f"{others[0]} gets another objective, but nothing is to be resolved"
+    every = [x for x in s.obstacles.values() if x.open and (x.known or e.obstacle == x.name)]
+    busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
+    for name in told if installs else ():
+        robot = s.robots[name]
+        if not (name in busy or robot.out or told[name].serves(robot.own)):
+            yield f"{name} gets another objective, but nothing is to be resolved"
 
 
 @rule("blocked", "reopened")

@@ -177,13 +177,19 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
 @rule("move", "depart")
 def own_rules(e: Line, s: State) -> Iterator[str]:
     """No robot enters a region that its own objective avoids, and each of its steps satisfies the
-    formulas of its `always` and of the `safety` of its `ltl`, with some possible memory."""
+    formulas of its `always` and of the `safety` of its `ltl`, with some possible memory. A literal
+    patrol that no plan drives enters no target out of turn."""
     robot, step = s.robots[e.robot], s.step(e)
     if step.strays and s.external:
         return
     for region in (step.holds - robot.holds) & robot.own.avoid:
         yield f"{e.robot} enters {s.show(region)}, which it must avoid"
-    formulas = robot.own.formulas
+    own, turn, drives = robot.own, robot.progress.turn, s.scenario.coordination == "resynthesis"
+    if own.literal and own.strict and drives and turn is not None and robot.given.serves(own):
+        others = frozenset[int]().union(*own.targets) - own.targets[turn]
+        for region in () if s.is_planned(e.robot) else (step.holds - robot.holds) & others:
+            yield f"{e.robot} enters its target {s.show(region)} out of turn"
+    formulas = own.formulas
     if formulas is None or step.start == step.to or robot.bound is not None:
         return  # a step that was begun may be ended under other rules
     way = s.world.side(step.start, step.to) if robot.faces else None

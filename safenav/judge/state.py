@@ -408,6 +408,12 @@ class State:
             return robot.pose
         return robot.bound, self.world.side(robot.pose[0], robot.bound) if robot.faces else None
 
+    def is_planned(self, robot: str) -> bool:
+        """Return whether joint plans drive a robot: it has rivals, shares a zone or has a battery,
+        of which a strategy does not know."""
+        shares = any(robot in who and len(who) > 1 for who, _ in self.zones)
+        return bool(self.rivals[robot] or shares or self.robots[robot].data.battery)
+
     def memories(self, robot: Robot) -> set[int]:
         """Return the memories that a robot's formulas may have now."""
         known, formulas = robot.memories or set(), robot.own.formulas

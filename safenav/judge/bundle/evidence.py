@@ -138,13 +138,6 @@ class Precedence:
         return bool(self._later[one, i + 1] & self._bits[other, j])
 
 
-def is_planned(robot: str, s: State) -> bool:
-    """Return whether joint plans drive a robot: it has rivals, shares a zone or has a battery, of
-    which a strategy does not know."""
-    shares = any(robot in who and len(who) > 1 for who, _ in s.zones)
-    return bool(s.rivals[robot] or shares or s.robots[robot].data.battery)
-
-
 def may_remember(task: Task, s: State) -> bool:
     """Return whether the memory with which a strategy or counterstrategy begins is one that the
     robot may have now. Any memory is accepted where it does not matter for the claim: a strategy
@@ -268,7 +261,7 @@ class Evidence:
             self.hopeless[e.robot, e.spec] = task, e
         if e.verdict != "realizable" or e.node is None:
             return
-        if is_planned(e.robot, s):  # its strategy drives no robot
+        if s.is_planned(e.robot):  # its strategy drives no robot
             self.drives.pop(e.robot, None)
             return
         require(e.strategy, "its strategy is not named: no proof of its moves")
