@@ -20,7 +20,7 @@ from safenav.solve.reasons import shortfall_words
 from safenav.spec.belief import automatic
 from safenav.team import floor as floors
 from safenav.team import state as now
-from safenav.team.acts import participants
+from safenav.team.acts import participants, standing
 from safenav.team.apply import apply, goals, rounds
 from safenav.team.state import State
 from safenav.team.team import Team
@@ -310,7 +310,7 @@ class Recorder:
         later = None if number == stage.need else number
         group = [*sorted({i, *(stage.done if later is None else ())})]
         if need.together:
-            at = [robot.pose % self.team.size for robot in state.robots]
+            at = standing(self.team, state, moving=not (self.live and self.simulated))
             group = [*participants(self.team, state, at, i, k, later)]
             acting = [j for j in group if state.robots[j].acting == i]
             group = acting if len(acting) >= need.robots else group  # else unknown to the team

@@ -111,6 +111,8 @@ class World:
         when those before it have been applied."""
         commands = self.commands
         if self.live:
+            if self.truth is not None:
+                self.truth.excuse(run.state.robots)
             here = replace(run.state, time=0)
             places = tuple((robot.pose, robot.to, robot.acting) for robot in here.robots)
             if (stands := (places, run.control.controllers)) != self._stands:

@@ -19,7 +19,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team import state as now
 from safenav.team.acts import acts_on, participants, resolved
 from safenav.team.apply import apply, initial
-from safenav.team.state import Is, ObstacleNow, Stage
+from safenav.team.state import Is, ObstacleNow, RobotNow, Stage
 from safenav.team.team import Team, introduced, pace_on, team_of
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -42,7 +42,8 @@ class Truth(Struct, frozen=True, forbid_unknown_fields=True):
 class SimulatedWorld:
     """The scenario's own obstacles with their truths: a ``BlockingWorld``.
 
-    ``cleared``: names of the loads that the team knows, which robots take."""
+    ``cleared``: names of the loads that the team knows, which robots take; ``absent``: robots
+    that do not act where they stand."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._team = team_of(scenario)
@@ -59,6 +60,7 @@ class SimulatedWorld:
         for obstacle in sorted(scenario.obstacles, key=lambda each: each.appears or 0):
             self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
+        self.absent: Collection[int] = ()
         self._parts: dict[int, tuple[tuple[Obstacle, Stage], ...]] = {}
         self._brought: set[int] = set()
 
@@ -99,6 +101,10 @@ class SimulatedWorld:
         self._parts[i] = tuple(parts)
         return [(team.obstacles[k].source, truth) for k, truth in over]
 
+    def excuse(self, robots: Sequence[RobotNow]) -> None:
+        """Let robots out of service take part in no further action, as in a live run."""
+        self.absent = {i for i, r in enumerate(robots) if not r.active and r.acting is None}
+
     def is_worksite(self, region: Region) -> bool:
         """Return whether an act in a region can change some obstacle, present or not."""
         return bool(self._team.worksites >> region & 1)
@@ -119,7 +125,7 @@ class SimulatedWorld:
         that take part; those whose load it takes come last."""
         i, found = self._number[robot.name], list[tuple[Obstacle, tuple[str, ...]]]()
         for k in sorted((k for k, _ in self._changes(i)), key=self._as_moved):
-            group = participants(self._team, self._state, self._regions, i, k)
+            group = participants(self._team, self._state, self._present(), i, k)
             names = tuple(self._team.members[j].name for j in group)
             found.append((self._team.obstacles[k].source, names))
         return found
@@ -220,7 +226,10 @@ class SimulatedWorld:
             for k, each, number in there
             if each.name in self.cleared or not any(n.takes for n in each.needs[: number + 1])
         ]
-        return acts_on(self._team, self._state, self._regions, i, known)
+        return acts_on(self._team, self._state, self._present(), i, known)
+
+    def _present(self) -> list[Region | None]:
+        return [None if i in self.absent else place for i, place in enumerate(self._regions)]
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
         """Return the order in which a motion performs the parts of an action: taking loads comes
