@@ -61,7 +61,7 @@ def _begin_tick(tick: int, s: State) -> None:
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
-    s.changes = [one for one in s.changes if not s.ends(one, e)]
+    s.end_changes(e)
     match e.kind:
         case "move" | "depart" | "arrive":
             _moved(e, robot, s)

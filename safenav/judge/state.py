@@ -456,12 +456,18 @@ class State:
         """Return the time of a line: its tick, or its second in a live run."""
         return float(e.tick if e.t is None or not self.live else e.t)
 
-    def ends(self, change: Line, e: Line) -> bool:
-        """Return whether a line ends a change of the scenario: it applies the change, or ends the
-        state of service that the change had found."""
-        found = change.objective is None and change.active is not self.robots[change.robot].out
-        void = e.kind == "service" and change.robot == e.robot and change.at <= self.now(e)
-        return self.applies(change, e) or (found and void)
+    def end_changes(self, e: Line) -> None:
+        """End the changes of the scenario that a line applies, and those before it that found the
+        state of service that the line ends."""
+        left, applied = list[Line](), False
+        for change in self.changes:
+            found = change.objective is None and change.active is not self.robots[change.robot].out
+            due = change.robot == e.robot and change.at <= self.now(e)
+            applies = self.applies(change, e)
+            applied = applied or applies
+            if not applies and not (e.kind == "service" and found and due and not applied):
+                left.append(change)
+        self.changes = left
 
     def applies(self, change: Line, e: Line) -> bool:
         """Return whether a line applies a change of the scenario."""
