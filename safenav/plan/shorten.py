@@ -62,7 +62,7 @@ def _shortened(
         order = sorted(floor.robots, key=lambda i: -ends[i])
         before, together = best, [order]
         # also one by one: together they may disturb each other
-        if floor.gates or len(order) <= FEW:
+        if len(order) <= FEW:
             together = [order, *([i] for i in order)]
         for group in together:
             if (ways := _rerouted(floor, best, group)) is not None:
