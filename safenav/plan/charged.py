@@ -91,9 +91,11 @@ class ChargedSearch(Search):
     def _ticks(self, states: Sequence[Joint]) -> float:
         return sum(_duration(self.team.step_ticks, *each) for each in pairwise(states))
 
-    def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
+    def deep(
+        self, start: Joint, goal: Goal, budget: int, how: str, order: list[int], far: int = 0
+    ) -> Answer:
         self._best = {}
-        found = super().deep(start, goal, budget, how, order)
+        found = super().deep(start, goal, budget, how, order, far)
         return None if isinstance(found, Exhausted) else found
 
     def singles(self, budget: int) -> Answer:

@@ -71,7 +71,7 @@ class Search:
         Another call continues with the next round."""
         if self.goal(self.start):
             return [self.start]
-        few = len(self.floor.robots) <= FEWEST
+        few, far = len(self.floor.robots) <= FEWEST, self._far()
         if not self._turn and len(self.floor.robots) > MANY and (found := self._rolled()):
             return found
         while self._turn < until and self.work > 0:
@@ -80,7 +80,7 @@ class Search:
             for how in ORDERS:
                 for _ in range(1 if how is FARTHEST else max(1, budget // MOST_OF_AN_ORDER)):
                     states = budget if how is FARTHEST else min(budget, MOST_OF_AN_ORDER)
-                    found = self.deep(self.start, self.goal, states, how, self._order(how))
+                    found = self.deep(self.start, self.goal, states, how, self._order(how), far)
                     if isinstance(found, Exhausted):
                         return self.singles(PROOF if turn else SINGLES)
                     if found is not None:
@@ -161,8 +161,22 @@ class Search:
                 return None
         return Exhausted(before)
 
-    def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
-        """Search depth first, at most ``budget`` states."""
+    def _far(self) -> int:
+        """Return twice the ticks of the mission without detours, as if all targets of a robot were
+        as far away as its next one, less those of a first search."""
+        (poses, counts, *_), floor = self.start, self.floor
+        ticks = [0]
+        for i, field in enumerate(self.fields(self.start)):
+            rounds = (floor.rounds or floor.team.rounds) - floor.rounds_done(i, counts[i])
+            goals = max(1, rounds * len(floor.team.members[i].targets))
+            ticks.append(0 if field is None else goals * field[poses[i]])
+        return max(0, 2 * max(ticks) - FIRST_BUDGET)
+
+    def deep(
+        self, start: Joint, goal: Goal, budget: int, how: str, order: list[int], far: int = 0
+    ) -> Answer:
+        """Search depth first: at most ``budget`` states, and as many more as a plan that is as long
+        as ``far`` has to have."""
         before: dict[Joint, Joint | None] = {start: None}
         stack = [(start, self._next(start, how, order))]
         edges = 0
@@ -173,13 +187,13 @@ class Search:
                 stack.pop()
                 continue
             edges += 1
-            if edges > budget * 12 or self.work <= 0:
+            if edges > budget * 12 + far or self.work <= 0:
                 return None
             if self._new(after, before) and not (self._one_way and self._is_jammed(after)):
                 before[after] = joint
                 if goal(after):
                     return path(after, before)
-                if len(before) > budget:
+                if len(before) > budget + far:
                     return None
                 stack.append((after, self._next(after, how, order)))
         return Exhausted(before)
