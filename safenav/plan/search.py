@@ -164,12 +164,11 @@ class Search:
     def _far(self) -> int:
         """Return twice the ticks of the mission without detours, as if all targets of a robot were
         as far away as its next one, less those of a first search."""
-        (poses, counts, *_), floor = self.start, self.floor
-        ticks = [0]
-        for i, field in enumerate(self.fields(self.start)):
-            rounds = (floor.rounds or floor.team.rounds) - floor.rounds_done(i, counts[i])
+        joint, floor, ticks = self.start, self.floor, [0]
+        for i, field in enumerate(self.fields(joint)):
+            rounds = floor.wanted[i] - floor.rounds_done(i, joint.counts[i])
             goals = max(1, rounds * len(floor.team.members[i].targets))
-            ticks.append(0 if field is None else goals * field[poses[i]])
+            ticks.append(0 if field is None else goals * field[joint.poses[i]])
         return max(0, 2 * max(ticks) - FIRST_BUDGET)
 
     def deep(
