@@ -1,7 +1,7 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
 They concern an obstacle that blocks no robot; a robot larger than a region, or without room to turn
-there; a misspelt layer.
+there; a literal patrol that a joint plan drives; a misspelt layer.
 """
 
 from collections.abc import Iterator, Mapping
@@ -11,6 +11,7 @@ from safenav.pace.robot import Figures, least_side
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
+from safenav.team.team import team_of
 
 _SLIP = 0.8
 """Similarity of two words from which one of them is probably a typing error."""
@@ -21,8 +22,19 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     found = [*scenario.map.notes, *_misnamed(scenario)]
     for obstacle in scenario.obstacles:
         found += _unnoticed(obstacle, scenario)
-    found += [*oversized(scenario), *cramped(scenario)]
+    found += [*oversized(scenario), *cramped(scenario), *_alternating(scenario)]
     return tuple(dict.fromkeys(found))
+
+
+def _alternating(scenario: Scenario) -> Iterator[str]:
+    """Yield the robots whose literal form joint plans do not keep."""
+    literal = {r.name for r in scenario.robots if r.objective.strict and r.objective.literal}
+    for member in team_of(scenario).members if literal else ():
+        if member.planned and member.name in literal:
+            yield (
+                f"{member.name} does not keep 'form: literal': a joint plan drives it, so it may "
+                "cross a target on the way and wait at one"
+            )
 
 
 def oversized(scenario: Scenario) -> Iterator[str]:
