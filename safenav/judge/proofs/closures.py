@@ -211,20 +211,26 @@ def team_closure(
     while True:
         inside = {name: case.reach(name, start[name], left) for name in case.names}
         full = case.full(one for one in left if one in opened)  # they carry their loads forever
-        each = (_furthest(case, one, inside, full) for one in opened)
+        each = (_furthest(case, one, inside, full, left) for one in opened)
         after = tuple(one for one in each if one.left)
         if after == left:
             return inside, left
         left = after
 
 
-def _furthest(case: Case, one: Rest, inside: Sets, full: frozenset[str]) -> Rest:
-    """Return an obstacle after all needs whose regions enough robots can reach."""
+def _furthest(
+    case: Case, one: Rest, inside: Sets, full: frozenset[str], walls: tuple[Rest, ...]
+) -> Rest:
+    """Return an obstacle after all needs whose regions enough robots can reach, those of the same
+    robots one from the other."""
+    sets = inside
     while one.left:
-        at = case.actors(one, inside, full)
+        at = case.actors(one, sets, full)
         if next(case.groups(one, at), None) is None:
             return one
-        one, full = one.advanced(at), frozenset()
+        one, full, sets = one.advanced(at), frozenset(), inside
+        if one.left and one.left[0].same:
+            sets = inside | {name: case.reach(name, poses, walls) for name, poses in at.items()}
     return one
 
 

@@ -102,13 +102,22 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     return found
 
 
+def follows_others(state: State, control: Control, i: int) -> bool:
+    """Return whether a robot is in a node of a strategy that tracks others."""
+    controller = control.controller(i)
+    tracks = controller is not None and controller.realizable and controller.task.observed
+    return bool(tracks) and state.robots[i].node is not None
+
+
 def node_while_staying(team: Team, state: State, control: Control, i: int) -> int | None:
     """Return the node of a strategy that tracks others, for a robot that stays although its
-    strategy decides nothing: as before, with what the robot observes now. None: the node before."""
+    strategy decides nothing: as before, with what the robot observes now; None if there is none, or
+    the strategy tracks nobody."""
     controller, node = control.controller(i), state.robots[i].node
-    strategy = None if controller is None else controller.result.strategy
-    if strategy is None or controller is None or node is None or not controller.task.observed:
+    if controller is None or node is None or not follows_others(state, control, i):
         return None
+    strategy = controller.result.strategy
+    assert strategy is not None, "it is realizable"
     now = strategy.values(node) | heard(team, state, i, controller.task)
     return next(iter(strategy.nodes_with(now)), None)
 

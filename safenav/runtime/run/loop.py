@@ -204,6 +204,8 @@ class Run:
             if node is None:
                 node = decide.node_while_staying(self.team, self.state, self.control, i)
             self.happens(now.Stayed(i, step.by, node, step.values, int(not self.world.live)))
+            if node is None and decide.follows_others(self.state, self.control, i):
+                self.happens(now.Astray(i, ()))  # no node of its strategy has what it observes
         else:
             for event in self.world.start(self, i, step):
                 self.happens(event)
