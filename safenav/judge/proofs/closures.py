@@ -230,7 +230,10 @@ def _furthest(
             return one
         one, full, sets = one.advanced(at), frozenset(), inside
         if one.left and one.left[0].same:
-            sets = inside | {name: case.reach(name, poses, walls) for name, poses in at.items()}
+            sets = {
+                **inside,
+                **{name: case.reach(name, poses, walls) for name, poses in at.items()},
+            }
     return one
 
 
