@@ -368,8 +368,7 @@ class World:
             needs = {k: team.obstacles[k].needs[there[k].stage.need] for k in open_}
             undone |= {k for k, need in needs.items() if need.takes and not need.same}
         kept = tuple((k, stage) for k, stage in stages.items() if k not in undone)
-        command, why = event.command or 0, event.reason
-        before = run.state
+        command, why, before = event.command or 0, event.reason, run.state
         yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why, again)
         cause = "scenario" if self.truth is not None else "world"
         yield from (now.Gone(k, cause) for k in gone)
@@ -454,8 +453,9 @@ class World:
         """Return the robots that are busy while a robot acts: those that take part."""
         team, state, group = run.team, run.state, {i}
         at = [r.pose % team.size if r.idle and r.active else None for r in state.robots]
-        for k, _ in self._changes(run, i):
-            group |= {*participants(team, state, at, i, k)}
+        for k, stage in self._changes(run, i):  # also in the needs that follow immediately
+            for later in (None, *range(state.obstacles[k].stage.need + 1, stage.need)):
+                group |= {*participants(team, state, at, i, k, later)}
         return tuple(sorted(group))
 
     def coming(self, run: Running) -> float | None:
