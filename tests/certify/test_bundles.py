@@ -184,7 +184,9 @@ def test_an_altered_folder_is_refused_without_a_traceback(name: str, tmp_path: P
 
 
 @pytest.mark.parametrize(
-    "make", [os.symlink, lambda _, at: os.mkfifo(at)], ids=["a link", "a pipe"]
+    "make",
+    [os.symlink, lambda old, at: at.symlink_to(old.parent), lambda _, at: os.mkfifo(at)],
+    ids=["a link", "a link to a folder", "a pipe"],
 )
 def test_a_bundle_with_a_link_or_a_pipe_is_refused(
     make: Callable[[Path, Path], None], tmp_path: Path

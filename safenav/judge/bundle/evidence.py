@@ -141,15 +141,15 @@ class Precedence:
 def may_remember(task: Task, s: State) -> bool:
     """Return whether the memory with which a strategy or counterstrategy begins is one that the
     robot may have now. Any memory is accepted where it does not matter for the claim: a strategy
-    for targets in turn meets them from each."""
+    for targets in turn meets them from each. The judge follows that of the robot's own formulas."""
     e, robot = task.line, s.robots[task.line.robot]
-    own = robot.own
+    own, duty = robot.own, not e.objective.serves(robot.own)
     judged = task.objective.ends or (task.objective.strict and e.verdict == "unrealizable")
-    if not (judged and e.memory):
+    if not ((judged or (task.own and duty)) and e.memory):
         return True
     progress, here, count = robot.progress, task.pose[0], own.count
-    if not e.objective.serves(own):
-        return not any(e.memory.values())
+    if duty:
+        return not (task.own or any(e.memory.values()))
     first = (progress.turn or 0) if own.ends else progress.turn
     turn = min(robot.first or 0 if first is None else first, count - 1)
     turns = {turn}
