@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from safenav.judge.lines import Line
-from safenav.judge.rules import is_empty, rule
+from safenav.judge.lines import Line, Objective
+from safenav.judge.rules import NotJudged, is_empty, rule
 from safenav.judge.state import State
 
 
@@ -25,7 +25,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
     change only as they appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
-        if not one.there or one.blocks or not (one.ordered or s.external or e.cause == "user"):
+        new = e.cause == "user" and one.since == e.tick
+        if not one.there or one.blocks or not (one.ordered or s.external or new):
             yield f"{one.name} is not an order of the scenario"
         return
     if e.cause == "world" and not s.external:
@@ -70,6 +71,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
                 yield f"{each.name} is not {'on' if e.values[each.name] else 'off'} at {s.now(e):g}"
         return
     robot = s.robots[e.robot]
+    yield from unread(e.robot, e.objective)
     if e.active is not None and e.active is not robot.out:
         yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
     if e.cause == "scenario" and not any(s.applies(one, e) for one in s.changes):
@@ -84,6 +86,12 @@ def changes(e: Line, s: State) -> Iterator[str]:
         yield f"a simulated world changes the service of {e.robot}"
     elif e.cause == "battery" and not (e.active or is_empty(robot, s, s.now(e))):
         yield f"{e.robot} is out of service, but its charge is not used up"
+
+
+def unread(robot: str, own: Objective | None) -> Iterator[NotJudged]:
+    """Yield that the formulas of an objective are not judged, if they have too many values."""
+    if own is not None and own.formulas is not None and not own.formulas.whole:
+        yield NotJudged(f"the formulas of {robot}: too many memory values")
 
 
 def _by_inputs(robot: str, s: State) -> Line:
@@ -172,12 +180,14 @@ def later_change(e: Line, s: State) -> float | None:
     return min((t for t in times if t <= s.limit), default=None)
 
 
-@rule("move", "depart")
+@rule("move", "depart", "outcome")
 def obeys_inputs(e: Line, s: State) -> Iterator[str]:
-    """A robot that moves has the objective that the inputs give it."""
-    robot = s.robots[e.robot]
-    if robot.data.when and not robot.told and robot.own != _by_inputs(e.robot, s):
-        yield f"{e.robot} has another objective than the inputs give it"
+    """A robot that moves, and each in a completed run, has the objective that the inputs give
+    it."""
+    for name in s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None):
+        robot = s.robots[name]
+        if robot.data.when and not robot.told and robot.own != _by_inputs(name, s):
+            yield f"{name} has another objective than the inputs give it"
 
 
 @rule("synthesis")
@@ -205,7 +215,7 @@ def duties(e: Line, s: State) -> Iterator[str]:
     that blocks it, or on which it can act."""
     installs = e.kind != "synthesis" or (e.node is not None and e.places is None)
     told = {e.robot: e.objective} if e.objectives is None else e.objectives
-    every = [x for x in s.obstacles.values() if x.open and (x.known or e.obstacle == x.name)]
+    every = [x for x in s.obstacles.values() if x.open and x.known]
     busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
     for name in told if installs else ():
         robot = s.robots[name]

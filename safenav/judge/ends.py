@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from safenav.judge.changes import later_change, listed_times
+from safenav.judge.changes import later_change, listed_times, unread
 from safenav.judge.lines import Line
 from safenav.judge.proofs.bounds import lost_problems, refused_problems
 from safenav.judge.proofs.negatives import negative_problems, shut_problems
@@ -32,6 +32,7 @@ def header(_: Line, s: State) -> Iterator[str]:
             yield f"{name} starts in {s.show(region)}, which it avoids"
         if robot.data.battery and robot.data.battery.start > robot.data.battery.capacity:
             yield f"{name} starts with more charge than its battery has"
+        yield from unread(name, robot.own)
         for one in s.closing(name, region):
             yield f"{name} starts at {s.show(region)} with {one.name}"
     for kind in (one.type for one in s.scenario.obstacles):
@@ -73,8 +74,6 @@ def goal(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} is lost"
     if robot.bound is not None:
         yield f"{e.robot} is in transit to {s.show(robot.bound)}"
-    if own.kind == "ltl" and given.serves(own) and not own.formulas.goals:
-        yield NotJudged(f"whether {e.robot} meets its formulas' goals: too many memory values")
     served = [one for one in (own, given) if one.kind != "ltl"]
     there = any(e.goal < one.count and here in one.targets[e.goal] for one in served)
     if not (counts(e, robot, s.live) or there) and (given.kind != "ltl" or given.serves(own)):
@@ -236,10 +235,11 @@ def counts(e: Line, robot: Robot, live: bool) -> bool:
         if e.goal >= own.count:
             return False
         if not formulas.goals:
-            return True  # a rule reports that it is not judged
+            return True  # reported: it is not judged
         here = robot.pose
         if robot.memories is None:
-            return any(formulas.meets(e.goal, at, here) for at in (robot.before, here))
+            befores = [robot.before] * (e.goal not in robot.met) + [here]
+            return any(formulas.meets(e.goal, at, here) for at in befores)
         return bool(meeting(e, robot, live))
     return bool(e.goal < own.count and e.region in own.targets[e.goal])
 
@@ -249,7 +249,7 @@ def meeting(e: Line, robot: Robot, live: bool) -> set[int]:
     formulas, here = robot.own.formulas, robot.pose
     known = robot.memories or set()
     known = formulas.lasting(known, here, robot.heard) if live else known
-    each = ((robot.recalled, robot.before), (known, here))
+    each = [(robot.recalled, robot.before)] * (e.goal not in robot.met) + [(known, here)]
     steps = ((start, formulas.steps(before, here)) for start, before in each)
     met = {j for start, some in steps for i, j, goals in some if i in start and e.goal in goals}
     stays = {one for one in known if e.goal in formulas.met_by_staying(here, one)}
