@@ -281,13 +281,14 @@ class World:
         """Command an action if a robot may change something where it stands. Return its results, or
         the event that it is under way; None if the robot changes nothing."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
-        if not robot.capabilities or there.acting is not None:
-            return None
-        if self.live and not (there.to is None and there.active):
+        absent = self.live and not (there.to is None and there.active)
+        if absent or not robot.capabilities or there.acting is not None:
             return None
         own = self.truth if self.simulated else None
         if own is not None and not own.is_worksite(there.pose % run.team.size):
             return None  # most turns
+        if self.live and self.truth is not None:
+            self.truth.excuse(run.state.robots)  # some may have returned in this instant
         acts = self._acts(run, i)
         expected = self._changes(run, i, acts)
         asks = (self.truth is not None and not self.live) or i not in self._asked
@@ -299,9 +300,8 @@ class World:
         event = self.commands.act(robot, here, [run.team.obstacles[k].source for k in known])
         event = None if event is None else self._news(run, i, event)
         parts = self.truth is not None and not self.live and self.truth.parts(robot)
-        if expected or parts or event is None or event.found or event.reason:
-            return self._results(run, i, event)
-        return None
+        told = expected or parts or event is None or event.found or event.reason
+        return self._results(run, i, event) if told else None
 
     def _results(self, run: Running, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
         """Yield the results of an action that has just begun; None: it is under way."""
