@@ -192,4 +192,4 @@ def without_room(now: Sets, word: Word) -> list[str]:
 
 def crowd_words(names: Sequence[str], regions: Mask, word: Word) -> str:
     places = " and ".join(word(region) for region in bits(regions))
-    return f"{listed(names)} reach only {places} for it, where there is no room for all of them"
+    return f"{listed(names)} reach only {places} for it, where they cannot all be at the same time"

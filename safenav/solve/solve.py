@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from safenav.scenario.reachability import too_many
 from safenav.team.floor import Floor, Stages
+from safenav.team.team import Team
 from safenav.world.poses import FAR, Mask, bits
 
 MOST_NODES = 20_000
@@ -207,9 +208,27 @@ def _ticks(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> int:
 
 
 def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
-    """Return whether a group can stand in its places together, rivals in different regions."""
-    crowd = [i for i in group if floor.team.members[i].rivals & {*group}]
-    return not too_many([[*bits(floor.graphs[i].regions_of(places[i]))] for i in crowd])
+    """Return whether a group can stand in its places together: rivals in different regions, and no
+    two robots of a zone in it."""
+    members, free = floor.team.members, {i: floor.graphs[i].regions_of(places[i]) for i in group}
+    crowd = [i for i in group if {*group} - {i} <= members[i].rivals]
+    return not too_many([[*bits(free[i])] for i in crowd]) and _apart(floor.team, group, free, {})
+
+
+def _apart(
+    team: Team, group: tuple[int, ...], free: Mapping[int, Mask], taken: Mapping[int, Mask]
+) -> bool:
+    """Return whether the other robots of a group can stand in their free regions, too. ``taken``:
+    the region of each of the first ones."""
+    if len(taken) == len(group):
+        return True
+    i = group[len(taken)]
+    member, at = team.members[i], [taken.get(j, 0) for j in range(len(team.members))]
+    closed = member.shut(at)
+    for j in member.rivals:
+        closed |= at[j]
+    left = bits(free[i] & ~closed)
+    return any(_apart(team, group, free, {**taken, i: 1 << region}) for region in left)
 
 
 def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step, ...] | None:

@@ -154,14 +154,19 @@ class Case:
                 yield group
 
     def _fits(self, group: Iterable[str], at: Sets) -> bool:
-        """Return whether a group can stand at some of their poses simultaneously, rivals
-        apart."""
+        """Return whether a group can stand at some of their poses simultaneously, rivals apart, and
+        no two of a zone in it."""
         rivals, group = self.state.rivals, [*group]
-        crowd = [name for name in group if {*rivals[name]} & {*group}]
+        zones = [(who, zone) for who, zone in self.state.zones if len(who & {*group}) > 1]
+        close = frozenset[str]().union(*(who for who, _ in zones))
+        crowd = [name for name in group if name in close or {*rivals[name]} & {*group}]
         for regions in product(*({pose[0] for pose in at[name]} for name in crowd)):
             self.world.spend()
-            pairs = combinations(zip(crowd, regions, strict=True), 2)
-            if all(one != other or b not in rivals[a] for (a, one), (b, other) in pairs):
+            if not any(
+                (one == other and b in rivals[a])
+                or any({a, b} <= who and {one, other} <= zone for who, zone in zones)
+                for (a, one), (b, other) in combinations(zip(crowd, regions, strict=True), 2)
+            ):
                 return True
         return False
 
