@@ -63,7 +63,7 @@ def ask(
     if (none := _crowded(floor) or _alone(floor, joint)) is not None:
         return none
     done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in floor.robots)
-    if floor.team.rounds - done > MOST_AHEAD:
+    if max(floor.wanted) - done > MOST_AHEAD:
         every = len(floor.team.members)
         part, more = (replace(floor, rounds=(done + AHEAD + k,) * every) for k in (0, 1))
         found = _continued(part, joint, served, seed, check)

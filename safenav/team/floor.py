@@ -307,9 +307,10 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def final(self, i: int, stages: Stages) -> Mask:
         """Return the poses where a robot may end: it can continue forever and, if its objective
-        settles, is at that target."""
+        settles, is at that target, unless it is to complete no rounds."""
         member, live = self.team.members[i], self.live(i, self.allowed(i, stages))
-        return live & member.targets[-1] if member.pursuit.settles else live
+        settles = member.pursuit.settles and (not self.rounds or self.rounds[i] > 0)
+        return live & member.targets[-1] if settles else live
 
     def _settled(
         self,

@@ -99,7 +99,7 @@ class Answers:
         time: float = 0,
     ) -> Found | Deadlock | Unserved | None:
         """Return the joint plan for the remaining mission, or the reason why there is none."""
-        about = floor.gates, floor.floors, floor.robots, floor.barred, floor.inside
+        about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         key = floor.team, *about, floor.helping, floor.laden, joint, served, seed
 
         def charged(check: Check) -> Found | None:

@@ -375,6 +375,12 @@ def _planned(
         # The search took too long. The mission may not need requests of robots.
         without = answers.plan(floor, joint, (), len(state.over), charges, state.time)
         answer = Unserved(served) if isinstance(without, Found) else None
+    empty = tuple(g for g in served if team.obstacles[floor.gates[g]].battery_of in out)
+    if empty and (answer is None or isinstance(answer, Deadlock)):
+        # Robots that get a battery return to service, and then no longer stand in the way.
+        brings = replace(floor, rounds=(0,) * len(team.members))
+        brought = answers.plan(brings, joint, empty, len(state.over), charges, state.time)
+        answer = brought if isinstance(brought, Found) else answer
     match answer:
         case Found(plan, first):
             for i, memory in first:
@@ -382,6 +388,8 @@ def _planned(
             decide(now.Planned(plan))
         case Unserved(gates):
             decide(now.SetAside(tuple(floor.gates[g] for g in gates)))
+        case Deadlock() | None if any(charged(team, state, i) for i in out):
+            return None  # it returns to service
         case Deadlock():  # a robot out of service may stand in the way
             return _without(team, state, out) if out else deadlocked(team, state, answer)
         case None:
