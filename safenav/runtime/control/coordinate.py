@@ -119,7 +119,9 @@ def coordinate(
                     decide(now.Turned(i, mine.task.memory.index))
         for i in told:
             robot, begun = state.robots[i], before.roles and team.members[i].planned
-            stays = team.members[i].pursuit.settles and robot.own.met and on_own(team, state, i)
+            helped = before.roles and before.roles[i].helps is not None
+            stays = robot.own.met or (helped and robot.own.held and stands(team, state, i))
+            stays = stays and team.members[i].pursuit.settles and on_own(team, state, i)
             if robot.fresh and robot.active and robot.to is None and not (begun or stays):
                 decide(now.Counted(i))  # a continued stay counts in the robot's turn
         control = replace(control, question=_question(team, state))
