@@ -191,7 +191,8 @@ class Nature(Uneven):
         found = super().changes(at, {*occupied}.union(*self._occupied().values()))
         for change in found:
             kind = "there" if change.appeared else "gone"
-            self._write(kind, obstacle=change.obstacle.name, region=change.obstacle.region)
+            about = {"obstacle": change.obstacle.name, "region": change.obstacle.region}
+            self._write(kind, **about, untold=True)
             if change.appeared:
                 self._ghosts.pop(change.obstacle.region, None)
         return found

@@ -227,7 +227,8 @@ class Walk:
             self.came |= {name: before} if to != before else {}
 
     def _acted(self, line: Line, name: str) -> None:
-        self.believed -= {n for n, result in line["found"].items() if result == "nothing"}
+        nothing = {n for n, result in line["found"].items() if result == "nothing"}
+        self.believed, self.known = self.believed - nothing, self.known - nothing
         failed = {n for n, result in line["found"].items() if result == "failed"}
         self.actions.update((name, n) for n in failed)
         self.known |= failed
@@ -236,7 +237,7 @@ class Walk:
     def _gone(self, line: Line, obstacle: str) -> None:
         if not line.get("open", True):
             self.walls.add(obstacle)
-        else:
+        elif not line.get("untold"):  # else the team still takes it to be there
             self.known.discard(obstacle)
         self.stages.pop(obstacle, None)
         self._forgive(obstacle=obstacle)
