@@ -166,14 +166,16 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
     robot.memories = robot.recalled | after if stays else after or robot.recalled
 
 
-def _stood(name: str, s: State) -> None:
-    """Record that a robot does its part of the next needs where it is."""
+def _stood(name: str, s: State, acts: Line | None = None) -> None:
+    """Record that a robot does its part of the next needs where it is, of loads those on which it
+    ``acts`` (None: any)."""
     region = s.robots[name].pose[0]
     for one in s.obstacles.values():
         if not one.open or not one.rest.left or (name, one.name) in s.barred:
             continue
         need = one.rest.left[0]
-        takes = one.rest.takes() and (need.robots == 1 or s.loads(name))
+        other = bool(acts and one.known and one.name not in acts.obstacles)
+        takes = one.rest.takes() and (need.robots == 1 or other or s.loads(name))
         if region in need.regions and name in need.able and not takes:  # else in a `met` line
             one.rest = one.rest._replace(done=one.rest.done | {name})
 
@@ -184,7 +186,7 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
         if each.acts is acts and acts is not None:
             each.acts, each.acted = None, e.tick
     if not e.reason or e.results.keys() - failed:
-        _stood(robot.name, s)
+        _stood(robot.name, s, acts)
     s.barred |= {(robot.name, name) for name in e.barred or ()}
     for name in failed & s.obstacles.keys():
         rest = s.obstacles[name].rest
