@@ -96,7 +96,7 @@ class Run:
             if self.world.live and robot.to is not None:
                 self.happens(now.Elsewhere(i, robot.pose))
             elif robot.acting == i:
-                self.happens(now.Acted(i, (), ()))
+                self.happens(now.Acted(i, (), (), why="the run was interrupted"))
         self.control = Control(roles=begun.roles, controllers=(None,) * len(begun.roles))
         self.settle()
 

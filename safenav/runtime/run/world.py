@@ -143,9 +143,9 @@ class World:
             yield from self._changed(run, change)
         if isinstance(commands, Commands):
             yield from self._reported(run, commands)
-        robots = range(len(run.state.robots))
-        busy = [i for i in robots if not run.state.robots[i].idle] if self.live else []
-        for i in (*busy, *(i for i in robots if i not in busy)):  # robots in transit first
+        there = run.state.robots  # live: robots in transit first, so that all arrive in one instant
+        order = sorted(range(len(there)), key=lambda i: (there[i].idle, there[i].to is None))
+        for i in order if self.live else range(len(there)):
             member, robot = run.team.members[i], run.state.robots[i]
             if robot.to is not None:
                 due_now = self.live or run.state.time >= (robot.due or 0)
