@@ -21,7 +21,7 @@ from safenav.cli.operator import attended, run_with_operator
 from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
 from safenav.files import json_line, write_out
 from safenav.report.terminal.layout import WaitingLine
-from safenav.run.wording import moment_words
+from safenav.run.wording import scheduled_words
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Clock, Expect, Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -356,7 +356,7 @@ def _not_reached(mission: Mission) -> Iterator[str]:
     live = plan.clock is Clock.LIVE
     for change in plan.changes:
         if change.at > ((result.makespan or 0.0) if live else result.ticks):
-            at = moment_words(plan.clock, change.at)
+            at = scheduled_words(plan.clock, change.at)
             yield f"note: completed before the change of {change.robot} at {at}"
 
 

@@ -259,7 +259,7 @@ class Wording(Struct, frozen=True):
         return some(names)
 
 
-def moment_words(clock: Clock, at: int) -> str:
+def scheduled_words(clock: Clock, at: int) -> str:
     """Return a moment of a scenario in words: ``tick 12``, ``12 s``."""
     return f"{at} s" if clock is Clock.LIVE else f"tick {at}"
 

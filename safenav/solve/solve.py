@@ -211,8 +211,13 @@ def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bo
     """Return whether a group can stand in its places together: rivals in different regions, and no
     two robots of a zone in it."""
     members, free = floor.team.members, {i: floor.graphs[i].regions_of(places[i]) for i in group}
-    crowd = [i for i in group if {*group} - {i} <= members[i].rivals]
-    return not too_many([[*bits(free[i])] for i in crowd]) and _apart(floor.team, group, free, {})
+    for i in group:
+        crowd = [i]
+        for j in group:
+            crowd += [j] if members[j].rivals.issuperset(crowd) else []
+        if too_many([[*bits(free[j])] for j in crowd]):
+            return False  # which the search would take long to find out
+    return _apart(floor.team, group, free, {})
 
 
 def _apart(

@@ -16,7 +16,7 @@ from safenav.run.reading import Line, RunReader, run_of
 from safenav.run.run import Run
 from safenav.run.tracks import RobotTrack
 from safenav.run.values import Event, ObstacleStatus, StoryKind
-from safenav.run.wording import moment_words, synthesis_words
+from safenav.run.wording import scheduled_words, synthesis_words
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import describe, target_regions
 from safenav.trace.file import unstarted
@@ -218,7 +218,7 @@ def _obstacles(scenario: Scenario) -> list[str]:
     for obstacle in scenario.obstacles:
         status, since = ("ordered", "at") if obstacle.ordered else ("hidden", "from")
         for word, at in ((since, obstacle.appears), ("until", obstacle.goes)):
-            status += "" if at is None else f" {word} {moment_words(scenario.clock, at)}"
+            status += "" if at is None else f" {word} {scheduled_words(scenario.clock, at)}"
         needs = ", then ".join(need.action for need in obstacle.needs)
         name = obstacle_words(obstacle.name, scenario.map.word)
         where = scenario.map.label(obstacle.region)

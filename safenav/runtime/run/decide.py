@@ -111,11 +111,9 @@ def follows_others(state: State, control: Control, i: int) -> bool:
 
 def node_while_staying(team: Team, state: State, control: Control, i: int) -> int | None:
     """Return the node of a strategy that tracks others, for a robot that stays although its
-    strategy decides nothing: as before, with what the robot observes now; None if there is none, or
-    the strategy tracks nobody."""
+    strategy decides nothing: as before, with what the robot observes now; None if there is none."""
     controller, node = control.controller(i), state.robots[i].node
-    if controller is None or node is None or not follows_others(state, control, i):
-        return None
+    assert controller is not None and node is not None, "it follows others"
     strategy = controller.result.strategy
     assert strategy is not None, "it is realizable"
     now = strategy.values(node) | heard(team, state, i, controller.task)

@@ -200,11 +200,11 @@ class Run:
 
     def take(self, i: int, step: decide.Proposal, action: Action | None = None) -> None:
         if step.pose == self.state.robots[i].pose:
-            node = step.node
-            if node is None:
+            node, tracks = step.node, decide.follows_others(self.state, self.control, i)
+            if node is None and tracks:
                 node = decide.node_while_staying(self.team, self.state, self.control, i)
             self.happens(now.Stayed(i, step.by, node, step.values, int(not self.world.live)))
-            if node is None and decide.follows_others(self.state, self.control, i):
+            if node is None and tracks:
                 self.happens(now.Astray(i, ()))  # no node of its strategy has what it observes
         else:
             for event in self.world.start(self, i, step):
