@@ -12,7 +12,7 @@ from itertools import cycle, islice, pairwise
 from safenav.data import cached_method
 from safenav.plan.order import plan_of
 from safenav.plan.search import FIRST_BUDGET, ORDERS, Answer, Exhausted, Goal, Guide, Search
-from safenav.scenario.model import DECIMALS, Clock
+from safenav.scenario.model import DECIMALS
 from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint, Stages
 from safenav.team.state import Plan, Waypoint
@@ -50,7 +50,7 @@ class ChargedSearch(Search):
     ) -> None:
         super().__init__(floor, served, guide, start, seed, work, check)
         self.how, self.team = how, floor.team
-        self.live = self.team.scenario.clock is Clock.LIVE
+        self.live = self.team.live
         self.energies = {
             i: energy for i in floor.robots if (energy := self.team.members[i].energy) is not None
         }
@@ -263,7 +263,7 @@ def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     """Return the plan of these states, in which robots leave chargers with the charge and in the
     tick that were planned."""
     plan = plan_of(floor, states[0], [joint.poses for joint in states])
-    live = floor.team.scenario.clock is Clock.LIVE
+    live = floor.team.live
     ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0.0 if live else 1.0
     for before, joint in pairwise(states):
         moving = [i for i in floor.robots if before.poses[i] != joint.poses[i]]

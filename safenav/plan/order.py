@@ -37,7 +37,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
     """Return the plan in which robots go to these joint poses."""
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
-    owed: dict[int, set[tuple[int, int]]] = {i: set() for i in robots}  # before it leaves its place
+    owed = defaultdict[int, set[tuple[int, int]]](set)  # before it leaves its place
     for i in robots:  # resolutions at arrivals may make its goal count
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:

@@ -45,7 +45,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     ``helping``: those that serve each obstacle already; ``rounds``: those that each robot is to
     complete, if not those of the mission; ``away``: poses that only robots out of service keep from
     each robot; ``either``: whether strict objectives may begin with any target; ``laden``: robots
-    that carry loads of other obstacles."""
+    that carry loads of other obstacles; ``standing``: those out of service that act where they
+    are."""
 
     team: Team
     gates: tuple[int, ...]
@@ -60,6 +61,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     away: tuple[Mask, ...] = ()
     either: bool = False
     laden: frozenset[int] = frozenset()
+    standing: tuple[int, ...] = ()
+
+    @cached_property
+    def actors(self) -> tuple[int, ...]:
+        return tuple(sorted((*self.robots, *self.standing))) if self.standing else self.robots
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]
@@ -107,7 +113,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         """Return the robots with the skills of the next need; only those of the chosen group, if
         there is one."""
         skills, group = self.need(g, stages).skills, stages[g].group
-        able = (i for i in self.robots if skills <= self.team.members[i].robot.capabilities)
+        able = (i for i in self.actors if skills <= self.team.members[i].robot.capabilities)
         return tuple(
             i
             for i in able
@@ -197,7 +203,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         before = None
         while before != stages:
             before = stages
-            for i in self.robots:
+            for i in self.actors:
                 if self.acting(stages) >> at[i] & 1:
                     stages = self.acted(stages, at, i)
         return stages
@@ -321,7 +327,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         moved: Container[int],
     ) -> Joint:
         acting, size = self.acting(stages), self.team.size
-        if acting and any(acting >> poses[i] % size & 1 for i in self.robots):
+        if acting and any(acting >> poses[i] % size & 1 for i in self.actors):
             before_stages, before = stages, len(self.open(stages))
             stages = self.performed(stages, poses)
             if len(self.open(stages)) != before and self._restarts(before_stages, stages):
@@ -465,9 +471,9 @@ def floor_of(
         graphs.append(graph)
         floors.append(1 << standing[i] if i in standing else floor)
         within.append(there)
-    away = tuple(absent) if out else ()
-    poses, within_ = (tuple(graphs), tuple(floors)), tuple(within)
-    return Floor(team, gates, *poses, robots, barred, barred, within_, away=away, laden=laden)
+    away, acts = tuple(absent) if out else (), tuple(standing) if not team.live else ()
+    found = team, gates, tuple(graphs), tuple(floors), robots, barred, barred, tuple(within)
+    return Floor(*found, away=away, laden=laden, standing=acts)
 
 
 def without_memory(team: Team, state: State) -> tuple[Team, State]:
@@ -482,11 +488,6 @@ def without_memory(team: Team, state: State) -> tuple[Team, State]:
         pose = other.graph.number(member.graph.pose(robot.pose))
         robots.append(replace(robot, pose=pose, to=to))
     return plain, replace(state, robots=tuple(robots))
-
-
-def driven(team: Team, state: State) -> tuple[int, ...]:
-    """Return the robots that follow joint plans: those with rivals, in service."""
-    return tuple(i for i in team.sharing if state.robots[i].active)
 
 
 def stages_of(floor: Floor, state: State) -> Stages:

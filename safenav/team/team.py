@@ -4,7 +4,7 @@ changes.
 Robots and obstacles are numbered in the scenario's order. A set of regions or poses is a mask.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache, reduce
 from itertools import takewhile
 from math import ceil
@@ -22,7 +22,7 @@ from safenav.team.battery import Energy
 from safenav.team.formulas import graph_of, targets_of
 from safenav.team.state import Is, ObstacleNow
 from safenav.world.map import RegionMap
-from safenav.world.poses import Mask, PoseGraph, bits, plain_graph, region_mask
+from safenav.world.poses import Mask, Pose, PoseGraph, bits, plain_graph, region_mask
 
 
 class Need(Struct, frozen=True):
@@ -74,7 +74,8 @@ Zone = tuple[frozenset[int], Mask]
 class Member(Struct, frozen=True, eq=False):
     """A robot. ``floor``: the poses that walls and its own rules leave; ``targets``: masks of
     poses; ``rivals``: the robots with which it never shares a region; ``zones``: regions in which
-    it is never together with others, each with these; ``ticks``: those of its slowest step."""
+    it is never together with others, each with these; ``base``: a pose from which it has the paths
+    of its present one; ``ticks``: those of its slowest step."""
 
     name: str
     robot: model.Robot
@@ -84,6 +85,7 @@ class Member(Struct, frozen=True, eq=False):
     pursuit: Pursuit
     rivals: frozenset[int]
     zones: tuple[Zone, ...]
+    base: Pose
     energy: Energy | None = None
 
     @property
@@ -164,6 +166,10 @@ class Team(Struct, frozen=True, eq=False, dict=True):
             found[each.name] = (*found.get(each.name, ()), k)
         return found
 
+    @property
+    def live(self) -> bool:
+        return self.scenario.clock is model.Clock.LIVE
+
     @cached_property
     def rounds(self) -> int:
         return self.scenario.until.rounds
@@ -202,7 +208,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
     def step_times(self) -> tuple[float, ...]:
         """The ticks of each robot's step; in a live run its seconds: the mean of a straight step
         and one with a quarter turn."""
-        if self.scenario.clock is not model.Clock.LIVE:
+        if not self.live:
             return tuple(member.ticks for member in self.members)
         found = []
         for member in self.members:
@@ -242,8 +248,9 @@ def team_of(scenario: model.Scenario) -> Team:
     robots, members = scenario.robots, list[Member]()
     for robot in robots:
         others = (k for k, o in enumerate(robots) if o is not robot and robot.conflicts(o))
-        members.append(_member(scenario, robot, frozenset(others), tuple(_zones(scenario, robot))))
-    obstacles = (_obstacle(each, scenario.robots, scenario) for each in scenario.obstacles)
+        about = frozenset(others), tuple(_zones(scenario, robot)), robot.start
+        members.append(_member(scenario, robot, *about))
+    obstacles = (_obstacle(each, members, scenario) for each in scenario.obstacles)
     return Team(scenario, tuple(members), tuple(obstacles))
 
 
@@ -252,6 +259,7 @@ def _member(
     robot: model.Robot,
     rivals: frozenset[int],
     zones: tuple[Zone, ...],
+    base: Pose,
     *,
     remember: bool = True,
 ) -> Member:
@@ -262,7 +270,7 @@ def _member(
         targets, chargers = graph.on_each(objective.targets), graph.on(scenario.chargers)
         energy = Energy(graph, chargers, battery, targets, objective.settles, bool(robot.when))
     floor, goals = graph.outside(objective.avoid), targets_of(objective, graph)
-    how = objective.pursuit, rivals, zones
+    how = objective.pursuit, rivals, zones, base
     return Member(robot.name, robot, graph, floor, goals, *how, energy)
 
 
@@ -288,8 +296,7 @@ def _zones(scenario: model.Scenario, robot: model.Robot) -> Iterator[Zone]:
 
 def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None) -> Team:
     """Return the team with one more obstacle, which the scenario does not list."""
-    robots = [member.robot for member in team.members]  # with their present objectives
-    new = replace(_obstacle(source, robots, team.scenario), battery_of=battery_of)
+    new = replace(_obstacle(source, team.members, team.scenario), battery_of=battery_of)
     return replace(team, obstacles=(*team.obstacles, new))
 
 
@@ -300,17 +307,25 @@ def assigned(
     this number of ticks."""
     member = team.members[i]
     robot = replace(member.robot, objective=objective, within=within)
-    new = _member(team.scenario, robot, member.rivals, member.zones, remember=remember)
+    about = member.rivals, member.zones, member.base
+    new = _member(team.scenario, robot, *about, remember=remember)
     members = (*team.members[:i], new, *team.members[i + 1 :])
-    robots = [member.robot for member in members]
+    return based(replace(team, members=members), {})
+
+
+def based(team: Team, poses: Mapping[int, Pose]) -> Team:
+    """Return the team in which robots have the paths from these poses."""
+    pairs = enumerate(team.members)
+    members = tuple(replace(each, base=poses.get(i, each.base)) for i, each in pairs)
     obstacles = (
-        replace(each, strays=_strays(each.source, robots, team.scenario)) for each in team.obstacles
+        replace(each, strays=_strays(each.source, members, team.scenario))
+        for each in team.obstacles
     )
     return replace(team, members=members, obstacles=tuple(obstacles))
 
 
 def _obstacle(
-    source: model.Obstacle, robots: Sequence[model.Robot], scenario: model.Scenario
+    source: model.Obstacle, members: Sequence[Member], scenario: model.Scenario
 ) -> Obstacle:
     listed, found = source.needs, list[Need]()
     for k, need in enumerate(listed):
@@ -318,33 +333,35 @@ def _obstacle(
         skills, takes = model.actions_of(listed, k), model.takes(listed, k)
         how = need.together, need.same
         found.append(Need(need.action, need.robots, regions, *how, skills, takes))
-    blocks = frozenset(i for i, robot in enumerate(robots) if source.blocks(robot))
+    blocks = frozenset(i for i, member in enumerate(members) if source.blocks(member.robot))
     closed_to = tuple(
-        frozenset(i for i, r in enumerate(robots) if source.closed_to(r, k))
+        frozenset(i for i, member in enumerate(members) if source.closed_to(member.robot, k))
         for k in range(len(listed))
     )
-    strays, restarts = _strays(source, robots, scenario), scenario.restarts_rounds(source.name)
+    strays, restarts = _strays(source, members, scenario), scenario.restarts_rounds(source.name)
     about = blocks, closed_to, strays, source, restarts
     return Obstacle(source.name, source.region, tuple(found), *about)
 
 
 def _strays(
-    source: model.Obstacle, robots: Sequence[model.Robot], scenario: model.Scenario
+    source: model.Obstacle, members: Sequence[Member], scenario: model.Scenario
 ) -> tuple[frozenset[int], ...]:
     """Return for each need of an obstacle the robots that cannot deliver the load that they take by
     it."""
     listed, strays = source.needs, []
     for k, need in enumerate(listed):
         numbers = takewhile(lambda n: listed[n].same, range(k + 1, len(listed)))
-        later = [source.resolution_regions(scenario.map, n) for n in numbers]
-        carried = robots if later and not need.same else ()
-        far = (i for i, robot in enumerate(carried) if _cut_off(robot, later, scenario))
+        places = [source.resolution_regions(scenario.map, n) for n in (k, *numbers)]
+        carried = members if len(places) > 1 and not need.same else ()
+        far = (i for i, member in enumerate(carried) if _cut_off(member, places, scenario))
         strays.append(frozenset(far))
     return tuple(strays)
 
 
-def _cut_off(robot: model.Robot, later: list[tuple[int, ...]], scenario: model.Scenario) -> bool:
-    """Return whether the map leaves a robot no path to some of these regions."""
-    graph = plain_graph(scenario.map, robot.model.mobility)
-    there = graph.closure(1 << graph.number(robot.start), graph.outside(robot.objective.avoid))
-    return any(not there & graph.on(regions) for regions in later)
+def _cut_off(member: Member, places: list[tuple[int, ...]], scenario: model.Scenario) -> bool:
+    """Return whether the map leaves a robot no path to some of these regions; the first are those
+    where it takes the load."""
+    graph = plain_graph(scenario.map, member.robot.model.mobility)
+    free = graph.outside(member.objective.avoid)
+    there = graph.closure(1 << graph.number(member.base), free) & (free | graph.on(places[0]))
+    return any(not there & graph.on(regions) for regions in places[1:])

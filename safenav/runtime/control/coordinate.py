@@ -23,12 +23,11 @@ from safenav.runtime.control.ends import (
 )
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
-from safenav.scenario.model import Clock
 from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE
 from safenav.team.apply import apply, charged, done, initial, on_own, orders_ahead, stands
-from safenav.team.floor import driven, floor_now, stages_of, without_memory
+from safenav.team.floor import floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
 from safenav.trace.words import listed
@@ -341,7 +340,7 @@ def _planned(
     )
     if not starves and not ends and not stuck(team, state, helped):
         return None
-    sharing = driven(team, state)
+    sharing = tuple(i for i in team.sharing if state.robots[i].active)
     if not sharing:
         return None
     floor = floor_now(team, state)
@@ -417,7 +416,7 @@ def _without(team: Team, state: State, robots: Sequence[int], left: str = "") ->
     """Return the end of a run that cannot continue without robots out of service. ``left``: the
     reason why it is not completed, if known."""
     names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
-    left = left or what_is_left(team, state, (), live=team.scenario.clock is Clock.LIVE)
+    left = left or what_is_left(team, state, (), live=team.live)
     return End("operator_needed", f"{names} out of service; {left}", "out_of_service")
 
 

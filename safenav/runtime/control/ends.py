@@ -60,17 +60,19 @@ class End(Struct, frozen=True):
 
 
 def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = False) -> Sets:
-    """Return the team as if every robot were in service, or with ``serving`` as if only these
-    robots acted, and the others blocked no robot; with ``given_up`` as if the obstacles that are
-    given up were still requested."""
+    """Return the team as if every robot were in service, or with ``serving`` as if those out of
+    service blocked no robot; with ``given_up`` as if the obstacles that are given up were still
+    requested."""
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
     gates = (*gates_of(state), *again)
-    active = tuple(i for i, robot in enumerate(state.robots) if robot.active or not serving)
     loads, closed = laden(team, state, gates), barred(team, state)
     floor = floor_of(team, gates, sealed, inside(team, state), barred=closed, laden=loads)
-    floor = replace(floor, robots=active or floor.robots)
+    if serving:
+        here, free = floor_now(team, state), enumerate(floor.floors)
+        floors = tuple(each if i in here.robots else here.floors[i] for i, each in free)
+        floor = replace(floor, robots=here.robots, standing=here.standing, floors=floors)
     return around(floor, tuple(robot.next for robot in state.robots), stages_of(floor, state))
 
 
@@ -258,10 +260,11 @@ class Request:
         floor, found = hopeful(self.team, self.state, given_up=False).floor, dict[str, int | None]()
         for i in floor.skilled(self.g, self.stages):
             member, robot, graph = self.team.members[i], self.state.robots[i], floor.graphs[i]
-            # Out of service, it still acts where it stands.
-            allowed = floor.allowed(i, self.stages) if robot.active else 1 << robot.next
+            # Out of service, it still acts where it stands, but not in a live run.
+            here = 1 << robot.next if i in self.floor.standing else 0
+            allowed = floor.allowed(i, self.stages) if robot.active else here
             there = graph.poses_on(self.need.regions)
-            steps = graph.steps_between(1 << robot.next, there, allowed)
+            steps = graph.steps_between(1 << robot.next, there & allowed, allowed)
             found[member.name] = None if steps is None else steps * member.ticks
         return found
 
@@ -269,12 +272,14 @@ class Request:
         """Return the reason why no robot helps now, although some could get there; None if the bids
         show it."""
         floor, g = self.floor, self.g
-        able, missing = floor.able(g, self.stages), floor.missing(g, self.stages)
-        out = [i for i in self._skilled() if not self.state.robots[i].active]
+        missing = floor.missing(g, self.stages)
+        able = [i for i in floor.able(g, self.stages) if i in floor.robots or self._spots(i)]
+        absent = (i for i in self._skilled() if not self.state.robots[i].active)
+        out = [i for i in absent if i not in able]
         if len(able) + len(out) < missing:  # else it would be given up
             return self._loads()
         if len(able) < missing:
-            return f"{self._names(out)} {'is' if len(out) == 1 else 'are'} out of service"
+            return self._absent(out)
         duties, members = self.found.duties, self.team.members
         busy = [i for i in able if i in duties and duties[i].g != g]
         if busy:
@@ -282,8 +287,10 @@ class Request:
             return "; ".join(f"{name} helps with {other}" for name, other in pairs)
         if g not in self.found.served:
             near = {i: there for i in able if (there := self._spots(i))}
-            if len(near) < missing:
-                return None
+            if len(near) < missing:  # robots out of service may be in the way
+                left = [i for i, robot in enumerate(self.state.robots) if not robot.active]
+                come = [each for each in self.bids().values() if each is not None]
+                return self._absent(left) if left and len(come) >= missing else None
             groups = combinations(near, missing) if self.need.together else [()]
             room = any(fits(floor, group, near) for group in groups)
             return _UNSERVED if room else self._crowd(near)
@@ -362,6 +369,9 @@ class Request:
 
     def _names(self, robots: Sequence[int]) -> str:
         return listed(self.team.members[i].name for i in robots)
+
+    def _absent(self, robots: Sequence[int]) -> str:
+        return f"{self._names(robots)} {'is' if len(robots) == 1 else 'are'} out of service"
 
     def _obstacle(self, g: int) -> str:
         return obstacle_words(self.floor.gate(g).name, self.team.world.word)

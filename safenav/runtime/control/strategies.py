@@ -14,7 +14,6 @@ from safenav.errors import Verdict
 from safenav.plan.order import closed
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
-from safenav.scenario.model import Clock
 from safenav.scenario.objective import Objective, Word, describe, formulas_in
 from safenav.spec import assignable
 from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
@@ -155,7 +154,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
                 forbidden=role.forbidden,
                 assignable=assigned,
                 inputs=tuple((each, each.name in state.inputs) for each in inputs),
-                live=team.scenario.clock is Clock.LIVE,
+                live=team.live,
             ),
             rung,
         )

@@ -22,7 +22,7 @@ from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective
 from safenav.team.state import State
-from safenav.team.team import Team, assigned, introduced, team_of
+from safenav.team.team import Team, assigned, based, introduced, team_of
 from safenav.trace import records
 from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.file import Trace, as_data
@@ -159,7 +159,8 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
     for i, own in enumerate(kept.own):
         if own != team.members[i].robot.objective:
             team = assigned(team, i, own, kept.within[i])
-    return team
+    pairs = enumerate(zip(team.members, kept.state.robots, strict=True))
+    return based(team, {i: member.graph.pose(robot.next) for i, (member, robot) in pairs})
 
 
 class Checkpoints:

@@ -31,7 +31,7 @@ from safenav.scenario.model import Obstacle
 from safenav.team import state as now
 from safenav.team.acts import noticed
 from safenav.team.apply import apply, initial, on_own, orders_ahead
-from safenav.team.team import Team, assigned, introduced
+from safenav.team.team import Team, assigned, based, introduced
 from safenav.trace.records import Act, Depart, Synthesis
 
 HELPED = ("operator_needed", "assumption_violated", "search_limit")
@@ -283,12 +283,13 @@ class Run:
             self.team = self.recorder.team = introduced(self.team, event.source, event.battery_of)
         elif isinstance(event, now.Assigned):
             event = replace(event, own=on_own(self.team, self.state, event.robot))
-            self.team = self.recorder.team = assigned(
-                self.team, event.robot, event.objective, event.within
-            )
+            self.team = assigned(self.team, event.robot, event.objective, event.within)
+        before, self.state = self.state, apply(self.team, self.state, event)
+        if (i := _elsewhere(self.team, before, event)) is not None:
+            pose = self.team.members[i].graph.pose(self.state.robots[i].next)
+            self.team = self.recorder.team = based(self.team, {i: pose})
             if self.world.truth is not None:
                 self.world.truth.follow(self.team)
-        before, self.state = self.state, apply(self.team, self.state, event)
         self.recorder.record(before, event, self.state)
         if _helps(before, event, ended=self.control.end is not None):
             self.control = replace(self.control, question=None, new=(), end=None, helped=True)
@@ -415,6 +416,17 @@ class Run:
 
 
 _THERE = (now.Is.OPEN, now.Is.SEALED)
+
+
+def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
+    """Return the robot that may have other paths on the map after an event: it has other rules, was
+    put elsewhere, or leaves a region that it avoids."""
+    if isinstance(event, now.Assigned | now.Placed):
+        return event.robot
+    if not isinstance(event, now.Departed | now.Ended):
+        return None
+    avoid, robot = team.members[event.robot].objective.avoid, before.robots[event.robot]
+    return event.robot if robot.pose % team.size in avoid else None
 
 
 def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
