@@ -151,10 +151,19 @@ def vain(
 
 
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events by which an obstacle joins those of the team, if it is not one of them."""
-    if obstacle.name not in team.numbers:
-        yield now.Introduced(obstacle)
+    """Yield the events by which the team sees an obstacle."""
+    yield from joined(team, state, obstacle)
     yield now.Seen(number(team, state, obstacle))
+
+
+def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
+    """Yield the events by which an obstacle joins those of the team, if it is not one of them. A
+    former one of its name has disappeared, even if no event has told so."""
+    there = {k: state.obstacles[k].state for k in team.numbers.get(obstacle.name, ())}
+    if not there:
+        yield now.Introduced(obstacle)
+    elif there[number(team, state, obstacle)] is Is.AWAY:
+        yield from (now.Gone(k, "world") for k in there if there[k] not in (Is.AWAY, Is.OVER))
 
 
 def number(team: Team, state: State, obstacle: Obstacle) -> int:

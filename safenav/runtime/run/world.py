@@ -26,6 +26,7 @@ from safenav.team import state as now
 from safenav.team.acts import (
     acts_on,
     consequences,
+    joined,
     met,
     noticed,
     number,
@@ -236,7 +237,7 @@ class World:
         cause = "user" if change.by_user else "scenario"
         if change.appeared:
             self._opened.pop(change.obstacle.name, None)
-            yield from _introduced(run, change.obstacle)
+            yield from joined(run.team, run.state, change.obstacle)
             k = number(run.team, run.state, change.obstacle)
             yield now.Appeared(k, change.truth, change.another, cause)
         elif change.obstacle.name in run.team.numbers:
@@ -320,7 +321,7 @@ class World:
         one only from what the world reports."""
         begun = self._works.pop(i, None)
         for obstacle, _ in event.found:
-            yield from _introduced(run, obstacle)
+            yield from joined(run.team, run.state, obstacle)
         team, truths = run.team, dict[int, bool | None]()
         reported = {number(team, run.state, obstacle): result for obstacle, result in event.found}
         again = tuple(  # opened in passing, without a request
@@ -493,8 +494,3 @@ def _shows(
     able = obstacle.needs[last].action in team.members[i].robot.capabilities
     able = able and here in obstacle.resolution_regions(team.world, last)
     return able and (here == obstacle.region or there.state is not now.Is.SEEN)
-
-
-def _introduced(run: Running, obstacle: model.Obstacle) -> Iterator[now.Event]:
-    if obstacle.name not in run.team.numbers:
-        yield now.Introduced(obstacle)
