@@ -212,11 +212,12 @@ def memory(e: Line, s: State) -> Iterator[str]:
 @rule("told", "push", "pop", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
-    that blocks it, or on which it can act."""
+    that blocks it, on which it can act, or that brings its battery."""
     installs = e.kind != "synthesis" or (e.node is not None and e.places is None)
     told = {e.robot: e.objective} if e.objectives is None else e.objectives
     every = [x for x in s.obstacles.values() if x.open and x.known]
     busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
+    busy |= {s.flat[x.name] for x in every if x.name in s.flat}
     for name in told if installs else ():
         robot = s.robots[name]
         if not (name in busy or robot.out or told[name].serves(robot.own)):

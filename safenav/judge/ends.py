@@ -160,7 +160,8 @@ def end(e: Line, s: State) -> Iterator[str]:
         if stated > most or (done and exact and stated < rounds):
             yield f"{name} has {rounds} rounds, not {stated}"
     if e.outcome == "completed":
-        undone, later = sorted(n for n in s.orders if s.obstacles[n].open), later_change(e, s)
+        orders, later = (s.obstacles[name] for name in sorted(s.orders)), later_change(e, s)
+        undone = [one.name for one in orders if one.open and not one.declared]
         if undone and later is not None:
             yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
         to_come = [one for one in s.coming if one.ordered and one.appears <= s.limit]

@@ -208,7 +208,9 @@ def _charge_stands(e: Line, robot: Robot, s: State) -> None:
 
 def _goal(e: Line, robot: Robot, s: State) -> None:
     own, progress = robot.own, robot.progress
-    if not counts(e, robot, s.live) or robot.again(e, s.live):
+    lone = s.scenario.coordination == "resynthesis" and not s.is_planned(robot.name)
+    duty = lone and not robot.given.serves(own)  # it forgets its own goals
+    if duty or not counts(e, robot, s.live) or robot.again(e, s.live):
         return
     if robot.memories is not None:
         robot.memories = meeting(e, robot, s.live)
