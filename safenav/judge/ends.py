@@ -129,7 +129,8 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
     stops = not s.live and s.scenario.late == "stop"
     if s.promised is not None and (e.outcome != "completed" or s.promised != e.tick):
         yield f"the mission was not completed in tick {s.promised}"
-    if e.outcome in ("late", "completed") and (e.outcome == "late") is not bool(stops and late):
+    stopped = e.outcome not in ("interrupted", "error")
+    if stopped and (e.outcome == "late") is not bool(stops and late):
         yield f"{'a' if stops and late else 'no'} missed deadline ends the run"
     yield from _proven(refused_problems(e, s)) if e.refused else ()
 

@@ -184,7 +184,7 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
     acts, failed = robot.acts, {name for name, result in e.results.items() if result == "failed"}
     for each in s.robots.values():
         if each.acts is acts and acts is not None:
-            each.acts, each.acted = None, e.tick
+            each.acts, each.acted = None, (e.tick, acts)
     if not e.reason or e.results.keys() - failed:
         _stood(robot.name, s, acts)
     s.barred |= {(robot.name, name) for name in e.barred or ()}

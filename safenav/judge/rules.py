@@ -268,8 +268,15 @@ def actions(e: Line, s: State) -> Iterator[str]:
             yield f"{e.robot} has not begun to act"
         if not s.external and ("failed" in e.results.values() or e.barred):
             yield f"an action of {e.robot} fails, in a simulated world"
-    elif s.live and not s.external and robot.acts is None and robot.acted != e.tick:
+    elif s.live and not s.external and not _acts(robot, None, e.tick):
         yield f"{e.robot} does not act"
+
+
+def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
+    """Return whether a robot acts, or has just acted, on an obstacle (None: any). An action that
+    names none is one on each."""
+    one = robot.acts or (robot.acted[1] if robot.acted and robot.acted[0] == tick else None)
+    return one is not None and obstacle in (None, *(one.obstacles or [obstacle]))
 
 
 @rule("move", "outcome")
@@ -334,7 +341,7 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
     there = frozenset(n for n in need.able if s.robots[n].pose[0] in need.regions)
     passes = one.name in s.robots[e.robot].passes
     if s.live and one.known and not (s.external or passes):
-        there = frozenset(n for n in there if s.robots[n].acts or s.robots[n].acted == s.tick)
+        there = frozenset(n for n in there if _acts(s.robots[n], one.name, s.tick))
     parts = there if need.together else there | (one.rest.done & need.able)
     many = who if e.robots else parts | who
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there:

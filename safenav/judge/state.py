@@ -69,11 +69,11 @@ class Robot:
     those with the inputs since that step began; ``stands``: live, since when it uses its ``charge``
     without a step; ``filled``: its battery was replaced; ``kept``: its progress with the objective
     that it resumes after an input; ``first``: the target with which its strategy begins; ``told``:
-    a user gave it its objective; ``acts``: the action in which it takes part, ``acted``: when one
-    ended last; ``passes``: the obstacles unknown when it began, on which idle robots may act as
-    well; ``met``: the goals that its last step has met, each with its tick;
-    ``jumps``: how often it was farther from its last region than a step; ``observes``: the robots
-    that its strategy observes, with their jumps before it was made."""
+    a user gave it its objective; ``acts``: the action in which it takes part, ``acted``: the one
+    that ended last, and when; ``passes``: the obstacles unknown when it began, on which idle robots
+    may act as well; ``met``: the goals that its last step has met, each with its tick; ``jumps``:
+    how often it was farther from its last region than a step; ``observes``: the robots that its
+    strategy observes, with their jumps before it was made."""
 
     name: str
     data: Line
@@ -103,7 +103,7 @@ class Robot:
     first: int | None = None
     told: bool = False
     acts: Line | None = None
-    acted: int | None = None
+    acted: tuple[int, Line] | None = None
     passes: frozenset[str] = frozenset()
     met: dict[int, int] = field(default_factory=dict)
     jumps: int = 0

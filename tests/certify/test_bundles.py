@@ -76,6 +76,13 @@ def test_no_claim_covers_an_unrealizable_robot_without_a_counterstrategy(
     assert status == 0 and "no strategy" not in said, said
 
 
+def test_a_bundle_makes_no_claim_about_a_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    bundle = shipped("a deadlock until a change")
+    assert b'"waiting"' in (bundle / "trace.jsonl").read_bytes()
+    monkeypatch.setattr("safenav.judge.world.MOST_STATES", 60)
+    assert check_bundle(bundle).accepted
+
+
 @pytest.mark.parametrize("name", ["hello", "case_study_3", "unrealizable/forbidden_way"])
 def test_a_copy_of_the_checker_reports_the_same_and_leaves_the_bundle_unchanged(name: str) -> None:
     bundle = shipped(name)

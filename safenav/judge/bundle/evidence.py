@@ -366,6 +366,8 @@ class Evidence:
             none = "has no strategy that knows of the others and of its charge"
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return
+        mine = drive.task.line.objective.serves(robot.given)
+        require(mine or by != "strategy" or not goes, f"{e.robot} has the strategy of another duty")
         nodes, there = drive.nodes, drive.at(after)
         nodes = drive.at(robot.pose) if nodes is None else nodes
         nodes = drive.stays(nodes) if s.live else nodes
@@ -394,7 +396,7 @@ class Evidence:
         elif e.kind in ("outcome", "waiting"):
             stated = {**s.unrealizable, **(e.unrealizable or {})}
             lost = {name for name, spec in stated.items() if self._is_lost(name, spec, s)}
-            if lost and e.proof is None and lost == stated.keys():
+            if e.kind == "waiting" or (lost and e.proof is None and lost == stated.keys()):
                 self.proven.add(e.number)
             if e.kind == "outcome" and s.external:
                 self.claim("world", None, EXTERNAL)

@@ -29,6 +29,9 @@ class _State(NamedTuple):
     left: tuple[Left, ...]
     opened: tuple[Rest, ...]
 
+    def open(self) -> set[str]:
+        return {one.name for one in self.opened}
+
 
 class Enumeration:
     """The joint states of some robots with some open obstacles. ``cost``: that of each, in
@@ -290,7 +293,7 @@ def _causes(now: Case) -> list[str]:
 
 def _out_of_service_problems(s: State) -> Iterator[str]:
     """Yield how the robots in service can do their part of the mission, although others are out of
-    service: they can move, and complete their objectives."""
+    service: they can move, and complete their objectives, or bring a battery."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return
@@ -300,13 +303,15 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
         names = ", ".join(known)
         yield NotJudged(f"whether robots in service could do more: too many memories of {names}")
         return
-    done = ""
+    done, empty = "", {one for one, name in s.flat.items() if s.robots[name].out}
     for row in product(*known.values()):  # with each memory that they may have
         case = Case(s, memory=dict(zip(known, row, strict=True)))
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
-        ways = (w for w in every.complete() if s.orders.isdisjoint(one.name for one in w.opened))
-        way = next(ways, None)
-        if way is None or way in every.starts():
+        ways = (way for way in every.complete() if s.orders.isdisjoint(way.open()))
+        way, flat = next(ways, None), empty.intersection(one.name for one in case.obstacles)
+        if way is not None and way in every.starts() and flat <= way.open():
+            way = next((each for each in ways if not flat <= each.open()), None)
+        if way is None:
             return
         done = every.show(way)
     yield f"the robots in service can do their part of the mission, with {done}"
