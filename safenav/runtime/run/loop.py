@@ -21,7 +21,8 @@ from msgspec.structs import replace
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import GIVEN_UP, End, completed, what_is_left
-from safenav.runtime.control.strategies import looked
+from safenav.runtime.control.roles import Role
+from safenav.runtime.control.strategies import candidates, looked
 from safenav.runtime.run import decide
 from safenav.runtime.run.checkpoint import Kept, Resumption
 from safenav.runtime.run.deadlines import refusal_of
@@ -142,10 +143,11 @@ class Run:
             self.answers.forget()
 
     def look(self, i: int) -> None:
-        """Let a robot observe those that it tracks."""
-        controller = self.control.controller(i)
-        if controller is not None:
-            seen = looked(self.team, self.state, i, controller.task)
+        """Let a robot observe those that it tracks, also out of service without a strategy."""
+        if self.team.members[i].robot.tracks:
+            mine, role = self.control.controller(i), Role(self.state.robots[i].objective)
+            task = mine.task if mine else next(candidates(self.team, self.state, i, role))[0]
+            seen = looked(self.team, self.state, i, task)
             if seen is not None:
                 self.happens(seen)
 
