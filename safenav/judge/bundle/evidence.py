@@ -145,11 +145,15 @@ def may_remember(task: Task, s: State) -> bool:
     e, robot = task.line, s.robots[task.line.robot]
     own, duty = robot.own, not e.objective.serves(robot.own)
     judged = task.objective.ends or (task.objective.strict and e.verdict == "unrealizable")
-    if not ((judged or (task.own and duty)) and e.memory):
+    if duty and task.own and e.memory:  # on a duty it keeps the memory of its own formulas
+        if robot.memories is None or not {*e.memory} <= {*own.formulas.names}:
+            return False
+        return not s.arriving(robot).isdisjoint(own.formulas.remembering(e.memory))
+    if not (judged and e.memory):
         return True
     progress, here, count = robot.progress, task.pose[0], own.count
     if duty:
-        return not (task.own or any(e.memory.values()))
+        return not any(e.memory.values())
     first = (progress.turn or 0) if own.ends else progress.turn
     turn = min(robot.first or 0 if first is None else first, count - 1)
     turns = {turn}
