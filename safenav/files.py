@@ -282,8 +282,11 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
             part.unlink(missing_ok=True)
 
 
-def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
-    """Write files by their names into a folder, which need not exist: all of them or none.
+def write_all(
+    folder: Path, files: Iterable[tuple[str, str | bytes]], outdated: Iterable[str] = ()
+) -> None:
+    """Write files by their names into a folder, which need not exist, and remove the ``outdated``
+    others: all of that or nothing.
 
     Raises UsageError if that cannot be done.
     """
@@ -299,7 +302,8 @@ def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
             ends = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
             before = signal.pthread_sigmask(signal.SIG_BLOCK, ends)
             try:
-                for part in Path(scratch).iterdir():
-                    part.replace(folder / part.name)
+                written = [part.replace(folder / part.name) for part in Path(scratch).iterdir()]
+                for file in {folder / name for name in outdated}.difference(written):
+                    file.unlink(missing_ok=True)
             finally:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -106,6 +106,11 @@ class Synthesized(Struct, frozen=True):
             yield f"{stem}.dot", to_dot(strategy)
             yield f"{stem}.graphml", to_graphml(strategy)
 
+    def outdated(self) -> Iterator[str]:
+        """Yield the names of its files that belong to an earlier verdict, if they exist."""
+        for stem in (self.name, f"{self.name}.counterstrategy"):
+            yield from (f"{stem}{ending}" for ending in (".json", ".dot", ".graphml"))
+
 
 @options.command(SYNTH_EPILOG)
 def synth(
@@ -230,7 +235,7 @@ def _report(
         write_out(Path("-"), made[0].shown.strategy_json or b"")
     elif output is not None:
         files = [file for one in made for file in one.files(of_robot=first == "robot")]
-        write_all(output, files)
+        write_all(output, files, [name for one in made for name in one.outdated()])
     if as_json:
         print_json(data)
         return
