@@ -50,6 +50,14 @@ safenav.certify.check.check = lambda *_: (
 )
 """
 """A check of a bundle that never ends; its process leaves its number."""
+DRAWS = """
+import os, pathlib, signal, time
+def svg_to_bytes(**_):
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    pathlib.Path({!r}).write_text(str(os.getpid()))
+    time.sleep(900)
+"""
+"""A library that never returns to Python while it draws."""
 UNSURE = """
 import time
 import safenav.runtime.run.mission
@@ -177,6 +185,15 @@ def test_a_run_that_is_interrupted_is_not_certified(tmp_path: Path) -> None:
     status, said = ended(*words, before=before, ready=moves, signals=[signal.SIGTERM])
     assert (status, said.strip()) == (INTERRUPTED, "error: interrupted")
     assert list(tmp_path.iterdir()) == [moves]
+
+
+def test_a_large_picture_can_be_interrupted(tmp_path: Path) -> None:
+    draws, words = tmp_path / "pid", ("draw", HELLO, "-o", tmp_path / "p.png", "--width", 2000)
+    (tmp_path / "resvg_py.py").write_text(DRAWS.format(str(draws)))
+    path = {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
+    status, said = ended(*words, ready=draws, signals=[signal.SIGINT], **path)
+    assert (status, said.strip()) == (INTERRUPTED, "error: interrupted")
+    assert gone(int(draws.read_text())) and not (tmp_path / "p.png").exists()
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])

@@ -5,9 +5,11 @@ The advance widths are those of DejaVu Sans, the font of PNG and GIF, which is w
 fallback fonts of other renderers: text that fits here fits everywhere."""
 
 import re
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from math import cos, hypot, sin, tau
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from msgspec import Struct, json
@@ -132,6 +134,10 @@ _FOREIGN = re.compile(
 """Pattern of a letter that the shipped fonts lack."""
 MOST_PIXELS = 48_000_000
 """Limit of a picture: drawing takes about 17 bytes per pixel."""
+QUICK = 1_000_000
+"""Pixels of a picture that is drawn in less than a second."""
+_PROGRAM = """import json, resvg_py, sys
+sys.stdout.buffer.write(bytes(resvg_py.svg_to_bytes(**json.load(sys.stdin.buffer))))"""
 ZOOM, WIDE = 2.0, 2000
 """Pixels per unit of a picture, and its width in pixels, unless the user gives a width."""
 
@@ -142,22 +148,31 @@ def png_of(svg: str, width: int | None = None) -> bytes:
 
     Raises UsageError if the extra ``pictures`` is not installed, or for too many pixels."""
     with needing("PNG (not SVG)", "pictures", "resvg-py"):
-        import resvg_py
+        from resvg_py import svg_to_bytes
     across, down = size_of(svg)
     most = int((MOST_PIXELS * across / down) ** 0.5)
     if width is not None and width > most:
         what = f"--width {width} makes a picture of more than {MOST_PIXELS:,} pixels"
         raise UsageError(f"{what}; use at most --width {most}, or SVG")
-    pixels = resvg_py.svg_to_bytes(
-        svg_string=svg,
-        width=width,
-        zoom=None if width else min(ZOOM, min(most, WIDE) / across),
-        skip_system_fonts=_FOREIGN.search(svg) is None,
-        font_files=[str(font) for font in sorted(FONTS.glob("*.ttf"))],
-        font_family="DejaVu Sans",
-        sans_serif_family="DejaVu Sans",
-    )
-    return bytes(pixels)
+    zoom = min(ZOOM, min(most, WIDE) / across)
+    order: dict[str, Any] = {
+        "svg_string": svg,
+        "width": width,
+        "zoom": None if width else zoom,
+        "skip_system_fonts": _FOREIGN.search(svg) is None,
+        "font_files": [str(font) for font in sorted(FONTS.glob("*.ttf"))],
+        "font_family": "DejaVu Sans",
+        "sans_serif_family": "DejaVu Sans",
+    }
+    if (width or zoom * across) ** 2 * down / across < QUICK:
+        return bytes(svg_to_bytes(**order))
+    # resvg never returns to Python while it draws: only a process of its own can be stopped.
+    import subprocess
+
+    command, given = [sys.executable, "-P", "-c", _PROGRAM], json.encode(order)
+    return subprocess.run(
+        command, input=given, stdout=subprocess.PIPE, check=True, start_new_session=True
+    ).stdout
 
 
 def size_of(svg: str) -> tuple[float, float]:
