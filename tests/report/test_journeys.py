@@ -276,6 +276,8 @@ def test_beliefs_of_the_selected_robot_loads_and_charges_are_shown(browser: Brow
     browser.open(page_of("battery"), f"#tick={out}")
     assert browser.one(".robots .badge").text == "out of service"
     assert "digit is out of service" in browser.one(".story").text
+    signs = [each.get_attribute("visibility") for each in browser.all(".motion .out")]
+    assert signs == ["visible", "hidden", "hidden"]
     assert browser.errors() == []
 
 

@@ -10,7 +10,10 @@ from xml.etree import ElementTree
 import pytest
 
 from once import ROOT, SCENARIOS
-from report.runs import own, picture_of
+from report.runs import own, picture_of, run_of
+from safenav.report.picture.scene import svg_of
+from safenav.report.picture.svg import GLYPHS
+from safenav.run.values import StoryKind
 from warm import safenav
 
 ImageFont = pytest.importorskip("PIL.ImageFont", reason="GIF needs the extra `pictures` (pillow)")
@@ -95,6 +98,13 @@ def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
     text, svg = drawn(own("zone"), tmp_path)
     assert "parcel@dock: ordered at tick 4 at dock" in text
     assert '"9 3 2 3"' in svg
+
+
+def test_a_robot_out_of_service_bears_a_sign() -> None:
+    run = run_of("battery")
+    out = next(tick for tick, away in run.track("digit").out if away)
+    signs = [svg_of(run, tick).count(GLYPHS.events[StoryKind.SERVICE]) for tick in (out - 1, out)]
+    assert signs == [0, 1]
 
 
 @pytest.mark.parametrize("name", ["warehouse", "hospital"])

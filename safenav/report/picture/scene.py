@@ -44,9 +44,9 @@ RING = 0.34
 ASIDE = ((0.71, -0.71), (0.71, 0.71), (-0.71, 0.71))
 """Positions of the robots' shapes on the rings of one region, from its centre, in radii."""
 REACH = 2.2
-"""Most distance of a robot's nose and load from its centre, in radii of its body."""
+"""Most distance of a robot's nose and badges from its centre, in radii of its body."""
 BADGE = 0.96
-"""Distance of a load from the body, in radii of the body."""
+"""Distance of a badge from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
 """Line around the regions of ``never_together``."""
 _QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP}
@@ -314,16 +314,21 @@ class _Drawing(Struct):
                 )
 
     def robot(self, track: RobotTrack, x: float, y: float, heading: float | None) -> None:
-        """Draw a robot with its load around a point."""
+        """Draw a robot with its load around a point, and a sign if it is out of service."""
         radius = self.radius
         if heading is not None:
             self.page.glyph(svg.GLYPHS.nose, x, y, radius * 0.92, heading, fill=floor.INK)
         draw_body(self.page, track.look, x, y, radius)
         if loads := self.run.loads(track.name, self.tick):
-            held_x, held_y, side = x - BADGE * radius, y - BADGE * radius, 1.4 * radius
-            corner = (held_x - side / 2, held_y - side / 2, side, side)
-            self.page.rect(
-                *corner, rx=side / 12, fill="#FFFFFF", stroke=floor.INK, stroke_width=0.8
-            )
             shape = svg.obstacle_pictogram(loads[0].type) or svg.GLYPHS.obstacles["crate"]
-            self.page.glyph(shape, held_x, held_y, radius * 0.6, fill=floor.INK)
+            self._badge(shape, x - BADGE * radius, y - BADGE * radius)
+        if track.out.at(self.tick):
+            shape = svg.GLYPHS.events[StoryKind.SERVICE]
+            self._badge(shape, x + BADGE * radius, y - BADGE * radius)
+
+    def _badge(self, shape: str, x: float, y: float) -> None:
+        """Draw a glyph on a plate around a point beside a robot's body."""
+        side = 1.4 * self.radius
+        corner = (x - side / 2, y - side / 2, side, side)
+        self.page.rect(*corner, rx=side / 12, fill="#FFFFFF", stroke=floor.INK, stroke_width=0.8)
+        self.page.glyph(shape, x, y, self.radius * 0.6, fill=floor.INK)

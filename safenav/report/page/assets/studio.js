@@ -1,4 +1,4 @@
-/* sources dcb7e10e7ca4f2564ee2f11b631945fa66793e4c52b4e93b0f106680d8137c60 */
+/* sources bdb8027ab173743283f773ed4b6dc82770c3293367da5ffd0d6b6bc2fe27ddb4 */
 /* Contains @codemirror/view:
 MIT License
 

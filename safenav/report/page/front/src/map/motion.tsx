@@ -4,11 +4,11 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
 import { INK } from "./shapes";
 import type { Player } from "../run/player";
-import { loadsOf, poseAt, type Run, separate, tickAt } from "../run/run";
+import { at, loadsOf, poseAt, type Run, separate, tickAt } from "../run/run";
 
 const BODY = 0.28 * CELL;
-/** The load beside the body: the place and the radius of its plate. */
-const LOAD = { at: -0.96 * BODY, radius: 0.7 * BODY, shape: 0.6 * BODY };
+/** A badge beside the body: the place and the radius of its plate. */
+const BADGE = { at: 0.96 * BODY, radius: 0.7 * BODY, shape: 0.6 * BODY };
 /** The least radius of a robot, in pixels. */
 const LEAST = 8.5;
 
@@ -28,9 +28,10 @@ export function Robots({ run, player, camera }: MotionProps) {
   useLayoutEffect(() => {
     const robots = [...root.current!.children];
     const noses = robots.map((robot) => robot.querySelector(".nose"));
-    const loads = robots.map((robot) => robot.querySelector(".load")!);
+    const [loads, pauses] = [".load", ".out"].map((badge) => robots.map((robot) => robot.querySelector(badge)!)) as [Element[], Element[]];
     const draw = (moment: number): void => {
       const tick = tickAt(run, moment);
+      pauses.forEach((sign, i) => sign.setAttribute("visibility", at(run.robots[i]!.out, tick)[1] ? "visible" : "hidden"));
       loads.forEach((sign, i) => {
         const [load] = loadsOf(run, i, tick);
         sign.setAttribute("visibility", load ? "visible" : "hidden");
@@ -57,10 +58,12 @@ export function Robots({ run, player, camera }: MotionProps) {
           <text {...INK.letters} y={look.drop * BODY} font-size={look.size * BODY} fill={look.ink}>
             {look.letters}
           </text>
-          <g class="load" transform={`translate(${LOAD.at} ${LOAD.at})`} visibility="hidden">
-            <rect x={-LOAD.radius} y={-LOAD.radius} width={2 * LOAD.radius} height={2 * LOAD.radius} rx={2} {...INK.plate} stroke-width={0.8} />
-            <path transform={`scale(${LOAD.shape})`} {...INK.shape} />
-          </g>
+          {["load", "out"].map((kind) => (
+            <g class={kind} key={kind} transform={`translate(${kind === "load" ? -BADGE.at : BADGE.at} ${-BADGE.at})`} visibility="hidden">
+              <rect x={-BADGE.radius} y={-BADGE.radius} width={2 * BADGE.radius} height={2 * BADGE.radius} rx={2} {...INK.plate} stroke-width={0.8} />
+              <path transform={`scale(${BADGE.shape})`} {...INK.shape} d={run.marks.event.service} />
+            </g>
+          ))}
         </g>
       ))}
     </g>

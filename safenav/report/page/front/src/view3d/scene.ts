@@ -60,8 +60,7 @@ class Sign {
   readonly anchor = new Group();
   readonly name = new CSS2DObject(document.createElement("p"));
 
-  constructor(name: string, height: number) {
-    this.name.element.textContent = name;
+  constructor(height: number) {
     this.name.center.set(0.5, 1);
     this.name.position.z = height;
     this.anchor.add(this.name);
@@ -122,7 +121,7 @@ export class RunScene implements Eye {
     this.prints = robots.map(({ track }, i) => new Footprints(track, run.robots[i]!.look.colour));
     this.bodies = robots.map(({ track }, i) => bodyOf(track.kind, track.size, run.robots[i]!));
     this.obstacles = new Obstacles(run, motion, robots, this.bodies);
-    this.signs = run.robots.map(({ name }, i) => new Sign(name, this.bodies[i]!.top));
+    this.signs = this.bodies.map(({ top }) => new Sign(top));
     this.stems = robots.map(({ track }, i) => (track.kind === "flyer" ? stem(run.robots[i]!.look.colour) : null));
     this.stems.forEach((line, i) => line && this.signs[i]!.anchor.add(line));
     const sun = new DirectionalLight(0xffffff, 1.7);
@@ -320,6 +319,8 @@ export class RunScene implements Eye {
       this.bodies[i]!.pose(sample);
       const base = track.kind === "flyer" ? sample.z! : 0;
       this.signs[i]!.anchor.position.set(sample.x!, sample.y!, base);
+      const { name, out } = this.run.robots[i]!;
+      this.signs[i]!.name.element.textContent = at(out, tick)[1] ? `${name}, out of service` : name;
       this.stems[i]?.scale.setZ(Math.max(1e-3, base));
     });
     this.obstacles.update(tick, seconds);
