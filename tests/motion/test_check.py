@@ -294,8 +294,18 @@ def test_a_swing_of_no_time_does_not_stop_an_export(tmp_path: Path) -> None:
     assert safenav("export", trace, file, "-o", tmp_path / "m.npz").returncode == 0
 
 
-def test_a_motion_of_another_trace_is_neither_shown_nor_exported(tmp_path: Path) -> None:
-    trace, other = trace_of("case_study_1"), motion("hello")
+@pytest.mark.parametrize("wrong", ["trace", "gap", "reversed"])
+def test_a_motion_of_another_trace_or_time_is_neither_shown_nor_exported(
+    wrong: str, tmp_path: Path
+) -> None:
+    (trace, whole), other = good("case_study_1"), motion("hello")
+    if wrong != "trace":
+        lines = lines_of(whole)
+        first, second = [line for line in lines if line.get("robot") == "quad" and "t1" in line][:2]
+        first["t1"] = second["t0"] = first["t0"] - 1
+        if wrong == "gap":
+            first["t1"] += 2
+        other = written(lines, tmp_path / "m.jsonl")
     for words in (("replay", trace, "--3d", "--motion", other), ("export", trace, other)):
         done = safenav(*words, "-o", tmp_path / ("x.html" if words[0] == "replay" else "x.csv"))
         assert done.returncode == 2 and "recompute it: safenav export" in done.stderr

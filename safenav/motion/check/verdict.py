@@ -35,14 +35,28 @@ from safenav.trace.file import Trace
 def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
     """Return the motion of this trace in a file; ``name``: the file of the trace.
 
-    Raises InputError as ``read_motion``, and UsageError for the motion of another trace.
+    Raises InputError as ``read_motion``, and UsageError for the motion of another trace, or with
+    impossible times.
     """
     motion = file.read_motion(path)
-    found = mismatch(motion, trace)
+    found = mismatch(motion, trace) or _gap(motion)
     if found:
         hint = f"recompute it: safenav export {name} --motion {path}"
         raise UsageError(f"{path}: {found}\n    {hint}")
     return motion
+
+
+def _gap(motion: file.Motion) -> str:
+    """Return which robot's pieces do not follow one another from the start to the end of a motion;
+    empty if there is none."""
+    for name in motion.header.robots:
+        pieces = motion.of(Moving, name)
+        begins = [*(piece.t0 for piece in pieces), motion.outcome.makespan]
+        ends = [0.0, *(piece.t1 for piece in pieces)]
+        apart = max(abs(begin - end) for begin, end in zip(begins, ends, strict=True))
+        if apart > NEAR or any(piece.t1 < piece.t0 for piece in pieces):
+            return f"{name}: the pieces of its motion do not follow one another in time"
+    return ""
 
 
 def mismatch(motion: file.Motion, trace: Trace) -> str:
