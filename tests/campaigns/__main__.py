@@ -124,6 +124,8 @@ def main() -> int:
     for switch in SWITCHES:
         parser.add_argument(f"--{switch}", action="store_true")
     asked = parser.parse_args()
+    if asked.faults and asked.kill:
+        parser.error("a run in a world with faults is not resumed: give --faults or --kill")
     findings, begun = 0, time.monotonic()
     for file in asked.file:
         data, options, _ = read_case(file)
