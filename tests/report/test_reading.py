@@ -14,6 +14,7 @@ from report.runs import changed, own, trace_of
 from safenav import InputError, read_run, read_trace
 from safenav.report.page.html import LiveRun
 from safenav.run.tracks import LongStep
+from safenav.run.values import labels
 from support import damage
 from warm import safenav, started
 
@@ -220,3 +221,8 @@ def test_a_step_is_never_shown_past_its_end() -> None:
     """It may last longer than expected."""
     step = LongStep(0, 3, 5, 0.0, 2.0)
     assert [step.part(time) for time in (-1.0, 1.0, 9.0)] == [0.0, 0.5, 1.0]
+
+
+def test_a_label_is_of_letters_and_numbers() -> None:
+    assert labels(["a_x", "a-y", "b"]) == ["Ax", "Ay", "B"]
+    assert labels(["dRone", "digit", "d2", "e_11", "e_12"]) == ["Dr", "Di", "D2", "11", "12"]
