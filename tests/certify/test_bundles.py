@@ -292,10 +292,7 @@ well, by waiting where it meets its goals, or by another measure that still fall
 MUTANTS: dict[str, tuple[str, Change]] = {
     "a transition": ("strategies/", _node(_redirect)),
     "a transition gone": ("strategies/", _node(_drop_edge)),
-    "a transition twice": (
-        "strategies/",
-        _node(lambda node, *_: node["trans"].append(node["trans"][0])),
-    ),
+    "a transition twice": ("strategies/", _node(_double_edge)),
     "a bit of a state": ("strategies/", _node(_flip_bit)),
     "a measure": ("proofs/", _measure),
     "no measure": ("proofs/", _no_measure),
