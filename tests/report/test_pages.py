@@ -17,6 +17,7 @@ from children import ran
 from report.runs import changed, data_of, page_of, paged, run_of, trace_of
 from safenav import motion_of, read_trace
 from safenav.motion.columns import columns_at, times_of
+from safenav.motion.file import Segment
 from safenav.report.picture.svg import obstacle_pictogram
 from safenav.scenario.reading.catalogue import built_in
 
@@ -114,3 +115,6 @@ def test_in_3d_a_body_and_its_feet_are_where_the_motion_has_them() -> None:
         feet = {"lx": "left_x", "ry": "right_y"} if track["kind"] == "walker" else {}
         for short, column in ({"x": "x", "y": "y", "z": "z"} | feet).items():
             assert np.abs(found[short] - planned[column]).max() < 1e-3
+        for step in motion.of(Segment, name)[:1]:
+            begun = [[round(1000 * foot.x), round(1000 * foot.y)] for foot in step.feet[:2]]
+            assert sorted(prints[:2] for prints in track["feet"][:2]) == sorted(begun)

@@ -124,6 +124,15 @@ def editor(home: Path) -> Iterator[Served]:
         yield found
 
 
+@pytest.mark.parametrize("file", ["new.yaml", ""])
+def test_a_file_that_does_not_exist_yet_is_unsaved_and_a_blank_text_is_not(
+    file: str, tmp_path: Path
+) -> None:
+    words = [file] if file else []
+    with Served("studio", *words, "--no-browser", cwd=tmp_path) as found, found.opened() as page:
+        assert page.document("safenav")["dirty"] == bool(file)
+
+
 @pytest.mark.parametrize(
     ("name", "why"),
     [
