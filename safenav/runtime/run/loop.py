@@ -247,7 +247,8 @@ class Run:
                 if isinstance(event, now.Acted) and self.team.members[i].planned and robot.idle:
                     self.happens(now.Counted(i, duty=False))
                 return
-            same = robot.fresh or robot.objective == before.robots[i].objective
+            was = before.robots[i]  # perhaps new, and counted by the decision on its action
+            same = robot.fresh or (robot.objective == was.objective and not was.fresh)
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
