@@ -262,7 +262,7 @@ class Recorder:
 
     def _acted(self, before: State, event: now.Acted) -> None:
         """Record for each obstacle the fulfilled needs, and its resolution. Loads are put down
-        first, and taken last."""
+        first, and taken last, in the order of ``Floor.acted``."""
         truths, stages = dict(event.truths), dict(event.stages)
         i, obstacles = event.robot, self.team.obstacles
         at = before.robots[i].pose % self.team.size
@@ -272,10 +272,11 @@ class Recorder:
             several = k in stages and len(obstacles[k].needs) > 1
             return range(before.obstacles[k].stage.need, stages[k].need if several else 0)
 
-        def takes(k: int) -> bool:
-            return any(obstacles[k].needs[number].takes for number in met(k))
+        def order(k: int) -> tuple[object, ...]:
+            takes = any(obstacles[k].needs[number].takes for number in met(k))
+            return takes, *(obstacles[k].source.order if takes else ())
 
-        for k in sorted({**stages, **truths}, key=takes):
+        for k in sorted({**stages, **truths}, key=order):
             for number in met(k):
                 need = obstacles[k].needs[number]
                 if need.regions >> at & 1:  # else it was met before the team knew of the obstacle
