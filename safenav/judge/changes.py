@@ -173,7 +173,8 @@ def later_change(e: Line, s: State) -> float | None:
     now = (e.t or s.time) if s.live else s.tick
     times = [t for t in _certain_times(s) if t > now]
     for change in s.changes:
-        applied = change.active is not s.robots[change.robot].out and change.objective is None
+        robot = s.robots[change.robot]  # a lost one does not return
+        applied = change.objective is None and (robot.lost or change.active is not robot.out)
         times += [now] * (change.at == now and not applied)
     goes = [one.goes for one in s.obstacles.values() if one.goes is not None and one.present]
     times += [float(t) for t in goes if t > now and not s.external]

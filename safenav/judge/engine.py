@@ -53,7 +53,9 @@ def after(e: Line, s: State) -> None:
 def _begin_tick(tick: int, s: State) -> None:
     s.found.clear()
     s.unrealizable.clear()
-    s.missed.update(s.overdue(tick))
+    s.missed |= (over := s.overdue(tick))
+    for name in over & s.obstacles.keys():
+        s.obstacles[name].late = True
     s.past = {of: due for of, due in s.dues.items() if due < tick}
     s.dues = {of: due for of, due in s.dues.items() if due >= tick}
     for robot in s.robots.values():
@@ -308,7 +310,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
         case "truth":
             one.truth = e.traversable
         case "blocked":
-            one.shut = one.known = True
+            one.shut, one.known, one.late = True, True, False
             s.dues.pop(one.name, None)
         case "reopened":
             one.shut = False
@@ -324,7 +326,7 @@ def _order(e: Line, one: Obstacle, s: State) -> None:
 
 def _due(e: Line, one: Obstacle, s: State) -> None:
     """Begin the deadline of an obstacle with its first request."""
-    if one.within is not None and one.name not in s.missed:
+    if one.within is not None and not one.late:
         s.dues.setdefault(one.name, e.tick + one.within)
 
 

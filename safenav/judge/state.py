@@ -206,8 +206,8 @@ class Rest(NamedTuple):
 class Obstacle:
     """An obstacle. ``rest``: its open needs; ``group``: the robots that fulfilled the last one,
     ``party``: those that fulfilled any; ``there``: it is present, ``since`` a tick; ``shut``: it is
-    permanent; ``known``: the team knows of it; ``declared``: by an operator; ``begun``: the tick in
-    which all robots can do their part of the next need."""
+    permanent; ``known``: the team knows of it; ``declared``: by an operator; ``late``: its request
+    missed its deadline; ``begun``: the tick in which all can do their part of the next need."""
 
     name: str
     type: str
@@ -226,6 +226,7 @@ class Obstacle:
     shut: bool = False
     known: bool = False
     declared: bool = False
+    late: bool = False
     since: int = -1
     begun: int = 1
 
@@ -244,6 +245,7 @@ class Obstacle:
 
     def begin(self) -> None:
         self.there, self.resolved, self.shut, self.known, self.declared = True, *[False] * 4
+        self.late = False
         self.rest = self.rest._replace(left=self.needs, done=frozenset())
         self.group = self.party = frozenset()
 

@@ -189,7 +189,8 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
     left, turn = max(own.count * wanted - progress.goals, 0), progress.turn
     free = own.strict and turn is None and robot.first is None
     begins = (robot.first or 0) if own.strict and turn is None else (turn or 0)
-    for first in range(own.count) if free else [begins % own.count]:
+    here = [k for k, target in enumerate(own.targets) if not own.literal or robot.pose[0] in target]
+    for first in {0, *here} if free else [begins % own.count]:
         yield [own.targets[(first + k) % own.count] for k in range(left)]
 
 

@@ -216,10 +216,11 @@ order."""
 
 def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> Orders:
     """Return the targets that a robot must still meet in sequence for its round, or for ``most``
-    rounds. There are several lists while a joint plan may begin with any target."""
-    member, own = team.members[i], state.robots[i].own
-    free = member.planned and member.either and own.met == 0
-    begun = [own._replace(memory=k) for k in range(len(member.targets))] if free else [own]
+    rounds: several lists while it may begin with any target, or with the one where it stands."""
+    member, robot, own = team.members[i], state.robots[i], state.robots[i].own
+    free = member.objective.strict and own.met == 0 and (member.planned or robot.fresh)
+    here = (k for k, t in enumerate(member.targets) if member.either or t >> robot.pose & 1)
+    begun = [own._replace(memory=k) for k in {own.memory, *here}] if free else [own]
     return [_goals_left(member, each, most) for each in begun if member.objective.ordered()]
 
 
