@@ -23,8 +23,9 @@ from campaigns.late import Listening, Moment
 from drawn import tried
 from fleet.lab import drive_in
 from safenav import Diagnostic, InputError, Scenario, UsageError, check_trace, load_scenario_text
+from support.draft import SIDES, Data
 from support.floors import free_in, rooms
-from support.missions import SIDES, Data, mission
+from support.missions import mission
 
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "5"))

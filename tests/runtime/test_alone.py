@@ -15,8 +15,8 @@ from certify.making import certified
 from drawn import loads
 from oracle.game import Game, solve
 from runtime.played import play
+from support.draft import Data
 from support.floors import framed, free_in
-from support.missions import Data
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
 HEADINGS = ("north", "east", "south", "west")

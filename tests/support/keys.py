@@ -5,8 +5,8 @@ from typing import Any
 from support.draft import ACTIONS, Data, Draft
 
 KEYS = (
-    *("zones", "inputs", "jobs", "loads", "groups", "changes", "service", "avoids", "waiting"),
-    *("falling", "doubts", "returning", "skills", "literal", "flat"),
+    *("zones", "inputs", "tasks", "changes", "service", "avoids", "waiting", "falling"),
+    *("doubts", "returning", "skills", "literal", "flat"),
 )
 
 
@@ -109,43 +109,22 @@ class Keyed(Draft):
             again["from"] = again.pop("until", self.at(20, 60)) + self.at(1, 10)
             self.data["obstacles"].append(again)
 
-    def groups(self) -> None:
-        """A need of two or three robots."""
-        need = {"action": self.taught(), "robots": self.random.choice([2, 3])}
-        need |= {"at": self.random.choice(["neighbours", self.some(4)])}
-        self.types["group"] = {"needs": [need | {"together": self.chance(0.7)}]}
-        if self.chance(0.4):
-            self.types["group"]["blocks"] = []
-            self._order("group", 1)
-        else:
-            self.obstacle("group", self.random.choice(self.narrow() or self.free))
-
-    # Orders.
-
-    def _order(self, kind: str, most: int) -> None:
-        for _ in range(self.random.randint(1, most)):
+    def tasks(self) -> None:
+        """Orders of one type: by one robot or several, most often of a load."""
+        random, kind = self.random, f"task{len(self.types)}"
+        share: Data = {"action": self.taught(), "robots": random.choice([1, 1, 1, 2, 3])}
+        share |= {"together": self.chance(0.6)} if share["robots"] > 1 else {}
+        needs = [share | {"at": random.choice(["self", "neighbours", self.some(2)])}]
+        for _ in range(random.choice([0, 1, 1, 2])):
+            needs.append(share | {"at": self.some(2), "same": True})
+        if self.chance(0.3):
+            other = {"action": random.choice(ACTIONS), "at": self.some(1)}
+            needs.insert(random.choice([0, len(needs)]), other)
+        self.types[kind] = {"needs": needs, "blocks": []}
+        for _ in range(random.randint(1, 3)):
             order = {"at": self.at(1, 15), "type": kind, "region": self.some(1)[0]}
             within = {"resolve_within": self.at(3, 40)} if self.chance(0.1) else {}
             self.data["orders"] = [*self.data.get("orders", []), order | within]
-
-    def jobs(self) -> None:
-        place = self.random.choice(["self", "neighbours", self.some(2)])
-        job = {"action": self.random.choice(ACTIONS), "resolve_at": place, "blocks": []}
-        self.types["job"] = job
-        self._order("job", 3)
-
-    def loads(self) -> None:
-        count = self.random.choice([1, 1, 1, 2])
-        share: Data = {"action": self.taught(), "robots": count}
-        share |= {"together": True} if count > 1 and self.chance(0.6) else {}
-        needs = [share | {"at": self.some(2)}]
-        for _ in range(self.random.choice([1, 1, 2])):
-            needs.append(share | {"at": self.some(2), "same": True})
-        if self.chance(0.3):
-            other = {"action": self.random.choice(ACTIONS), "at": self.some(1)}
-            needs.insert(self.random.choice([0, len(needs)]), other)
-        self.types["load"] = {"needs": needs, "blocks": []}
-        self._order("load", 2)
 
     # What others decide.
 

@@ -3,164 +3,16 @@
 A mission is made piece by piece. What the loader refuses is drawn again, or left out.
 """
 
-import json
-from collections.abc import Callable, Sequence
-from copy import deepcopy
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from random import Random
-from typing import Any
 
-from campaigns.judge.mission import Mission, NotJudgedError
-from campaigns.judge.search import Poses
-from safenav import InputError, load_scenario_text
-from support.floors import free_in, open_floor, rooms, scattered
-
-ACTIONS = ("push", "sense", "clear", "lift")
-HEADINGS = ("north", "east", "south", "west")
-OBJECTIVES = ("patrol", "visit", "visit", "cover", "cover", "hold")
-SIDES = (0.8, 1.0, 1.25, 1.5, 1.8, 2.0, 2.4, 2.7, 3.3, 4.0)
-"""Metres of a region: a walker needs 1.8."""
-KEYS = ("zones", "inputs", "orders", "loads", "changes", "avoids", "waiting")
-
-Data = dict[str, Any]
-Floor = Callable[[Random], list[str]]
+from support.draft import ACTIONS, OBJECTIVES, SIDES, Data, Family, Floor
+from support.floors import open_floor, rooms, scattered
+from support.keys import KEYS, Keyed
 
 
-@dataclass(frozen=True)
-class Family:
-    """Random missions of a few robots in little space: the choices of floors, numbers of robots and
-    objectives, and the chances that robots never hinder each other (``apart``) and have a heading,
-    and that an obstacle has several needs (``needs``), or comes late and goes (``passing``).
-    ``hidden``: the least and the most obstacles; ``rounds``: the most; ``keys``: choices of how
-    many further keys there are; ``more``: the chance of each key that restricts a robot;
-    ``formulas``: that its objective is a formula with memory; ``scale``: of times; ``tracks``: all
-    are apart, and track each other; ``metric``: in metres, on either clock."""
-
-    floors: Sequence[Floor]
-    robots: Sequence[int] = (2, 2, 3)
-    kinds: tuple[str, ...] = OBJECTIVES
-    apart: float = 0.0
-    heading: float = 0.35
-    hidden: tuple[int, int] = (0, 0)
-    needs: float = 0.0
-    passing: float = 0.0
-    rounds: int = 2
-    ticks: int = 3000
-    keys: Sequence[int] = ()
-    more: float = 0.0
-    formulas: float = 0.0
-    scale: int = 1
-    tracks: bool = False
-    metric: bool = False
-
-
-class Draft:
-    """A scenario in the making, on a grid of rows of text."""
-
-    def __init__(self, random: Random, grid: list[str], name: str, rounds: int, ticks: int) -> None:
-        self.random, self.cols, self.free = random, len(grid[0]), free_in(grid)
-        self.data: Data = {
-            "safenav": 1,
-            "name": name,
-            "map": {"grid": grid},
-            "catalogue": {"robots": {}, "obstacles": {}},
-            "robots": {},
-            "obstacles": [],
-            "until": {"rounds": rounds},
-            "limits": {"ticks": ticks, "synthesis_seconds": 20},
-            "seed": random.randrange(1000),
-        }
-
-    @property
-    def robots(self) -> Data:
-        return self.data["robots"]  # type: ignore[no-any-return]
-
-    @property
-    def models(self) -> Data:
-        return self.data["catalogue"]["robots"]  # type: ignore[no-any-return]
-
-    def chance(self, share: float) -> bool:
-        return self.random.random() < share
-
-    def accepted(self, **other: Any) -> bool:
-        """Whether the loader accepts the scenario, perhaps with ``other`` keys."""
-        try:
-            load_scenario_text(json.dumps(self.data | other))
-        except InputError:
-            return False
-        return True
-
-    def kept(self, change: Callable[[], object], attempts: int = 4) -> bool:
-        """Make a random change, one that the loader accepts; return False if there is none."""
-        before = self.data
-        for _ in range(attempts):
-            self.data = deepcopy(before)
-            change()
-            if self.data != before and self.accepted():
-                return True
-        self.data = before
-        return False
-
-    def narrow(self) -> list[int]:
-        """Regions with walls on two opposite sides: doorways and corridors."""
-        free, cols = {*self.free}, self.cols
-        beside = ((r, {r - 1, r + 1}, {r - cols, r + cols}) for r in self.free)
-        return [r for r, row, col in beside if not (row & free and col & free)]
-
-    def place(self, name: str, model: str, draw: Callable[[int], Data], **more: Any) -> bool:
-        """Add a robot at a free start with an objective (``draw``) that it can pursue forever;
-        return False if a dozen attempts find none."""
-        free = [r for r in self.free if all(r != each["start"] for each in self.robots.values())]
-
-        def add() -> None:
-            start = self.random.choice(free)
-            self.robots[name] = {"model": model, "start": start, "objective": draw(start), **more}
-            turns = self.models[model]["mobility"] == "heading" if model in self.models else True
-            if (turns and model != "quadcopter") or self.chance(0.3):
-                self.robots[name]["heading"] = self.random.choice(HEADINGS)
-
-        return bool(free) and any(self.kept(add) and self._lasts(name) for _ in range(4))
-
-    def _lasts(self, name: str) -> bool:
-        """Whether a robot alone can obey its formulas forever, as far as the judge reads them."""
-        if "ltl" not in self.robots[name]["objective"]:
-            return True
-        try:
-            mission = Mission(self.data | {"robots": {name: self.robots[name]}, "obstacles": []})
-            robot = mission.robots[name]
-        except NotJudgedError:
-            return True
-        return robot.start in Poses(mission, robot).live(frozenset())
-
-    def targets(self, kind: str) -> Data:
-        """An objective of this kind, without rules beside it."""
-        random, free = self.random, self.free
-        if kind == "hold":
-            return {kind: random.choice(free)}
-        count = 2 + self.chance(0.2) if kind == "patrol" else random.choice([1, 2, 2, 3])
-        found: list[Any] = random.sample(free, min(count, len(free)))
-        others = [r for r in free if r not in found]
-        if others and kind != "patrol" and self.chance(0.15):
-            found[-1] = {"any": [found[-1], random.choice(others)]}
-        return {kind: found}
-
-    def obstacle(self, kind: str, region: int, **more: Any) -> bool:
-        """Add an obstacle of the type, unless the region has one or is a robot's start."""
-        taken = {one["region"] for one in self.data["obstacles"]}
-        if region in taken | {robot["start"] for robot in self.robots.values()}:
-            return False
-        self.data["obstacles"].append({"type": kind, "region": region, **more})
-        return True
-
-
-class Drawn(Draft):
+class Drawn(Keyed):
     """A random mission of a family."""
-
-    def __init__(self, family: Family, random: Random, name: str) -> None:
-        rounds, grid = random.randint(1, family.rounds), random.choice(family.floors)(random)
-        super().__init__(random, grid, name, rounds, family.ticks * family.scale)
-        self.family = family
 
     def made(self) -> Data | None:
         """The mission; None if there is no room for its robots."""
@@ -181,13 +33,13 @@ class Drawn(Draft):
             if not self.place(f"r{k}", f"m{k}", self._objective, **more):
                 return None
         if family.keys and self.chance(0.4):
-            self.kept(self._add_batteries)
+            self.kept(self.batteries)
         for _ in range(random.randint(*family.hidden)):
-            self.kept(self._hide)
+            self.kept(self.hide)
         for key in keys:
-            self.kept(partial(self._add, key))
+            self.kept(getattr(self, key))
         if family.keys and self.chance(0.3):
-            self.kept(self._add_promises)
+            self.kept(self.promises)
         if family.tracks:
             self.kept(self._track)
         return self.data if not family.metric or self.kept(self._measure) else None
@@ -255,104 +107,6 @@ class Drawn(Draft):
             safety += [rule] if rule else []
             liveness += [] if rule else [f"alarm -> region = {z}"]
         return made | {"liveness": liveness} | ({"safety": safety} if safety else {})
-
-    def _hide(self) -> None:
-        """A hidden obstacle, most often in a narrow place."""
-        random, narrow = self.random, self.narrow()
-        region = random.choice(narrow if narrow and self.chance(0.7) else self.free)
-        more: Data = {}
-        if self.chance(self.family.passing):
-            more["from"] = random.randint(1, 40)
-        if self.chance(self.family.passing):
-            more["until"] = more.get("from", 0) + random.randint(5, 60)
-        kind, own = random.choice(["door", "uncertainty", "own", "own", "own"]), f"o{region}"
-        if kind == "uncertainty":
-            self.obstacle(kind, region, traversable=self.chance(0.75), **more)
-        elif self.obstacle(kind if kind == "door" else own, region, **more) and kind == "own":
-            self.data["catalogue"]["obstacles"][own] = self._type(region)
-
-    def _type(self, region: int) -> Data:
-        random, models = self.random, self.models
-        able = sorted({action for model in models.values() for action in model["capabilities"]})
-        actions = able if able and self.chance(0.6) else list(ACTIONS)
-        found: Data = {"action": random.choice(actions), "resolve_at": self._where(region)}
-        if self.chance(self.family.needs):
-            count = random.choice([1, 1, 2, 2, 3])
-            found = {"needs": [self._need(region, actions) for _ in range(count)]}
-        if self.chance(0.3):
-            layers = sorted({model["layer"] for model in models.values()})
-            stopped = [*layers, *layers, *models, *self.robots]
-            found["blocks"] = sorted({*random.sample(stopped, random.choice([0, 1, 1, 2]))})
-        return found
-
-    def _need(self, region: int, actions: list[str]) -> Data:
-        """Most often elsewhere: only robots that fulfil all remaining needs may enter."""
-        need: Data = {"action": self.random.choice(actions), "at": self._where(region)}
-        if need["at"] == "self" and self.chance(0.7):
-            need["at"] = "neighbours"
-        return need | ({"robots": 2, "together": self.chance(0.7)} if self.chance(0.33) else {})
-
-    def _where(self, region: int) -> Any:
-        """Where an action is performed."""
-        random, others = self.random, [r for r in self.free if r != region]
-        there = sorted(random.sample(others, min(len(others), random.randint(1, 3))))
-        return random.choice(["self", "neighbours", there])
-
-    def _add(self, key: str) -> None:
-        """A further key of the scenario: what others decide, and who may be where."""
-        random, data, names, scale = self.random, self.data, sorted(self.robots), self.family.scale
-        one, other = places = random.sample(self.free, 2)
-        match key:
-            case "zones" if len(names) > 1:
-                zone = {"robots": names[:2], "in": random.sample(self.free, 3)}
-                data["never_together"] = [zone]
-            case "inputs":
-                self.robots["r0"]["when"] = {"alarm": {"visit": places}}
-            case "orders" | "loads":
-                fetch = {"action": "lift", "at": [one]}
-                bring = {"action": "lift", "at": [other], "same": True}
-                done = {"action": random.choice(ACTIONS), "at": [one]}
-                kind = {"needs": [fetch, bring] if key == "loads" else [done], "blocks": []}
-                data["catalogue"]["obstacles"][key] = kind
-                times = (random.randint(1, 8) * scale for _ in range(random.choice([1, 2, 3])))
-                orders = [{"at": at, "type": key, "region": one} for at in sorted(times)]
-                data["orders"] = data.get("orders", []) + orders
-            case "changes":
-                at, back = random.randint(1, 10) * scale, "battery" in self.models["m0"]
-                objective = {"visit" if back else "cover": places}
-                data["changes"] = [{"at": at, "robot": "r0", "objective": objective}]
-                for later, service in ((2, "out"), (9, "back")) if self.chance(0.3) else ():
-                    change = {"at": at + later, "robot": names[-1], "service": service}
-                    data["changes"].append(change)
-            case "waiting":
-                self.robots["r0"]["while_waiting"] = {"hold": one}
-            case "avoids" if len(names) > 1:
-                self.robots["r0"]["avoids"] = random.choice([[], ["r1"]])
-
-    def _add_batteries(self) -> None:
-        random, scale = self.random, self.family.scale
-        for name in random.sample([*self.models], random.randint(1, len(self.models))):
-            self.models[name]["battery"] = {
-                "capacity": random.randint(6, 24) * scale,
-                "charge": random.choice([1, 3]),
-                "stay": random.choice([0, 0, 0, 1]),
-            }
-        self.data["chargers"] = random.sample(self.free, random.randint(1, 3))
-        if self.chance(0.4):
-            swap = {"action": "lift", "at": "neighbours"}
-            fetch = {"action": "lift", "at": [random.choice(self.free)]}
-            needs = random.choice([[swap], [fetch, {**swap, "same": True}]])
-            self.data["catalogue"]["obstacles"]["empty"] = {"needs": needs, "blocks": []}
-            self.data["flat"] = "empty"
-
-    def _add_promises(self) -> None:
-        random, data, scale = self.random, self.data, self.family.scale
-        if self.chance(0.5):
-            data["until"]["by"] = random.randint(5, 40) * scale
-            data["late"] = random.choice(["go_on", "stop"])
-        for obstacle in data["obstacles"]:
-            if self.chance(0.5):
-                obstacle["resolve_within"] = random.randint(3, 20) * scale
 
     def _track(self) -> None:
         robots = self.robots
@@ -454,6 +208,7 @@ FAMILIES = {
     "mixed": _MIXED,
     "halls": replace(_MIXED, floors=(_hall,), robots=(2, 3, 3, 4), scale=5),
     "tracked": replace(_MIXED, tracks=True),
+    "wild": replace(_MIXED, keys=range(4, 10)),
     "spoken": replace(_MIXED, formulas=0.6),
     "metric": replace(_MIXED, metric=True),
     "apart": _APART,

@@ -10,8 +10,8 @@ import pytest
 
 from drawn import loads
 from runtime.played import play
+from support.draft import Data
 from support.floors import free_in, walled
-from support.missions import Data
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 50
 HEADINGS = ("north", "east", "south", "west")

@@ -22,8 +22,8 @@ from safenav.team.bound import NEVER, Bound
 from safenav.team.state import Is, ObstacleNow, Stage, State
 from safenav.team.team import Team, team_of
 from safenav.world.poses import region_mask
+from support.draft import Data
 from support.floors import free_in, walled
-from support.missions import Data
 
 FUZZ = int(os.environ.get("SAFENAV_FUZZ", "0"))
 BATCHES, IN_BATCH = (FUZZ // 50, 100) if FUZZ else (1, 80)

@@ -25,8 +25,9 @@ from safenav.team.apply import apply, initial
 from safenav.team.floor import Floor, Joint, floor_now
 from safenav.team.state import Is, State
 from safenav.team.team import Team, team_of
+from support.draft import Data
 from support.examples import campaign
-from support.missions import Data, mission
+from support.missions import mission
 
 FAMILIES = ("labs", "tight_needs", "parking_hidden")
 HIDDEN = ("tight_hidden", "parking_hidden", "tight_needs")
