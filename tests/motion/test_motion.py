@@ -221,23 +221,6 @@ def test_columns_are_derivatives_of_each_other_in_the_frame_of_the_world(
         np.testing.assert_allclose(mine["yaw"], theirs["yaw"] + np.pi / 2, atol=1e-9)
 
 
-def test_timed_waypoints_are_the_ends_of_moves(tmp_path: Path) -> None:
-    (trace := tmp_path / "t.jsonl").write_bytes(trace_of_shipped("case_study_1").read_bytes())
-    rows = exported(trace, motion("case_study_1"), form="csv")
-    assert [*rows[0]] == ["robot", "tick", "t", "x", "y", "z", "yaw", "speed", "region"]
-    quad = [
-        {key: float(row[key]) for key in ("t", "x", "y", "speed")}
-        for row in rows
-        if row["robot"] == "quad"
-    ]
-    assert quad[0] | {"speed": 0.0} == {"t": 0.0, "x": 4.05, "y": 14.85, "speed": 0.0}
-    assert all(later["t"] >= earlier["t"] for earlier, later in pairwise(quad))
-    assert quad[1]["speed"] == pytest.approx(0.533, abs=1e-3)  # it flies through centres
-    assert quad[-1]["speed"] == 0
-    walking = {round(float(row["speed"]), 3) for row in rows if row["robot"] == "digit"}
-    assert walking == {0.0, 0.45}
-
-
 def test_waypoints_of_a_live_run_are_the_poses_of_each_robot(tmp_path: Path) -> None:
     """A robot has no waypoints at events of other robots."""
     (trace := tmp_path / "t.jsonl").write_bytes(live_trace("case_study_2").read_bytes())

@@ -168,6 +168,11 @@ def test_an_interrupt_ends_the_run_cleanly(
     assert (folder / "out.json").read_text() == "older"
 
 
+def test_it_ends_if_the_process_that_started_it_has_ended(slugs_binary: Path, folder: Path) -> None:
+    orphan = run(slugs_binary, folder, "--version", env={"SLUGS_PARENT": "1"})
+    assert orphan.returncode == -signal.SIGKILL
+
+
 def test_a_sum_takes_only_the_bits_of_its_value(slugs_binary: Path, folder: Path) -> None:
     """3,000 terms: the formulas of their sum stay in 40 MB, as diagrams and before."""
     total = " + ".join(["x"] * 3000)

@@ -1,13 +1,9 @@
 """Requests to a slugs binary, as the library and the commands make them: which binary, verdicts,
-limits, and every way in which a program can fail; in threads, under signals. No process is left
-behind. Files of the cache are correct or ignored, whatever happens to them."""
+limits, and every way in which a program can fail; in threads. No process is left behind (by signals:
+``faults``). Files of the cache are correct or ignored, whatever happens to them."""
 
 import json
 import os
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -15,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from children import gone, ran
+from children import gone
 from once import beside, from_yaml
 from safenav import (
     ExitCode,
@@ -29,7 +25,6 @@ from safenav import (
     read_specification,
 )
 from safenav.synthesis.cache import Cache, CacheEntry, CacheWarning
-from slugs.conftest import ENDLESS
 
 Script = Callable[[str], Path]
 REALIZABLE, UNREALIZABLE = (
@@ -197,21 +192,6 @@ def test_a_request_is_synthesized_once(
     assert (tmp_path / "calls").read_text() == "call\n" * 3
 
 
-def test_a_cache_that_cannot_be_written_costs_one_warning(
-    answering: Callable[[bytes], Path],
-    patrol: Specification,
-    patrol_json: bytes,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    (place := tmp_path / "answers").write_text("a file in the way")
-    monkeypatch.setenv("SAFENAV_CACHE", str(place))
-    synthesizer = Synthesizer(answering(patrol_json))
-    with pytest.warns(UserWarning, match="SAFENAV_CACHE") as heard:
-        again = [synthesizer.synthesize(patrol).cached for _ in range(2)]
-    assert (len(heard), again) == (1, [False, False])
-
-
 @pytest.mark.usefixtures("quick")
 def test_parallel_syntheses_report_that_they_still_run_and_return_in_order(
     script: Script, patrol: Specification, tmp_path: Path
@@ -263,70 +243,6 @@ def test_one_failure_ends_all_other_syntheses(
     started = [*tmp_path.glob("in.*")]
     assert len(started) <= (os.cpu_count() or 1) + (failing == "binary")
     assert all(gone(int(file.suffix[1:])) for file in started)
-
-
-_CALLER = """
-import sys
-from pathlib import Path
-from safenav import Synthesizer, read_specification
-try:
-    Synthesizer(Path(sys.argv[1]), seconds=60).synthesize_all([read_specification("")] * 2)
-except KeyboardInterrupt:
-    print("interrupted")
-    sys.exit(130)
-"""
-
-
-def test_an_interrupt_ends_the_syntheses_before_the_caller_ends(
-    script: Script, tmp_path: Path
-) -> None:
-    binary = script(f'echo $$ >> "{tmp_path}/pids"; sleep 900; wait')
-    (tmp_path / "pids").touch()
-    with subprocess.Popen(
-        [sys.executable, "-c", _CALLER, str(binary)], stdout=subprocess.PIPE, text=True
-    ) as caller:
-        for _ in range(15_000):
-            pids = (tmp_path / "pids").read_text().split()
-            if len(pids) >= min(2, os.cpu_count() or 1):
-                break
-            time.sleep(0.02)
-        caller.send_signal(signal.SIGINT)
-        printed, _ = caller.communicate(timeout=300)
-    assert (caller.returncode, printed) == (130, "interrupted\n")
-    assert pids and all(gone(int(pid)) for pid in pids)
-
-
-_OWNER = """
-import sys
-from safenav import Synthesizer, read_specification
-Synthesizer(seconds=None).synthesize(read_specification(open(sys.argv[1]).read()))
-"""
-
-
-def test_a_synthesizer_ends_when_its_owner_is_killed(slugs: Path, tmp_path: Path) -> None:
-    """Also with one that has ended before the program asks the kernel to be killed with it."""
-    file = tmp_path / "endless.structuredslugs"
-    file.write_text(ENDLESS)
-    with subprocess.Popen([sys.executable, "-c", _OWNER, file]) as owner:
-        found = list[int]()
-        while not found:
-            time.sleep(0.02)
-            children = children_of(owner.pid)
-            found = [each for each in children if "--explicitStrategy" in command_of(each)]
-        owner.kill()
-    assert gone(found[0])
-    orphan = ran([slugs, "--version"], env={"SLUGS_PARENT": "1"})
-    assert orphan.returncode == -signal.SIGKILL
-
-
-def children_of(process: int) -> list[int]:
-    """Of all its threads."""
-    tasks = Path(f"/proc/{process}/task").glob("*/children")
-    return [int(number) for task in tasks for number in task.read_text().split()]
-
-
-def command_of(process: int) -> str:
-    return Path(f"/proc/{process}/cmdline").read_text()
 
 
 KEY = "ab" + "0" * 62
