@@ -100,7 +100,8 @@ def _continued(
     shown = preview(more, further.plan, joint) or []
     for tick, each in enumerate(shown[: last + 1]):
         if floor.completed(each, frozenset(served)):
-            return Found(plan_of(more, joint, [one.poses for one in shown[: tick + 1]]))
+            plan, final = plan_of(more, joint, [one.poses for one in shown[: tick + 1]])
+            return Found(plan) if floor.completed(final, frozenset(served)) else found
     return found
 
 

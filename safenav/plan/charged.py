@@ -262,7 +262,7 @@ def _needed_at_end(floor: Floor, last: Joint, i: int) -> float:
 def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     """Return the plan of these states, in which robots leave chargers with the charge and in the
     tick that were planned."""
-    plan = plan_of(floor, states[0], [joint.poses for joint in states])
+    plan, _ = plan_of(floor, states[0], [joint.poses for joint in states])
     live = floor.team.live
     ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0.0 if live else 1.0
     for before, joint in pairwise(states):

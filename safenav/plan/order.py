@@ -33,8 +33,9 @@ def _linear(floor: Floor, joint: Joint, ticks: Ticks) -> Iterator[tuple[int, Joi
             joint = after
 
 
-def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
-    """Return the plan in which robots go to these joint poses."""
+def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
+    """Return the plan in which robots go to these joint poses, and the state at its end if they go
+    one at a time, in the plan's order."""
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
     owed = defaultdict[int, set[tuple[int, int]]](set)  # before it leaves its place
@@ -42,6 +43,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
+    joint = first
     for i, before, joint in _linear(floor, first, ticks):
         over = _over(floor, before)
         after = stays.moved(i, before.poses[i], joint.poses[i], len(ways[i]))
@@ -53,7 +55,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
             for j, what in _because(floor, before, joint):
                 owed[j].add(what)
     every = tuple(tuple(ways.get(i, ())) for i in range(len(first.poses)))
-    return Plan(every, frozenset(floor.gates))
+    return Plan(every, frozenset(floor.gates)), joint
 
 
 class _Stays:

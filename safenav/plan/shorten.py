@@ -167,14 +167,24 @@ def _better(
 
 
 def _shown(
-    floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]], served: frozenset[int]
+    floor: Floor,
+    first: Joint,
+    ticks: Sequence[tuple[int, ...]],
+    served: frozenset[int],
+    *,
+    again: bool = True,
 ) -> tuple[list[Joint] | None, Plan]:
     """Return the joint state after each tick of the execution of the plan with these joint poses,
-    if that completes the mission; and the plan."""
-    plan = plan_of(floor, first, ticks)
+    if that and any other, with other durations, completes the mission; and the plan."""
+    plan, last = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
-    done = shown is not None and floor.completed(shown[-1], served)
-    return shown if done else None, plan
+    if shown is None or not floor.completed(shown[-1], served):
+        return None, plan
+    if floor.completed(last, served):
+        return shown, plan
+    # The plan must keep the order in which this execution fulfils needs.
+    order = [joint.poses for joint in shown]
+    return _shown(floor, first, order, served, again=False) if again else (None, plan)
 
 
 def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
