@@ -177,9 +177,15 @@ def _stood(name: str, s: State, acts: Line | None = None) -> None:
             continue
         need = one.rest.left[0]
         other = bool(acts and one.known and one.name not in acts.obstacles)
-        takes = one.rest.takes() and (need.robots == 1 or other or s.loads(name))
+        takes = one.rest.takes() and (need.robots == 1 or other or _is_laden(name, one, s))
         if region in need.regions and name in need.able and not takes:  # else in a `met` line
             one.rest = one.rest._replace(done=one.rest.done | {name})
+
+
+def _is_laden(name: str, but: Obstacle, s: State) -> bool:
+    """Return whether a robot carries another load, or a part of one."""
+    every = s.obstacles.values()
+    return any(name in one.rest.laden() for one in every if one.open and one is not but)
 
 
 def _acted(e: Line, robot: Robot, s: State) -> None:
