@@ -1,6 +1,6 @@
 """Requests to a slugs binary, as the library and the commands make them: which binary, verdicts,
-limits, and every way in which a program can fail; in threads. No process is left behind (by signals:
-``faults``). Files of the cache are correct or ignored, whatever happens to them."""
+limits, and every way in which a program can fail; in threads. No process is left behind (by
+signals: ``faults``). Files of the cache are correct or ignored, whatever happens to them."""
 
 import json
 import os
