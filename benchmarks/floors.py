@@ -5,8 +5,9 @@ from pathlib import Path
 from random import Random
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from support.draft import HEADINGS, Data, Draft
 from support.floors import open_floor, rooms, scattered
-from support.missions import HEADINGS, Data, Draft, mission
+from support.missions import mission
 
 __all__ = ["benchmark", "benchmark_map", "crowd", "maps_folder", "mirrored", "mission", "scattered"]
 

@@ -52,12 +52,10 @@ class Family:
 
 
 class Draft:
-    """A scenario of a family in the making."""
+    """A scenario in the making, on a grid of rows of text."""
 
-    def __init__(self, family: Family, random: Random, name: str) -> None:
-        rounds, grid = random.randint(1, family.rounds), random.choice(family.floors)(random)
-        self.family, self.random = family, random
-        self.cols, self.free = len(grid[0]), free_in(grid)
+    def __init__(self, random: Random, grid: list[str], name: str, rounds: int, ticks: int) -> None:
+        self.random, self.cols, self.free = random, len(grid[0]), free_in(grid)
         self.data: Data = {
             "safenav": 1,
             "name": name,
@@ -66,7 +64,7 @@ class Draft:
             "robots": {},
             "obstacles": [],
             "until": {"rounds": rounds},
-            "limits": {"ticks": family.ticks * family.scale, "synthesis_seconds": 20},
+            "limits": {"ticks": ticks, "synthesis_seconds": 20},
             "seed": random.randrange(1000),
         }
 

@@ -1,8 +1,9 @@
 """Further keys of random missions: obstacles, and what others decide."""
 
+from random import Random
 from typing import Any
 
-from support.draft import ACTIONS, Data, Draft
+from support.draft import ACTIONS, Data, Draft, Family
 
 KEYS = (
     *("zones", "inputs", "tasks", "changes", "service", "avoids", "waiting", "falling"),
@@ -11,7 +12,12 @@ KEYS = (
 
 
 class Keyed(Draft):
-    """A scenario that gets further keys; each is a method."""
+    """A scenario of a family, that gets further keys; each is a method."""
+
+    def __init__(self, family: Family, random: Random, name: str) -> None:
+        rounds, grid = random.randint(1, family.rounds), random.choice(family.floors)(random)
+        super().__init__(random, grid, name, rounds, family.ticks * family.scale)
+        self.family = family
 
     @property
     def types(self) -> Data:
