@@ -26,7 +26,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         new = e.cause == "user" and one.since == e.tick
-        if not one.there or one.blocks or not (one.ordered or s.external or new):
+        if not one.open or one.blocks or not (one.ordered or s.external or new):
             yield f"{one.name} is not an order of the scenario"
         return
     if e.cause == "world" and not s.external:
@@ -77,8 +77,8 @@ def changes(e: Line, s: State) -> Iterator[str]:
     if e.cause == "scenario" and not any(s.applies(one, e) for one in s.changes):
         yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
     elif e.cause == "input":
-        own, within = robot.data.objective, None if s.away(e.robot) else robot.data.within
-        if e.objective != _by_inputs(e.robot, s) or (e.objective == own and e.within != within):
+        within = None if s.away(e.robot) else robot.data.within
+        if e.objective != _by_inputs(e.robot, s) or e.within != within:
             yield f"the inputs do not give {e.robot} that objective"
         elif not any(s.switched.get(name) == e.tick for name, _ in robot.data.when):
             yield f"no input changes for {e.robot}"

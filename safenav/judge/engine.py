@@ -141,7 +141,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
         else:
             robot.charge = max(0.0, charge_after(e, robot, s))
     if step.at != here[0]:
-        there = (one for one in s.at.get(step.at, ()) if one.there and (one.open or one.shut))
+        there = (one for one in s.at.get(step.at, ()) if one.present)
         appeared = s.external and any(one.rest.closes(robot.name) for one in there)
         robot.came = None if step.strays or appeared else here[0]
         robot.jumps += s.world.side(here[0], step.at) is None

@@ -82,8 +82,8 @@ def mobility(e: Line, s: State) -> Iterator[str]:
     it fail, or end elsewhere."""
     robot, step = s.robots[e.robot], s.step(e)
     side, bound = s.world.side(step.start, step.to), robot.bound
-    if e.result == "lost" and not e.regions:
-        yield f"{e.robot} is lost, but its possible regions are missing"
+    if (e.result == "lost") is not bool(e.regions):
+        yield f"{e.robot} is {e.result}, with {len(e.regions or ())} regions in which it may be"
     if step.to not in s.world.free:
         yield f"{e.robot} enters {s.show(step.to)}, which is not free"
     if step.strays:
@@ -224,18 +224,16 @@ def charge(e: Line, s: State) -> Iterator[str]:
             yield f"{e.robot} takes a step with a charge of {left:g}"
     elif robot.charge is not None and charge_after(e, robot, s) < 0:
         yield f"{e.robot} takes a step with a charge of {robot.charge:g}"
-    elif (
-        not (s.live or s.external or robot.out or robot.bound is not None)
-        and robot.pose[0] not in s.scenario.chargers
-        and is_empty(robot, s, s.now(e))
+    elif not (s.live or s.external or robot.out or robot.bound is not None) and is_empty(
+        robot, s, s.now(e)
     ):
         yield f"{e.robot} is in service, but its charge is used up"
 
 
 def is_empty(robot: Robot, s: State, now: float) -> bool:
-    """Return whether a robot's charge does not suffice for a step."""
+    """Return whether a robot's charge does not suffice for a step, off the chargers."""
     charge, battery = robot.charge, robot.data.battery
-    if charge is None:
+    if charge is None or robot.pose[0] in s.scenario.chargers:
         return False
     if s.live:
         charge = robot.charge_at(now, s.scenario.chargers)
@@ -293,12 +291,17 @@ def done(e: Line, s: State) -> Iterator[str]:
                 yield f"{one.name} is not resolved, but {', '.join(sorted(there))} can do that"
 
 
-@rule("violation")
+@rule("violation", "request", "push")
 def encounter(e: Line, s: State) -> Iterator[str]:
-    """A robot encounters an obstacle that blocks it, in its region or a neighbouring one; in a
-    simulated world the obstacle is present."""
-    one, (here, _) = s.obstacles[e.obstacle], s.robots[e.robot].pose
-    near = one.region == here or s.world.side(here, one.region) or one.type.startswith("lost_")
+    """A robot encounters an obstacle that blocks it, in or beside its region; in a simulated world
+    it is present. Only known ones are requested."""
+    one = s.obstacles[e.obstacle]
+    if e.kind != "violation":
+        if not (one.open and one.known):
+            yield f"{one.name} is requested, but the team does not know it"
+        return
+    here, _ = s.robots[e.robot].pose
+    near = one.region == here or s.world.side(here, one.region) or one.type == f"lost_{e.robot}"
     if not near or e.robot not in one.blocks:
         yield f"{e.robot} cannot encounter {one.name} from {s.show(here)}"
     elif not one.open and not s.external:
@@ -335,7 +338,7 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
         elif not who <= one.party:
             yield f"{', '.join(sorted(who - one.party))} took no part in {one.name}"
         return
-    need = one.needs[number] if s.external else one.rest.left[0]
+    need = one.rest.left[number - one.stage]
     if e.kind == "met" and e.action != need.action:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
     there = frozenset(n for n in need.able if s.robots[n].pose[0] in need.regions)

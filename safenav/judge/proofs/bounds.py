@@ -246,7 +246,7 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
         name = of.removesuffix(".battery")
         robot, most = s.robots.get(name), s.by if of == "mission" else None
         if robot is not None and robot.own.ordered:
-            most = robot.within if name == of else robot.charge
+            most = robot.within if name == of else None if s.flat_type else robot.charge
         if most is None:
             yield f"{of} has no deadline, or no charge for targets in turn"
             continue

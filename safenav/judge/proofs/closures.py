@@ -65,9 +65,9 @@ class Case:
             steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
             if own.kind == "ltl":
                 targets = [_met(formulas, k, steps) for k in range(len(formulas.goals))]
-        shut = {one.region for one in self.shut if name in one.blocks}
-        if sealed := own.avoid | shut:
-            inside = here[0] in shut and robot.came is not None and robot.bound is None
+        shut = {one.region: one.open for one in self.shut if name in one.blocks}
+        if sealed := own.avoid.union(shut):
+            inside = shut.get(here[0]) and robot.came is not None and robot.bound is None
             ahead = {b for b in steps.get(here, ()) if inside and b[0] != robot.came}
             steps = {
                 a: tuple(b for b in to if b[0] not in sealed and not (a == here and b in ahead))
