@@ -78,8 +78,8 @@ def placed(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
     """A robot stays or steps to a free neighbouring region, with a heading never backwards. A step
-    ends where it leads or, if it is interrupted, where it began. Only in a world of the user's may
-    it fail, or end elsewhere."""
+    ends where it leads or, interrupted in a live run, where it began. Only in a world of the
+    user's may it fail, or end elsewhere."""
     robot, step = s.robots[e.robot], s.step(e)
     side, bound = s.world.side(step.start, step.to), robot.bound
     if (e.result == "lost") is not bool(e.regions):
@@ -87,7 +87,7 @@ def mobility(e: Line, s: State) -> Iterator[str]:
     if step.to not in s.world.free:
         yield f"{e.robot} enters {s.show(step.to)}, which is not free"
     if step.strays:
-        undone = e.result == "elsewhere" and (step.at, step.heading) == robot.pose
+        undone = s.live and e.result == "elsewhere" and (step.at, step.heading) == robot.pose
         if step.bound is not None or not (s.external or undone):
             yield f"{e.robot} fails, or ends elsewhere than commanded, in a simulated world"
         return

@@ -117,9 +117,9 @@ class Robot:
     def again(self, e: Line, live: bool) -> bool:
         """Return whether a goal line is a second one for a step, of the same goal or in turn. In
         each pass of a live run all targets count where the robot is."""
-        if live and self.own.kind != "ltl":
-            return False
-        return e.tick in (self.met.values() if self.own.in_turn else [self.met.get(e.goal)])
+        if live:
+            return self.own.kind == "ltl" and e.tick == self.met.get(e.goal)
+        return bool(self.met) if self.own.in_turn else e.goal in self.met
 
     def hears(self, inputs: Mapping[str, bool]) -> set[int]:
         """Return the memories of its formulas with these values of the inputs."""

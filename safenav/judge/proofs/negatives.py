@@ -191,12 +191,10 @@ def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     """Return the remaining goals of a robot after it was in a pose."""
     goals, covered = left  # covered: of goals in order, the next one
     count = len(targets)
-    if not goals and not (own.ordered and targets and not own.ends):
-        return left if own.ordered else (0, 0)
-    if all(pose in target for target in targets):  # all targets are here, so all rounds are done
-        after = max(covered, 0) + goals
-        then = min(after, count - 1) if own.ends else after % count
-        return 0, then if own.ordered else 0
+    if not targets:
+        return left
+    if not own.ends and all(pose in target for target in targets):  # so all rounds are done
+        return 0, (max(covered, 0) + goals) % count if own.ordered else 0
     if own.ordered:
         if covered == EITHER:
             covered = next((k for k, t in enumerate(targets) if pose in t), EITHER)
