@@ -10,6 +10,7 @@ import json
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from itertools import cycle
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
@@ -223,7 +224,7 @@ def forged(kind: str, seed: int) -> set[str] | None:
     """The harms of a bundle with a forgery of a kind, perhaps of a random mission; None if it is
     refused."""
     chance = Random(f"{kind} {seed}")
-    others = (shipped(each) for each in chance.sample(SHIPPED, len(SHIPPED)))
+    others = (shipped(each) for each in cycle(chance.sample(SHIPPED, len(SHIPPED))))
     with TemporaryDirectory() as name:
         folder, bundle = Path(name), next(others)
 
