@@ -315,7 +315,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
     # Needs that no robot attends to may have been fulfilled before.
-    untold = s.external and (one.declared or not one.known)
+    untold = s.external and (one.declared or one.shut or not one.known)
     if not one.there and not s.external:
         yield f"{one.name} is absent"
     elif one.resolved:

@@ -465,7 +465,7 @@ class State:
         for change in self.changes:
             found = change.objective is None and change.active is not self.robots[change.robot].out
             due = change.robot == e.robot and change.at <= self.now(e)
-            applies = self.applies(change, e)
+            applies = not applied and self.applies(change, e)
             applied = applied or applies
             if not applies and not (e.kind == "service" and found and due and not applied):
                 left.append(change)

@@ -416,7 +416,7 @@ def floor_now(team: Team, state: State) -> Floor:
     out = frozenset((i, robot.next) for i, robot in enumerate(state.robots) if not robot.active)
     closed, within = barred(team, state), inside(team, state)
     gates = gates_of(state)
-    full = laden(team, state, gates)
+    full = laden(team, state, state.sealed.difference(gates))
     return floor_of(team, gates, state.sealed, within, closed, out, full)
 
 
@@ -424,15 +424,15 @@ def acting_floor(team: Team, state: State, among: Collection[int] | None = None)
     """Return the floor of the obstacles on which robots act: those that are known, or ``among``."""
     known = (k for k, each in enumerate(state.obstacles) if each.known)
     gates, none = tuple(sorted(known if among is None else among)), frozenset[int]()
-    closed, full = barred(team, state), laden(team, state, gates)
+    there = {k for k, each in enumerate(state.obstacles) if each.known or each.state is Is.SEALED}
+    closed, full = barred(team, state), laden(team, state, there.difference(gates))
     return floor_of(team, gates, none, frozenset(), barred=closed, laden=full)
 
 
-def laden(team: Team, state: State, gates: Collection[int]) -> frozenset[int]:
-    """Return the robots that carry loads which are never put down: those of permanent obstacles
-    outside ``gates``."""
+def laden(team: Team, state: State, obstacles: Iterable[int]) -> frozenset[int]:
+    """Return the robots that carry loads of these obstacles, or parts of them."""
     found: set[int] = set()
-    for k in state.sealed.difference(gates):
+    for k in obstacles:
         stage, needs = state.obstacles[k].stage, team.obstacles[k].needs
         if stage.need < len(needs) and (needs[stage.need].same or needs[stage.need].takes):
             found |= stage.group or stage.done

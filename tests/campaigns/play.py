@@ -193,7 +193,8 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
         return
     lines = played.run.records
     outcome, explanation = lines[-1]["outcome"], lines[-1].get("explanation")
-    if outcome in LIMITS and not played.kept_away and not (walk and walk.unreliable()):
+    switched = walk and "has another objective while" in str(explanation)  # no time is told
+    if outcome in LIMITS and not (played.kept_away or switched or (walk and walk.unreliable())):
         played.found.append(f"{outcome}: {explanation}")
     if walk is None and not played.given:
         played.found += broken_promises(lines)

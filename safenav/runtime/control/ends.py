@@ -67,7 +67,7 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
     gates = (*gates_of(state), *again)
-    loads, closed = laden(team, state, gates), barred(team, state)
+    loads, closed = laden(team, state, sealed), barred(team, state)
     floor = floor_of(team, gates, sealed, inside(team, state), barred=closed, laden=loads)
     if serving:
         here, free = floor_now(team, state), enumerate(floor.floors)
