@@ -114,7 +114,7 @@ def coordinate(
             if robot.active and changes:
                 node = mine.node if mine is not None and new else robot.node
                 decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
-                if mine is not None and mine.form == "other_memory":  # else progress is restored
+                if mine and new and mine.form == "other_memory":  # else progress is restored
                     decide(now.Turned(i, mine.task.memory.index))
         for i in told:
             robot, begun = state.robots[i], before.roles and team.members[i].planned
