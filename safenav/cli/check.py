@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 from msgspec import Struct, to_builtins
@@ -18,6 +18,9 @@ from safenav.cli.options import GivenFile
 from safenav.files import check_kind
 from safenav.report.terminal.layout import echo_lines
 from safenav.trace.words import counted, listed, moment_words, obstacle_words, shortened
+
+if TYPE_CHECKING:
+    from safenav.run.checked import CheckedTrace
 
 EPILOG = """\b
 Examples:
@@ -40,6 +43,8 @@ READ_BY = {"strict": SCENARIO, "require": MOTION, "rate": MOTION}
 """The kind of files that each option is for."""
 ARCHIVE = ("PK\x03\x04", "PK\x05\x06")
 """First bytes of a zip file."""
+SHOWN = 5
+"""Maximum number of findings printed for a file."""
 
 
 class JudgedFile(Struct, frozen=True):
@@ -192,7 +197,6 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
 def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
     """Judge a trace. Its requirements are judged on the motion, if that is given."""
     from safenav.judge.state import EXTERNAL
-    from safenav.report.terminal.judged_text import trace_lines
     from safenav.run.checked import checked
     from safenav.trace.file import read_bytes
 
@@ -211,6 +215,22 @@ def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
     )
 
 
+def trace_lines(found: CheckedTrace) -> Iterator[str]:
+    yield from broken(found.source, found.findings)
+    yield from broken(found.source, found.notes, "more not judged")
+    if not found.complete:
+        yield "The trace ends before its outcome; checked as far as it goes."
+    if found.outcome in EARLY:
+        yield f"Not judged: why the run ended early ({found.outcome})."
+    if not found.findings:
+        yield f"{found.source}: no rule broken (outcome {found.outcome or 'unknown'})."
+    if found.strays or found.hands:
+        yield (
+            f"{counted(found.strays, 'step')} ended elsewhere than commanded, "
+            f"{counted(found.hands, 'change')} by a user or the world."
+        )
+
+
 def of_motion(
     file: GivenFile, traces: Sequence[GivenFile], more: tuple[str, ...], rate: float
 ) -> JudgedFile:
@@ -219,7 +239,6 @@ def of_motion(
     from safenav.motion.check.requirements import SATISFIED, judged
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file import parsed
-    from safenav.report.terminal.judged_text import broken
     from safenav.trace.file import read_bytes
 
     motion = parsed(file.bytes(), file.name)
@@ -245,14 +264,28 @@ def of_motion(
 def of_bundle(file: GivenFile) -> JudgedFile:
     """Check a bundle by the installed checker, not by the copy in the bundle."""
     from safenav.certify.check import check_bundle
-    from safenav.report.terminal.judged_text import bundle_lines
+    from safenav.report.terminal.layout import table
 
     found = check_bundle(file.path)
+    rows = [(claim["id"], claim["text"]) for claim in found.claims]
+    colour = "green" if found.accepted else "red"
+    reason = f": {found.reason}" if found.reason else ""
+    lines = [*table(("claim", "established"), rows)] if rows else []
+    lines += [f"not compared: {what}" for what in found.not_compared]
+    lines.append(f"{file.path}: {click.style(found.verdict, fg=colour)}{reason}")
     too_large = found.verdict == "too large"
     status = errors.ExitCode.RESOURCE_LIMIT if too_large else options.code_of(found.accepted)
-    return JudgedFile(status, asdict(found), [*bundle_lines(file.name, found)])
+    return JudgedFile(status, asdict(found), lines)
 
 
+def broken(source: object, found: Sequence[object], rest: str = "more") -> Iterator[str]:
+    """Yield the first findings about a source. ``rest``: noun for those left out."""
+    yield from (f"{source}: {each}" for each in found[:SHOWN])
+    if len(found) > SHOWN:
+        yield f"and {len(found) - SHOWN} {rest} (--json prints them)"
+
+
+EARLY = ("assumption_violated", "search_limit", "time_limit", "interrupted", "error")
 BUNDLE_FILE = options.Output(".zip", folder=True)
 CERTIFY_EPILOG = """\b
 Examples:

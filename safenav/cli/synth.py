@@ -18,13 +18,12 @@ from safenav.report.terminal.specification_text import (
     data_of,
     failure_lines,
     line_explanation_lines,
-    opening_words,
     vacuity_lines,
 )
 from safenav.review.foresight import examined
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.spec.compile import compile_task
-from safenav.spec.specification import Section, Specification
+from safenav.spec.specification import Owner, Section, Specification
 from safenav.strict_json import read_json
 from safenav.synthesis.slugs import (
     MOST_OF_A_TEXT,
@@ -36,7 +35,7 @@ from safenav.synthesis.slugs import (
 from safenav.synthesis.strategy import Strategy, bit_names, to_dot, to_graphml
 from safenav.trace.words import shortened
 from safenav.verify import verification
-from safenav.verify.verification import first_failure
+from safenav.verify.verification import first_failure, lost_opening
 
 FILES = options.Output(folder=True, printed=True)
 SYNTH_EPILOG = """\b
@@ -245,6 +244,14 @@ def _report(
     if files:
         listing = f": {', '.join(name for name, _ in files)}" if len(made) == 1 else ""
         click.echo(f"\nwritten to {output}{listing}")
+
+
+def opening_words(spec: Specification) -> str:
+    """Return in words how the environment wins immediately, where its strategy has no node."""
+    row = lost_opening(spec) or ()
+    named = zip(spec.owned(Owner.INPUT), row, strict=False)
+    inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
+    return f"the initial inputs {inputs} allow no output" if inputs else "no output is allowed"
 
 
 def decided(file: Path, result: SynthesisResult) -> SynthesisResult:

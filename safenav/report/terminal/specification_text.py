@@ -14,11 +14,11 @@ from safenav.explain.investigation import LineExplanation
 from safenav.explain.play import Cause, Vacuity
 from safenav.report.terminal.explanation_text import core_heading, core_notes
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.spec.specification import Constraint, Owner, Specification
+from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy, in_words
 from safenav.trace.words import counted
-from safenav.verify.verification import Failure, lost_opening
+from safenav.verify.verification import Failure
 
 _SHOWN = 24
 """Maximum number of lines of a path or play; an even number."""
@@ -138,11 +138,3 @@ def data_of(value: Any) -> Any:
     if isinstance(value, Collection) and not isinstance(value, str):
         return [*map(data_of, sorted(value) if isinstance(value, frozenset) else value)]
     return round(value, 3) if isinstance(value, float) else value
-
-
-def opening_words(spec: Specification) -> str:
-    """Return in words how the environment wins immediately, where its strategy has no node."""
-    row = lost_opening(spec) or ()
-    named = zip(spec.owned(Owner.INPUT), row, strict=False)
-    inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
-    return f"the initial inputs {inputs} allow no output" if inputs else "no output is allowed"
