@@ -23,6 +23,11 @@ def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
     return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
 
 
+def driven(team: Team, state: State) -> tuple[int, ...]:
+    """Return the robots in service that follow joint plans."""
+    return tuple(i for i in team.sharing if state.robots[i].active)
+
+
 def occupied(team: Team, state: State) -> frozenset[int]:
     """Return the regions of all robots: two of each one in transit."""
     size = team.size

@@ -304,17 +304,16 @@ def assigned(
     team: Team, i: int, objective: Objective, within: int | None, *, remember: bool = True
 ) -> Team:
     """Return the team in which a robot has another objective of its own, each round due ``within``
-    this number of ticks."""
+    this number of ticks. ``based`` then finds out who can deliver loads."""
     member = team.members[i]
     robot = replace(member.robot, objective=objective, within=within)
     about = member.rivals, member.zones, member.base
     new = _member(team.scenario, robot, *about, remember=remember)
-    members = (*team.members[:i], new, *team.members[i + 1 :])
-    return based(replace(team, members=members), {})
+    return replace(team, members=(*team.members[:i], new, *team.members[i + 1 :]))
 
 
 def based(team: Team, poses: Mapping[int, Pose]) -> Team:
-    """Return the team in which robots have the paths from these poses."""
+    """Return the team in which robots have the paths from these poses, and deliver loads by them."""
     pairs = enumerate(team.members)
     members = tuple(replace(each, base=poses.get(i, each.base)) for i, each in pairs)
     obstacles = (

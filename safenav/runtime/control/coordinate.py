@@ -25,7 +25,7 @@ from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.solve import solve
 from safenav.team import state as now
-from safenav.team.acts import FAILURE
+from safenav.team.acts import FAILURE, driven
 from safenav.team.apply import apply, charged, done, initial, on_own, orders_ahead, stands
 from safenav.team.floor import floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
@@ -340,7 +340,7 @@ def _planned(
     )
     if not starves and not ends and not stuck(team, state, helped):
         return None
-    sharing = tuple(i for i in team.sharing if state.robots[i].active)
+    sharing = driven(team, state)
     if not sharing:
         return None
     floor = floor_now(team, state)

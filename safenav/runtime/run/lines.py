@@ -10,6 +10,7 @@ from safenav.spec.belief import models
 from safenav.spec.compile import assumption_names
 from safenav.spec.task import Task
 from safenav.team import state as now
+from safenav.team.acts import driven
 from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -102,8 +103,7 @@ class PlanLines:
 
 def _plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
     ways, orders = {}, []
-    sharing = (i for i in team.sharing if state.robots[i].active)
-    for i in sharing:
+    for i in driven(team, state):
         at, member, way = state.robots[i].at, team.members[i], plan.ways[i]
         ways[member.name] = tuple(member.graph.pose(visit.pose).place for visit in way[at:])
         for place in range(at + 1, len(way)):

@@ -144,7 +144,8 @@ class Run:
 
     def look(self, i: int) -> None:
         """Let a robot observe those that it tracks, also out of service without a strategy."""
-        if self.team.members[i].robot.tracks:
+        member = self.team.members[i]
+        if member.robot.tracks and not member.planned:
             mine, role = self.control.controller(i), Role(self.state.robots[i].objective)
             task = mine.task if mine else next(candidates(self.team, self.state, i, role))[0]
             seen = looked(self.team, self.state, i, task)
