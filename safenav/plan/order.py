@@ -233,8 +233,9 @@ def charges_now(team: Team, state: State) -> tuple[float, ...]:
 
 
 def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
-    if team.members[i].pursuit.in_turn:
-        return own.met >= due[1]
+    pursuit = team.members[i].pursuit
+    if pursuit.in_turn:  # of those that settle only the last target is a goal
+        return own.met >= due[1] and (not pursuit.settles or own.memory >= due[0])
     return (own.met, own.memory & due[0]) >= (due[1], due[0])
 
 
