@@ -117,7 +117,8 @@ def coordinate(
                 if mine and new and mine.form == "other_memory":  # else progress is restored
                     decide(now.Turned(i, mine.task.memory.index))
         for i in told:
-            robot, begun = state.robots[i], before.roles and team.members[i].planned
+            robot, keeps = state.robots[i], team.members[i].planned or team.assignable(i)
+            begun = before.roles and keeps  # it counts in its turn, on a duty too
             helped = before.roles and before.roles[i].helps is not None
             stays = robot.own.met or (helped and robot.own.held and stands(team, state, i))
             stays = stays and team.members[i].pursuit.settles and on_own(team, state, i)
