@@ -76,9 +76,9 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             s.barred = {pair for pair in s.barred if pair[0] != robot.name}
             s.stand(robot)
         case "act":
-            unknown = frozenset(name for name, one in s.obstacles.items() if not one.known)
+            knew = frozenset(name for name, one in s.obstacles.items() if one.known)
             for name in e.robots:
-                s.robots[name].acts, s.robots[name].passes = e, unknown
+                s.robots[name].acts, s.robots[name].knew = e, knew
         case "acted":
             _acted(e, robot, s)
         case "goal":
@@ -171,14 +171,15 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
 def _stood(name: str, s: State, acts: Line | None = None) -> None:
     """Record that a robot does its part of the next needs where it is, of loads those on which it
     ``acts`` (None: any)."""
-    region = s.robots[name].pose[0]
+    region, here = s.robots[name].pose[0], list[Obstacle]()
     for one in s.obstacles.values():
-        if not one.open or not one.rest.left or (name, one.name) in s.barred:
-            continue
-        need = one.rest.left[0]
+        if one.open and one.rest.left and (name, one.name) not in s.barred:
+            need = one.rest.left[0]
+            here += [one] if region in need.regions and name in need.able else []
+    for one in sorted(here, key=lambda one: (not one.rest.done, one.rest.order)):
         other = bool(acts and one.known and one.name not in acts.obstacles)
-        takes = one.rest.takes() and (need.robots == 1 or other or _is_laden(name, one, s))
-        if region in need.regions and name in need.able and not takes:  # else in a `met` line
+        alone = one.rest.left[0].robots == 1  # in a `met` line
+        if not (one.rest.takes() and (alone or other or _is_laden(name, one, s))):
             one.rest = one.rest._replace(done=one.rest.done | {name})
 
 
@@ -266,7 +267,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
         case "appeared":
             one.begin()
             one.since = e.tick
-            for robot in s.robots.values() if s.external else ():
+            for robot in (s.robots[name] for name in one.blocks if s.external):
                 robot.came = None if robot.pose[0] == one.region else robot.came
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
@@ -320,6 +321,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             s.dues.pop(one.name, None)
         case "reopened":
             one.shut = False
+            _due(e, one, s)
         case "operator" if e.intervention == "permanent":
             one.declared = True
 

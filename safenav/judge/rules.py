@@ -342,8 +342,7 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
     if e.kind == "met" and e.action != need.action:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
     there = frozenset(n for n in need.able if s.robots[n].pose[0] in need.regions)
-    passes = one.name in s.robots[e.robot].passes
-    if s.live and one.known and not (s.external or passes):
+    if s.live and not s.external and one.known and one.name in s.robots[e.robot].knew:
         there = frozenset(n for n in there if _acts(s.robots[n], one.name, s.tick))
     parts = there if need.together else there | (one.rest.done & need.able)
     many = who if e.robots else parts | who

@@ -70,8 +70,8 @@ class Robot:
     without a step; ``filled``: its battery was replaced; ``kept``: its progress with the objective
     that it resumes after an input; ``first``: the target with which its strategy begins; ``told``:
     a user gave it its objective; ``acts``: the action in which it takes part, ``acted``: the one
-    that ended last, and when; ``passes``: the obstacles unknown when it began, on which idle robots
-    may act as well; ``met``: the goals that its last step has met, each with its tick; ``jumps``:
+    that ended last, and when; ``knew``: the obstacles known when it began (on others idle robots
+    act as well); ``met``: the goals that its last step has met, each with its tick; ``jumps``:
     how often it was farther from its last region than a step; ``observes``: the robots that its
     strategy observes, with their jumps before it was made."""
 
@@ -104,7 +104,7 @@ class Robot:
     told: bool = False
     acts: Line | None = None
     acted: tuple[int, Line] | None = None
-    passes: frozenset[str] = frozenset()
+    knew: frozenset[str] = frozenset()
     met: dict[int, int] = field(default_factory=dict)
     jumps: int = 0
     observes: dict[str, int] = field(default_factory=dict)
@@ -464,7 +464,7 @@ class State:
         left, applied = list[Line](), False
         for change in self.changes:
             found = change.objective is None and change.active is not self.robots[change.robot].out
-            due = change.robot == e.robot and change.at <= self.now(e)
+            due = change.robot == e.robot and change.at <= self.now(e) - (e.cause == "battery")
             applies = not applied and self.applies(change, e)
             applied = applied or applies
             if not applies and not (e.kind == "service" and found and due and not applied):

@@ -169,9 +169,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def acted(self, stages: Stages, at: Sequence[int | None], i: int) -> Stages:
         """Return the stages after robot i has done all that it can in its region; ``at``: the
-        region of each robot (None: it cannot take part). It takes loads last."""
+        region of each robot (None: it cannot take part). It takes loads last, those begun first."""
         loads = [g for g in self.open(stages) if self.need(g, stages).takes]
-        loads.sort(key=lambda g: self.gate(g).source.order)
+        loads.sort(key=lambda g: (not stages[g].done, self.gate(g).source.order))
         for g in [g for g in self.open(stages) if g not in loads] + loads:
             while stages[g].need < len(self.gate(g).needs) and i in self.able(g, stages):
                 need, before = self.need(g, stages), stages

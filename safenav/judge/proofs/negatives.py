@@ -147,12 +147,12 @@ class Enumeration:
         return _State(state.poses, tuple(now), opened)
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
-        """Return the obstacles after all actions. Loads are taken last, in their order, by robots
-        that can carry one more."""
+        """Return the obstacles after all actions. Loads are taken last, those begun first, by
+        robots that can carry one more."""
         at = dict(zip(self.robots, places, strict=True))
         after = [_performed(one, at, None) for one in opened]
         loads = [k for k, one in enumerate(after) if one.takes()]
-        for k in sorted(loads, key=lambda k: after[k].order):
+        for k in sorted(loads, key=lambda k: (not after[k].done, after[k].order)):
             after[k] = _performed(after[k], at, self.case.full(one for one in after if one.left))
         return tuple(after)
 

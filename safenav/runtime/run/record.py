@@ -274,12 +274,14 @@ class Recorder:
 
         def order(k: int) -> tuple[object, ...]:
             takes = any(obstacles[k].needs[number].takes for number in met(k))
-            return takes, *(obstacles[k].source.order if takes else ())
+            begun = bool(before.obstacles[k].stage.done)
+            return takes, *((not begun, *obstacles[k].source.order) if takes else ())
 
         for k in sorted({**stages, **truths}, key=order):
             for number in met(k):
                 need = obstacles[k].needs[number]
-                if need.regions >> at & 1:  # else it was met before the team knew of the obstacle
+                able = need.action in self.team.members[i].robot.capabilities
+                if able and need.regions >> at & 1:  # else it was met before anybody knew of it
                     what = self._name(k), number, need.action, self._robot(i), at
                     self.emit(records.Met(self.tick, *what, self._group(before, k, number, i)))
             if k in truths:
