@@ -313,7 +313,7 @@ def assigned(
 
 
 def based(team: Team, poses: Mapping[int, Pose]) -> Team:
-    """Return the team in which robots have the paths from these poses, and deliver loads by them."""
+    """Return the team in which robots have, and deliver loads by, the paths from these poses."""
     pairs = enumerate(team.members)
     members = tuple(replace(each, base=poses.get(i, each.base)) for i, each in pairs)
     obstacles = (

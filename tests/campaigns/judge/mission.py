@@ -159,8 +159,10 @@ class Mission:
 
     @cached_property
     def obstacles(self) -> dict[str, Obstacle]:
-        listed = map(self._obstacle, self.data.get("obstacles") or ())
-        return {obstacle.name: obstacle for obstacle in listed}
+        found = dict[str, Obstacle]()  # the first of each name
+        for obstacle in map(self._obstacle, self.data.get("obstacles") or ()):
+            found.setdefault(obstacle.name, obstacle)
+        return found
 
     def _obstacle(self, entry: Data) -> Obstacle:
         kind, region = self._types[entry["type"]], self._one(entry["region"])
