@@ -13,8 +13,8 @@ from safenav.team.acts import acts_on, standing
 from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
-from safenav.team.team import Team
-from safenav.world.poses import FAR
+from safenav.team.team import Need, Team
+from safenav.world.poses import FAR, bits
 
 _NONE: frozenset[int] = frozenset()
 EARLY = 1e-5
@@ -43,12 +43,20 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
-    joint = first
+    joint, chosen = first, dict[tuple[int, int], Need]()
     for i, before, joint in _linear(floor, first, ticks):
         over = _over(floor, before)
         after = stays.moved(i, before.poses[i], joint.poses[i], len(ways[i]))
         waits = owed[i] | (_whole(floor, over) if joint.counts[i] != before.counts[i] else set())
+        waits |= {met for met, need in chosen.items() if _can(floor, i, need, joint.poses[i])}
         owed[i] = set()
+        for (k, n), opens, ends in _choices(floor, before, joint):
+            need = floor.team.obstacles[k].needs[n]
+            for j, place in stays.left(need).items() if opens else ():
+                if j != i:
+                    after[j] = max(place, after.get(j, 0))
+            if ends:
+                chosen[k, n + 1] = need
         when = tuple(sorted(after.items())), frozenset(waits), before.counts[i], over
         ways[i].append(Waypoint(joint.poses[i], *when))
         if joint.stages != before.stages:
@@ -56,6 +64,24 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
                 owed[j].add(what)
     every = tuple(tuple(ways.get(i, ())) for i in range(len(first.poses)))
     return Plan(every, frozenset(floor.gates)), joint
+
+
+def _choices(
+    floor: Floor, before: Joint, joint: Joint
+) -> Iterator[tuple[tuple[int, int], bool, bool]]:
+    """Yield the needs that choose the robots of the next one, and that a step makes the next or
+    meets: obstacle and number, and which of both it does. Others that can act must not be there
+    between these steps: they would be chosen."""
+    for g in floor.open(before.stages) if before.stages != joint.stages else ():
+        begun, now, needs = before.stages[g].need, joint.stages[g].need, floor.gate(g).needs
+        for n in range(begun, min(now, len(needs) - 2) + 1):
+            if needs[n + 1].same:
+                yield (floor.gates[g], n), n > begun, n < now
+
+
+def _can(floor: Floor, i: int, need: Need, pose: int) -> bool:
+    able = need.skills <= floor.team.members[i].robot.capabilities
+    return able and bool(need.regions >> pose % floor.team.size & 1)
 
 
 class _Stays:
@@ -84,6 +110,15 @@ class _Stays:
                 if j in crowd and space == region:
                     break
             self.stays[space].append([i, 0])
+        return found
+
+    def left(self, need: Need) -> dict[int, int]:
+        """Return the robots that have left a region of a need that they can take part in, each with
+        its last next place after that."""
+        found, members = dict[int, int](), self.team.members
+        for j, after in (stay for region in bits(need.regions) for stay in self.stays[region]):
+            if after and need.skills <= members[j].robot.capabilities:
+                found[j] = max(after, found.get(j, 0))
         return found
 
 

@@ -11,11 +11,10 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.data import cached_method
 from safenav.team.state import Count, Is, Stage, State
-from safenav.team.team import Member, Need, Obstacle, Team, posed
+from safenav.team.team import Member, Need, Obstacle, Team
 from safenav.world.poses import Mask, PoseGraph, bits
 
 Stages = tuple[Stage, ...]
@@ -223,10 +222,13 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
         """Return the joint state after robots ``who`` have gone to their ``poses``, all have acted,
-        and goals have counted: before a resolution, for those that arrive before it."""
+        and goals have counted. If a resolution restarts rounds, or a need chooses robots for the
+        next one, they go one at a time, as in a plan's execution."""
         moved = {i for i in who if poses[i] != joint.poses[i]}
         after = self._settled(poses, joint.counts, joint.stages, who, moved)
-        if len(moved) > 1 and self._restarts(joint.stages, after.stages):
+        if len(moved) > 1 and (
+            self._restarts(joint.stages, after.stages) or self._chooses(joint.stages, after.stages)
+        ):
             *_, (_, after) = self.sequence(joint, poses)
         return after
 
@@ -362,6 +364,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         over = {*self.open(before)} - {*self.open(after)}
         return any(self.gate(g).restarts for g in over)
 
+    def _chooses(self, before: Stages, after: Stages) -> bool:
+        """Return whether a need was met, or a part of it, that may choose robots for the next."""
+        changed = (g for g in self.open(before) if before[g] != after[g])
+        return any(need.same for g in changed for need in self.gate(g).needs)
+
     @cached_property
     def _meeting(self) -> list[tuple[dict[int, int], dict[int, int]]]:
         """The targets that each robot meets by arriving in a pose, and by staying there."""
@@ -391,17 +398,26 @@ def restarted(member: Member, count: Count) -> Count:
 
 def inside(team: Team, state: State) -> frozenset[Inside]:
     """Return the robots that are in obstacles closed to them."""
-    found, failed = set[Inside](), barred(team, state)
+    found = set[Inside]()
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
         if each.state not in (Is.OPEN, Is.SEALED):
             continue
         for i in obstacle.blocks:
-            robot, shut = state.robots[i], (i, k) in failed or obstacle.closes(i, each)
-            if shut and robot.next % team.size == obstacle.region:
+            robot, back = state.robots[i], turns_back(team, state, i, k)
+            if (back or obstacle.closes(i, each)) and robot.next % team.size == obstacle.region:
                 behind = robot.behind if robot.to is None else robot.pose % team.size
-                found.add((i, k, robot.next, behind if (i, k) in failed else None))
+                found.add((i, k, robot.next, behind if back else None))
     return frozenset(found)
+
+
+def turns_back(team: Team, state: State, i: int, k: int) -> bool:
+    """Return whether a robot that has entered an obstacle to resolve it leaves it to where it came
+    from: it has failed, or an operator has declared the obstacle permanent."""
+    each = state.obstacles[k]
+    if each.state is Is.SEALED and team.obstacles[k].lets_in(i, each):
+        return True
+    return each.known and i in team.obstacles[k].blocks and (i, k) in barred(team, state)
 
 
 def gates_of(state: State) -> tuple[int, ...]:
@@ -474,20 +490,6 @@ def floor_of(
     away, acts = tuple(absent) if out else (), tuple(standing) if not team.live else ()
     found = team, gates, tuple(graphs), tuple(floors), robots, barred, barred, tuple(within)
     return Floor(*found, away=away, laden=laden, standing=acts)
-
-
-def without_memory(team: Team, state: State) -> tuple[Team, State]:
-    """Return the team and its state without the memory of formulas."""
-    plain = posed(team)
-    if plain is team:
-        return team, state
-    pairs = zip(state.robots, team.members, plain.members, strict=True)
-    robots = []
-    for robot, member, other in pairs:
-        to = None if robot.to is None else other.graph.number(member.graph.pose(robot.to))
-        pose = other.graph.number(member.graph.pose(robot.pose))
-        robots.append(replace(robot, pose=pose, to=to))
-    return plain, replace(state, robots=tuple(robots))
 
 
 def stages_of(floor: Floor, state: State) -> Stages:

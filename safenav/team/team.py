@@ -20,7 +20,7 @@ from safenav.scenario.model import Coordination
 from safenav.scenario.objective import Objective, Pursuit
 from safenav.team.battery import Energy
 from safenav.team.formulas import graph_of, targets_of
-from safenav.team.state import Is, ObstacleNow
+from safenav.team.state import Is, ObstacleNow, State
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, Pose, PoseGraph, bits, plain_graph, region_mask
 
@@ -65,6 +65,11 @@ class Obstacle(Struct, frozen=True, eq=False):
         if now.state is Is.SEALED:  # perhaps after its last need
             return i in self.blocks
         return now.state not in (Is.AWAY, Is.OVER) and i in self.closed_to[now.stage.need]
+
+    def lets_in(self, i: int, now: ObstacleNow) -> bool:
+        """Return whether a robot that it blocks may enter its region to fulfil its next need."""
+        need = now.stage.need
+        return need < len(self.needs) and i in self.blocks and i not in self.closed_to[need]
 
 
 Zone = tuple[frozenset[int], Mask]
@@ -275,7 +280,7 @@ def _member(
 
 
 @lru_cache(maxsize=16)
-def posed(team: Team) -> Team:
+def _posed(team: Team) -> Team:
     """Return the team without the memory of formulas, as decisions about obstacles see it."""
     if not any(member.graph.remembers for member in team.members):
         return team
@@ -284,6 +289,20 @@ def posed(team: Team) -> Team:
         for i, m in enumerate(team.members)
     )
     return replace(team, members=tuple(members))
+
+
+def without_memory(team: Team, state: State) -> tuple[Team, State]:
+    """Return the team and its state without the memory of formulas."""
+    plain = _posed(team)
+    if plain is team:
+        return team, state
+    pairs = zip(state.robots, team.members, plain.members, strict=True)
+    robots = []
+    for robot, member, other in pairs:
+        to = None if robot.to is None else other.graph.number(member.graph.pose(robot.to))
+        pose = other.graph.number(member.graph.pose(robot.pose))
+        robots.append(replace(robot, pose=pose, to=to))
+    return plain, replace(state, robots=tuple(robots))
 
 
 def _zones(scenario: model.Scenario, robot: model.Robot) -> Iterator[Zone]:

@@ -27,9 +27,9 @@ from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE, driven
 from safenav.team.apply import apply, charged, done, initial, on_own, orders_ahead, stands
-from safenav.team.floor import floor_now, stages_of, without_memory
+from safenav.team.floor import floor_now, stages_of
 from safenav.team.state import Is, RobotNow, State
-from safenav.team.team import Team
+from safenav.team.team import Team, without_memory
 from safenav.trace.words import listed
 
 Coming = Callable[[], bool]

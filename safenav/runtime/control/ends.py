@@ -32,10 +32,9 @@ from safenav.team.floor import (
     inside,
     laden,
     stages_of,
-    without_memory,
 )
 from safenav.team.state import Is, State
-from safenav.team.team import Team
+from safenav.team.team import Team, without_memory
 from safenav.trace.vocabulary import OperatorCause, Proof
 from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words, some
 from safenav.world.poses import Mask
