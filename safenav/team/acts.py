@@ -47,9 +47,11 @@ def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
 
 
 def is_shut(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether an obstacle that is present, known or not, closes a region to a robot."""
+    """Return whether an obstacle that is present, known or not, closes a region to a robot, which
+    did not enter it to resolve it."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
-    return any(one.region == region and one.closes(i, each) for one, each in pairs)
+    here = ((one, each) for one, each in pairs if one.region == region)
+    return any(one.closes(i, each) and not one.lets_in(i, each) for one, each in here)
 
 
 def acts_on(

@@ -13,7 +13,7 @@ from itertools import combinations, product
 from typing import Any
 
 from safenav.judge.formulas import Formulas
-from safenav.judge.state import Need, Obstacle, Rest, State
+from safenav.judge.state import Need, Obstacle, Rest, Robot, State
 from safenav.judge.world import Graph, Poses
 
 Sets = Mapping[str, Poses]
@@ -67,8 +67,8 @@ class Case:
                 targets = [_met(formulas, k, steps) for k in range(len(formulas.goals))]
         shut = {one.region: one.open for one in self.shut if name in one.blocks}
         if sealed := own.avoid.union(shut):
-            inside = shut.get(here[0]) and robot.came is not None and robot.bound is None
-            ahead = {b for b in steps.get(here, ()) if inside and b[0] != robot.came}
+            came = self._came(robot) if shut.get(here[0]) else None
+            ahead = {b for b in steps.get(here, ()) if came is not None and b[0] != came}
             steps = {
                 a: tuple(b for b in to if b[0] not in sealed and not (a == here and b in ahead))
                 for a, to in steps.items()
@@ -77,6 +77,15 @@ class Case:
         if name in self.memory:
             return _with_memory(formulas, steps)
         return steps, targets
+
+    def _came(self, robot: Robot) -> int | None:
+        """Return the region from which a robot enters its own, or the one where it will arrive;
+        None: an obstacle appears around it there."""
+        if robot.bound is None:
+            return robot.came
+        there = self.state.at.get(robot.bound, ())
+        closed = self.state.external and any(one.rest.closes(robot.name) for one in there)
+        return None if closed else robot.pose[0]
 
     def _opened(self, one: Obstacle) -> Rest:
         """Return an open obstacle, without the robots that never act on it."""

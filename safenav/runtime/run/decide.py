@@ -13,7 +13,7 @@ from safenav.scenario.objective import ruled
 from safenav.spec.guarantees import guarantees_of
 from safenav.spec.specification import Section
 from safenav.team.acts import is_reserved
-from safenav.team.floor import barred
+from safenav.team.floor import barred, turns_back
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 
@@ -150,7 +150,8 @@ def closing(team: Team, state: State, i: int, pose: int) -> int | None:
         if i not in obstacle.blocks or obstacle.region not in (here, region):
             continue
         if obstacle.region == here:
-            if each.known and robot.behind not in (None, region):
+            turns = each.known or turns_back(team, state, i, k)
+            if turns and robot.behind not in (None, region):
                 return k
         elif (each.known or each.state is Is.SEALED) and (
             (i, k) in failed or obstacle.closes(i, each)
@@ -160,14 +161,11 @@ def closing(team: Team, state: State, i: int, pose: int) -> int | None:
 
 
 def way_back(team: Team, state: State, i: int) -> int | None:
-    """Return the region to which a robot leaves an obstacle that it has entered and failed to
+    """Return the region to which a robot leaves an obstacle that it has entered and cannot
     resolve."""
     robot = state.robots[i]
-    for one, k in barred(team, state):
-        there = team.obstacles[k].region == robot.pose % team.size and state.obstacles[k].known
-        if one == i and there and i in team.obstacles[k].blocks:
-            return robot.behind
-    return None
+    here = (k for k, one in enumerate(team.obstacles) if one.region == robot.pose % team.size)
+    return robot.behind if any(turns_back(team, state, i, k) for k in here) else None
 
 
 def others(team: Team, state: State, control: Control, i: int) -> list[Proposal]:
