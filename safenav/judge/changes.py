@@ -74,7 +74,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
     yield from unread(e.robot, e.objective)
     if e.active is not None and e.active is not robot.out:
         yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
-    if e.cause == "scenario" and not any(s.applies(one, e) for one in s.changes):
+    if e.cause == "scenario" and not any(applies(one, e, s) for one in s.changes):
         yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
     elif e.cause == "input":
         within = None if s.away(e.robot) else robot.data.within
@@ -133,12 +133,21 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
             break
         if change.objective is not None:
             yield f"{change.robot} does not get its objective of {change.at}"
-        elif change.active is s.robots[change.robot].out:
+        elif change.active is s.robots[change.robot].out and change not in s.vain:
             yield f"the service of {change.robot} does not change at {change.at}"
     for each in s.scenario.inputs:
         on = s.inputs[each.name]
         if each.name not in s.by_user and on is not _is_on(each, now):
             yield f"{each.name} must be {'off' if on else 'on'} at {now:g}"
+
+
+def applies(change: Line, e: Line, s: State) -> bool:
+    """Return whether a line applies a change of the scenario."""
+    if change.robot != e.robot or e.cause != "scenario" or change.at > s.now(e):
+        return False
+    if e.kind == "service":
+        return bool(change.active == e.active)
+    return bool(change.objective == e.objective and change.within == e.within)
 
 
 def _is_on(each: Line, now: float) -> bool:

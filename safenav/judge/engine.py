@@ -4,6 +4,7 @@ only function that changes the state."""
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from safenav.judge.changes import applies
 from safenav.judge.ends import counts, meeting
 from safenav.judge.lines import Line, Reader, Text
 from safenav.judge.rules import RULES, NotJudged, Rule, charge_after, is_empty
@@ -63,7 +64,7 @@ def _begin_tick(tick: int, s: State) -> None:
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
-    s.end_changes(e)
+    _end_changes(e, s)
     match e.kind:
         case "move" | "depart" | "arrive":
             _moved(e, robot, s)
@@ -76,7 +77,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             s.barred = {pair for pair in s.barred if pair[0] != robot.name}
             s.stand(robot)
         case "act":
-            knew = frozenset(name for name, one in s.obstacles.items() if one.known)
+            knew = frozenset((name, one.stage) for name, one in s.obstacles.items() if one.known)
             for name in e.robots:
                 s.robots[name].acts, s.robots[name].knew = e, knew
         case "acted":
@@ -181,6 +182,24 @@ def _stood(name: str, s: State, acts: Line | None = None) -> None:
         alone = one.rest.left[0].robots == 1  # in a `met` line
         if not (one.rest.takes() and (alone or other or _is_laden(name, one, s))):
             one.rest = one.rest._replace(done=one.rest.done | {name})
+
+
+def _end_changes(e: Line, s: State) -> None:
+    """End the changes of the scenario that a line applies, and those before it that found the state
+    of service that the line ends. A battery is brought before the changes of its tick; in a live
+    run, perhaps after those of its instant."""
+    left, applied, now, charged = list[Line](), False, s.now(e), e.cause == "battery"
+    for change in s.changes:
+        found = change.objective is None and change.active is not s.robots[change.robot].out
+        found = found and e.kind == "service" and change.robot == e.robot
+        now_applied = not applied and applies(change, e, s)
+        applied = applied or now_applied
+        if found and charged and s.live and change.at == now:
+            s.vain.append(change)
+        ended = found and not applied and (change.at < now or (change.at == now and not charged))
+        if not (now_applied or ended or (change in s.vain and change.at < now)):
+            left.append(change)
+    s.changes = left
 
 
 def _is_laden(name: str, but: Obstacle, s: State) -> bool:

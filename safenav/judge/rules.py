@@ -342,10 +342,12 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
     if e.kind == "met" and e.action != need.action:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
     there = frozenset(n for n in need.able if s.robots[n].pose[0] in need.regions)
-    if s.live and not s.external and one.known and one.name in s.robots[e.robot].knew:
+    if s.live and not s.external and one.known and (one.name, number) in s.robots[e.robot].knew:
         there = frozenset(n for n in there if _acts(s.robots[n], one.name, s.tick))
     parts = there if need.together else there | (one.rest.done & need.able)
     many = who if e.robots else parts | who
+    if s.external and not one.known and not need.together:
+        many |= need.able  # they may have done their parts before anybody knew it
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there:
         yield f"{e.robot} cannot {need.action} at {one.name} from {s.show(e.at)}"
     elif not who <= parts:

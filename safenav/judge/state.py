@@ -104,7 +104,7 @@ class Robot:
     told: bool = False
     acts: Line | None = None
     acted: tuple[int, Line] | None = None
-    knew: frozenset[str] = frozenset()
+    knew: frozenset[tuple[str, int]] = frozenset()
     met: dict[int, int] = field(default_factory=dict)
     jumps: int = 0
     observes: dict[str, int] = field(default_factory=dict)
@@ -295,6 +295,7 @@ class State:
         listed = [one for one in h.obstacles if one.appears is not None]
         self.coming = sorted(listed, key=lambda one: one.appears)
         self.changes = sorted(h.changes, key=lambda one: one.at)
+        self.vain: list[Line] = []  # those that may have found the service that they set
         self.by_user: set[str] = set()
         self.by = None if self.live else h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
@@ -457,27 +458,6 @@ class State:
     def now(self, e: Line) -> float:
         """Return the time of a line: its tick, or its second in a live run."""
         return float(e.tick if e.t is None or not self.live else e.t)
-
-    def end_changes(self, e: Line) -> None:
-        """End the changes of the scenario that a line applies, and those before it that found the
-        state of service that the line ends."""
-        left, applied = list[Line](), False
-        for change in self.changes:
-            found = change.objective is None and change.active is not self.robots[change.robot].out
-            due = change.robot == e.robot and change.at <= self.now(e) - (e.cause == "battery")
-            applies = not applied and self.applies(change, e)
-            applied = applied or applies
-            if not applies and not (e.kind == "service" and found and due and not applied):
-                left.append(change)
-        self.changes = left
-
-    def applies(self, change: Line, e: Line) -> bool:
-        """Return whether a line applies a change of the scenario."""
-        if change.robot != e.robot or e.cause != "scenario" or change.at > self.now(e):
-            return False
-        if e.kind == "service":
-            return bool(change.active == e.active)
-        return bool(change.objective == e.objective and change.within == e.within)
 
     def has_deadline(self, of: str) -> bool:
         """Return whether the scenario sets a deadline for the mission, a robot's rounds or an

@@ -234,8 +234,10 @@ def broken_promises(trace: Sequence[Line]) -> list[str]:
     mission, or all that it serves. Only rounds that are due continue, by a plan at a time."""
     scenario, rounds = trace[0]["scenario"], Counter[str]()
     due = any(robot.get("within") for robot in scenario["robots"])
-    targets = {r["name"]: next(iter(r["objective"].values())) for r in scenario["robots"]}
-    told = {name for name, listed in targets.items() if isinstance(listed, list) and listed[1:]}
+    kinds = {r["name"]: next(iter(r["objective"].items())) for r in scenario["robots"]}
+    told = {
+        n for n, (kind, to) in kinds.items() if kind != "once" and isinstance(to, list) and to[1:]
+    }
     """Robots that meet a goal as soon as they are there, and do not complete rounds by standing."""
     ended, found = False, list[str]()
     for line in trace:
