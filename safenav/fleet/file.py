@@ -12,13 +12,13 @@ from typing import Annotated, ClassVar
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.scenario.language import ObstacleKeys
-from safenav.scenario.model import Failures, Obstacle, ObstacleType, Scenario
+from safenav.scenario.language import ObstacleKeys, Type
+from safenav.scenario.model import Failures, Obstacle, Scenario
 from safenav.scenario.reading.events import obstacles_of
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml.document import Node, Scalar, below, clipped
+from safenav.scenario.yaml.document import Node, Scalar, below, clipped, entries_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
-from safenav.scenario.yaml.keys import Item, Key, key, version
+from safenav.scenario.yaml.keys import Item, Key, Part, key, version
 from safenav.scenario.yaml.typed import read
 from safenav.world.map import RegionMap
 
@@ -51,17 +51,14 @@ def _in_ros(pattern: re.Pattern[str], about: str = "") -> Key:
 RosName = Annotated[str, _in_ros(NAME)]
 
 
-class ScanUse(Struct, frozen=True):
+class ScanUse(Part, frozen=True):
     """A lidar that finds obstacles in the regions beside the robot."""
 
-    obstacle: Annotated[
-        ObstacleType,
-        Key("The type at the end of a ray.", "a type of obstacle", form=str, by="type"),
-    ]
+    obstacle: Type = key("The type at the end of a ray.", "a type of obstacle")
     topic: RosName = "scan"
 
 
-class TfUse(Struct, frozen=True):
+class TfUse(Part, frozen=True):
     """A pose from TF (from ``map`` to the robot's ``frame``) instead of odometry."""
 
     topic: Annotated[
@@ -70,13 +67,13 @@ class TfUse(Struct, frozen=True):
     frame: Annotated[str, _in_ros(NAME, "The frame of the robot.")] = "base_link"
 
 
-class FollowUse(Struct, frozen=True):
+class FollowUse(Part, frozen=True):
     """References that the robot tracks itself, instead of goals."""
 
     topic: Annotated[str, _in_ros(NAME, "The topic of its references.")] = "reference"
 
 
-class Station(Struct, frozen=True):
+class Station(Part, frozen=True):
     """A robot of the fleet. ``namespace``: that of its topics, services and actions; ``tf``: None
     for a robot whose odometry is in the frame of the map; ``follow``: None for a robot that
     navigates to goals by itself."""
@@ -85,25 +82,23 @@ class Station(Struct, frozen=True):
     namespace: Annotated[
         str, _in_ros(NAMESPACE, "Prefix of its topics. Default: / and its name.")
     ] = ""
-    tolerance: Annotated[
-        float,
-        Key(
-            "Distance from a region's centre that counts as arrival, and from its reference that "
-            "is allowed, in metres; less on sides below a metre.",
-            above=0,
-        ),
-    ] = 0.3
-    speed: Annotated[float, Key("Metres per second, for time limits.", above=0)] = 0.5
-    timeout: Annotated[
-        float, Key("Time limit of a goal, as a multiple of the expected time.", above=0)
-    ] = 3.0
+    tolerance: float = key(
+        "Distance from a region's centre that counts as arrival, and from its reference that is "
+        "allowed, in metres; less on sides below a metre.",
+        above=0,
+        default=0.3,
+    )
+    speed: float = key("Metres per second, for time limits.", above=0, default=0.5)
+    timeout: float = key(
+        "Time limit of a goal, as a multiple of the expected time.", above=0, default=3.0
+    )
     scan: ScanUse | None = None
     report: Annotated[
         str | None, _in_ros(NAME, "A text topic: 'door@47' is present, '-door@47' is gone.")
     ] = None
     tf: TfUse | None = None
     follow: FollowUse | None = None
-    act: Annotated[dict[str, RosName], Key("The service that performs each action.")] = {}
+    act: dict[str, RosName] = key("The service that performs each action.", default={})
 
     @property
     def pose_topic(self) -> str:
@@ -116,23 +111,23 @@ class Station(Struct, frozen=True):
         return name if name.startswith("/") else f"{self.namespace}/{name}"
 
 
-class Network(Struct, frozen=True):
+class Network(Part, frozen=True):
     """Network of the robots. Default: this machine alone."""
 
-    domain: Annotated[int, Key("ROS_DOMAIN_ID.", most=232)] = 0
-    interface: Annotated[str, Key("The network interface; lo: loopback.")] = "lo"
-    peers: Annotated[
-        tuple[str, ...], Key("Addresses of robots; []: multicast. Default: 127.0.0.1.")
-    ] = ("127.0.0.1",)
+    domain: int = key("ROS_DOMAIN_ID.", most=232, default=0)
+    interface: str = key("The network interface; lo: loopback.", default="lo")
+    peers: tuple[str, ...] = key(
+        "Addresses of robots; []: multicast. Default: 127.0.0.1.", default=("127.0.0.1",)
+    )
 
 
-class SimulationUse(Struct, frozen=True):
+class SimulationUse(Part, frozen=True):
     """Settings of the transport 'simulation'."""
 
-    pace: Annotated[float, Key("Upper limit of the speed-up over real time.", above=0)] = 1.0
-    obstacles: Annotated[
-        tuple[ObstacleKeys, ...] | None, Key("The true obstacles. Default: those of the scenario.")
-    ] = None
+    pace: float = key("Upper limit of the speed-up over real time.", above=0, default=1.0)
+    obstacles: tuple[ObstacleKeys, ...] | None = key(
+        "The true obstacles. Default: those of the scenario."
+    )
 
 
 class FleetFile(Struct, frozen=True):
@@ -185,7 +180,7 @@ def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
     own = {name.text: station for name, station in (item.robots or {}).items()}
     names = [robot.name for robot in scenario.robots]
     stations = {name: _station(item, name, own.get(name), findings.world) for name in names}
-    for name in item.robots or ():
+    for name, _ in entries_of(item.at("robots")):
         if name.text not in names:
             its = f"its robots are {', '.join(names)}"
             findings.unknown(name, "the scenario has no robot", name.text, names, its)

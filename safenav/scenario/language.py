@@ -1,29 +1,40 @@
 """The scenario language: a class for each mapping of a file, an annotated line for each key.
 
-``scenario.yaml.typed`` reads the classes and writes their JSON Schema; the modules of ``reading``
-turn their values into the model (``scenario.model``); ``values`` has the forms of values.
-docs/scenario.md explains each key.
+``scenario.yaml.typed`` reads the classes, ``keys`` writes their JSON Schema. Classes of the model
+(``scenario.model``) are read as they are; the modules of ``reading`` turn the others into them.
+``values`` has the forms of values. docs/scenario.md explains each key.
 """
 
 from typing import Annotated, Any, ClassVar, Literal
 
 from safenav.scenario import values
 from safenav.scenario.model import (
+    FAILURES,
+    Action,
     Clock,
     Coordination,
     Expect,
     KnownRobot,
     LatePolicy,
     Limits,
+    Need,
+    ObstacleType,
+    ResolveAt,
+    RobotModel,
     Until,
+    Where,
 )
 from safenav.scenario.objective import EXAMPLE, KINDS, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
-from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, entries, key, version
+from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, entries, key, name_key, version
 from safenav.strict_json import MOST_NUMBER
-from safenav.world.poses import Mobility
 
 VERSION = 1
+
+Model = Annotated[RobotModel, Key(form=str, by="model")]
+Type = Annotated[ObstacleType, Key(form=str, by="type")]
+_CLOSED = "is reserved for regions that robots report as closed"
+TypeName = Annotated[Scalar, name_key("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
 
 
 class TileKeys(Item, frozen=True):
@@ -81,87 +92,6 @@ class MapKeys(Item, frozen=True):
     )
 
 
-_VISION = key(
-    "Radius of sight in regions, from 1, or unlimited.",
-    least=1,
-    expected=f"a number of regions, or '{values.UNLIMITED}'",
-    why="a robot sees at least the regions next to its own",
-)
-
-
-class BatteryKeys(Item, frozen=True):
-    """Charge, in units of your choice."""
-
-    example: ClassVar = "{capacity: 60, charge: 5}"
-    capacity: int | None = key(
-        "Full charge.", "for example 'capacity: 60'", least=1, most=values.MOST_CHARGE
-    )
-    move: int = key("Charge used by a step.", most=values.MOST_CHARGE, default=1)
-    stay: float = key(
-        "Charge used per tick (live: per second) without a step; live, also a fraction.",
-        least=0,
-        most=values.MOST_CHARGE,
-        check=values.charge,
-        default=0,
-    )
-    charge: int | None = key(
-        "Charge gained per tick (live: per second) on a charger.",
-        "for example 'charge: 5'",
-        least=1,
-        most=values.MOST_CHARGE,
-    )
-    start: int | None = key("Initial charge. Default: full.", most=values.MOST_CHARGE)
-
-
-class ModelKeys(Item, frozen=True):
-    """A robot model."""
-
-    one: ClassVar = "robot model {name}"
-    example: ClassVar = "{mobility: free, layer: ground}"
-    mobility: Mobility | None = key(
-        "free: steps to any neighbour; heading: straight on, or after a turn of 90 degrees.",
-        "'mobility: free' or 'mobility: heading'",
-    )
-    layer: values.Layer | None = key(
-        "Robots of one layer avoid each other.", "for example 'layer: ground'"
-    )
-    capabilities: tuple[values.Action, ...] = key("Actions that it can perform.", default=())
-    vision: float | Literal["unlimited"] | None = _VISION
-    size: float | None = key(
-        "Diameter of its body's bounding circle in metres. Default: that of its motion.", above=0
-    )
-    speed: float | None = key(
-        "Metres per second (a walker: of each foot). Default: that of its motion.", above=0
-    )
-    timing: int = key(
-        "Ticks of a step in lockstep (live: the seconds of its motion).",
-        least=1,
-        most=1000,
-        default=1,
-    )
-    motion: Literal["walker", "flyer", "rover", "disc"] | None = key(
-        "Its motion in metres: walker, flyer, rover or disc. Default: a disc at its speed."
-    )
-    battery: BatteryKeys | None = None
-
-
-class NeedKeys(Item, frozen=True):
-    """One of several actions that an obstacle needs."""
-
-    one: ClassVar = "need {name} {rest}"
-    action: values.Action | None = key(
-        "The capability that resolves it.", "for example 'action: push'"
-    )
-    robots: int = key("Number of distinct robots that perform it.", least=1, most=100, default=1)
-    at_: values.Where | None = key(
-        "Where the action works: self, neighbours or regions. Default: self."
-    )
-    together: bool = key("Whether all perform it in the same tick.", default=False)
-    same: bool = key(
-        "Whether the robots that fulfilled the previous need must fulfil this one.", default=False
-    )
-
-
 _WITHIN = key("Maximum number of ticks from the request to the resolution.")
 
 
@@ -178,11 +108,9 @@ class TypeKeys(Item, frozen=True):
         ),
         Beside("resolve_at", ("action",), "each need has its own 'at'"),
     )
-    action: values.Action | None = key("The capability that resolves it.")
-    resolve_at: values.Where | None = key(
-        "Where the action works: self, neighbours or regions. Default: self."
-    )
-    needs: tuple[NeedKeys, ...] | None = key(
+    action: Action | None = key("The capability that resolves it.")
+    resolve_at: Where = ResolveAt.SELF
+    needs: tuple[Need, ...] | None = key(
         "Several actions that resolve it, in this order.",
         entries=1,
         why="list the actions that resolve it",
@@ -199,8 +127,8 @@ class TypeKeys(Item, frozen=True):
 class CatalogueKeys(Item, frozen=True):
     """Robot models and obstacle types; they replace built-in ones of the same name."""
 
-    robots: dict[values.ModelName, ModelKeys] | None = key("Robot models by name.")
-    obstacles: dict[values.TypeName, TypeKeys] | None = key("Obstacle types by name.")
+    robots: dict[values.ModelName, RobotModel] | None = key("Robot models by name.")
+    obstacles: dict[TypeName, TypeKeys] | None = key("Obstacle types by name.")
 
 
 class LtlKeys(Item, frozen=True):
@@ -273,12 +201,10 @@ class RobotKeys(Item, frozen=True):
         for word in entries(ObjectiveKeys)
     } | {
         word: f"it belongs to a model: 'catalogue: {{robots: {{mine: {{{word}: ...}}}}}}'"
-        for word in entries(ModelKeys)
+        for word in entries(RobotModel)
         if word != "vision"
     }
-    model: values.Model | None = key(
-        "A robot model of the catalogue.", "for example 'model: digit'"
-    )
+    model: Model | None = key("A robot model of the catalogue.", "for example 'model: digit'")
     start: values.RegionValue | None = key(
         "Its initial region.", "a region, for example 'start: 47' or 'start: [3, 8]'"
     )
@@ -289,7 +215,7 @@ class RobotKeys(Item, frozen=True):
     while_waiting: ObjectiveKeys | None = key(
         "Its objective while it waits for help; not 'ltl'. Default: it stays."
     )
-    vision: float | Literal["unlimited"] | None = _VISION
+    vision: values.Vision = None
     avoids: tuple[KnownRobot, ...] | None = key(
         "Robots whose regions it must not enter. Default: those of its layer."
     )
@@ -341,7 +267,7 @@ class ObstacleKeys(Item, frozen=True):
     one: ClassVar = "an obstacle"
     label: ClassVar = "of {type}"
     example: ClassVar = "{type: door, region: 47}"
-    type: values.Type | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
+    type: Type | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
     region: values.RegionValue | None = key("Its region.", _AT)
     traversable: bool | None = key(
         "The truth that resolving it reveals, if its type has one. Default: true."
@@ -363,7 +289,7 @@ class OrderKeys(Item, frozen=True):
     at_: int | None = key(
         "The tick at which the team receives it.", "for example 'at: 10'", least=1
     )
-    type: values.Type | None = key(
+    type: Type | None = key(
         "An obstacle type with 'blocks: []'.", "an obstacle type with 'blocks: []'"
     )
     region: values.RegionValue | None = key("Its region.", _AT)
@@ -438,7 +364,7 @@ class ScenarioKeys(Item, frozen=True):
     )
     late: LatePolicy = key("After a missed deadline: go_on, or stop.", default=LatePolicy.GO_ON)
     chargers: tuple[values.Regions, ...] = key("Regions where batteries are charged.", default=())
-    flat: values.Type | None = key(
+    flat: Type | None = key(
         "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
     seed: int = key("Seed of all random draws.", most=MOST_NUMBER, default=0)

@@ -6,18 +6,19 @@ needs to check it again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import StrEnum
 from itertools import takewhile
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
 from safenav.data import Count, Positive, Seconds
 from safenav.errors import Outcome
-from safenav.scenario.objective import Objective
-from safenav.scenario.yaml.keys import Key
+from safenav.scenario import values
+from safenav.scenario.objective import Objective, Target
+from safenav.scenario.yaml.keys import Key, OwnName, Part, key, name_key
 from safenav.world.map import Cells, Region, RegionMap, tiles
 from safenav.world.poses import Mobility, Pose
 
@@ -91,27 +92,28 @@ class FailedMoves(StrEnum):
     OUT_OF_SERVICE = "out_of_service"
 
 
-class Failures(Struct, frozen=True):
+class Failures(Part, frozen=True):
     """Reactions to robots that fail to carry out a command in a live run.
 
     A command that has not ended after its time limit is cancelled; if it has not ended after the
     same time again, the robot is lost."""
 
-    example: ClassVar[str] = "{retries: 3}"
-    retries: Annotated[int, Key("Number of retries of a failed move into a region.")] = 2
-    then: Annotated[
-        FailedMoves, Key("Then the region is an obstacle, or the robot is out of service.")
-    ] = FailedMoves.OBSTACLE
-    most: Annotated[
-        int, Key("Failed moves in a row after which a robot is out of service.", least=1)
-    ] = 6
-    actions: Annotated[int, Key("Failed actions after which another robot helps.", least=1)] = 2
-    patience: Annotated[
-        float, Key("Median durations after which a command is cancelled.", above=0)
-    ] = 10.0
-    timeout: Annotated[
-        float | None, Key("Seconds after which a command is cancelled. Default: none.", above=0)
-    ] = None
+    example: ClassVar = "{retries: 3}"
+    retries: int = key("Number of retries of a failed move into a region.", default=2)
+    then: FailedMoves = key(
+        "Then the region is an obstacle, or the robot is out of service.",
+        default=FailedMoves.OBSTACLE,
+    )
+    most: int = key(
+        "Failed moves in a row after which a robot is out of service.", least=1, default=6
+    )
+    actions: int = key("Failed actions after which another robot helps.", least=1, default=2)
+    patience: float = key(
+        "Median durations after which a command is cancelled.", above=0, default=10.0
+    )
+    timeout: float | None = key(
+        "Seconds after which a command is cancelled. Default: none.", above=0
+    )
 
 
 class LatePolicy(StrEnum):
@@ -121,26 +123,22 @@ class LatePolicy(StrEnum):
     STOP = "stop"
 
 
-class Until(Struct, frozen=True):
+class Until(Part, frozen=True):
     """The condition under which a run is completed."""
 
-    example: ClassVar[str] = "{rounds: 2}"
-    rounds: Annotated[int, Key("Rounds of each robot after the last resolution.", least=1)] = 2
-    by: Annotated[
-        int | None, Key("The latest tick at which the mission is completed.", least=1)
-    ] = None
+    example: ClassVar = "{rounds: 2}"
+    rounds: int = key("Rounds of each robot after the last resolution.", least=1, default=2)
+    by: int | None = key("The latest tick at which the mission is completed.", least=1)
 
 
-class Limits(Struct, frozen=True):
+class Limits(Part, frozen=True):
     """Limits of the run and of each synthesis."""
 
-    example: ClassVar[str] = "{ticks: 500}"
-    ticks: Annotated[int, Key("Ticks of a run.", least=1)] = 1000
-    synthesis_seconds: Annotated[float, Key("Seconds of a single synthesis.", above=0)] = 60.0
-    synthesis_memory: Annotated[int, Key("Memory of a single synthesis, in MiB.", least=1)] = 2048
-    seconds: Annotated[
-        float | None, Key("Seconds of a run (live: on its clock). Default: none.", above=0)
-    ] = None
+    example: ClassVar = "{ticks: 500}"
+    ticks: int = key("Ticks of a run.", least=1, default=1000)
+    synthesis_seconds: float = key("Seconds of a single synthesis.", above=0, default=60.0)
+    synthesis_memory: int = key("Memory of a single synthesis, in MiB.", least=1, default=2048)
+    seconds: float | None = key("Seconds of a run (live: on its clock). Default: none.", above=0)
 
 
 KnownRobot = Annotated[str, Key(by="robot")]
@@ -150,56 +148,59 @@ ObstacleName = Annotated[
 Subject = Annotated[str, Key(by="subject")]
 """A robot, an obstacle, or the mission: what can have a deadline."""
 Rounds = Annotated[int, Key(least=1)] | dict[KnownRobot, int]
+TeamRounds = Annotated[dict[str, int], Key(form=Rounds, by="rounds")]
 
 
-class Expect(Struct, frozen=True):
+class Expect(Part, frozen=True):
     """The expected result of a run; only the keys that are given are checked."""
 
-    example: ClassVar[str] = "{outcome: completed}"
-    outcome: Annotated[
-        Outcome | None,
-        Key("The outcome of the run.", without=(Outcome.ERROR,)),
-    ] = None
-    late: Annotated[
-        frozenset[Subject] | None,
-        Key("Exactly the missed deadlines: robots, obstacles, mission. Default: none."),
-    ] = None
-    resolved: Annotated[
-        frozenset[ObstacleName] | None, Key("Exactly the obstacles that are resolved.")
-    ] = None
-    blocked: Annotated[
-        frozenset[ObstacleName] | None, Key("Exactly the obstacles that become permanent.")
-    ] = None
-    helpers: Annotated[
-        dict[ObstacleName, KnownRobot] | None, Key("The helper of each obstacle.")
-    ] = None
-    ticks: Annotated[int | None, Key("At most this many ticks (lockstep).", least=1)] = None
-    rounds: Annotated[
-        dict[str, int] | None,
-        Key(
-            "At least this many rounds, as in 'until': of every robot, or {quad: 3}.",
-            form=Rounds,
-            by="rounds",
-        ),
-    ] = None
+    example: ClassVar = "{outcome: completed}"
+    outcome: Outcome | None = key("The outcome of the run.", without=(Outcome.ERROR,))
+    late: frozenset[Subject] | None = key(
+        "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
+    )
+    resolved: frozenset[ObstacleName] | None = key("Exactly the obstacles that are resolved.")
+    blocked: frozenset[ObstacleName] | None = key("Exactly the obstacles that become permanent.")
+    helpers: dict[ObstacleName, KnownRobot] | None = key("The helper of each obstacle.")
+    ticks: int | None = key("At most this many ticks (lockstep).", least=1)
+    rounds: TeamRounds | None = key(
+        "At least this many rounds, as in 'until': of every robot, or {quad: 3}."
+    )
 
 
-Charge = Annotated[int, Meta(ge=0, le=1_000_000)]
-SomeCharge = Annotated[int, Meta(ge=1, le=1_000_000)]
+MOST_CHARGE = 1_000_000
+Charge = Annotated[int, Meta(ge=0, le=MOST_CHARGE)]
+SomeCharge = Annotated[int, Meta(ge=1, le=MOST_CHARGE)]
 DECIMALS = 6
 """Decimals of a charge."""
 
 
-class Battery(Struct, frozen=True):
-    """Charge in the scenario's own unit: ``start`` initially, at most ``capacity``. A step takes
-    ``move``; a tick (live: a second) without a step takes ``stay`` (live: perhaps a fraction), or
-    gives ``charge`` on a charger."""
+class Battery(Part, frozen=True):
+    """Charge, in units of your choice.
 
-    capacity: SomeCharge
-    charge: SomeCharge
-    start: Charge
-    move: Charge
-    stay: Seconds
+    It is ``start`` initially, at most ``capacity``. A step takes ``move``; a tick (live: a second)
+    without a step takes ``stay``, or gives ``charge`` on a charger.
+    """
+
+    example: ClassVar = "{capacity: 60, charge: 5}"
+    capacity: SomeCharge = key("Full charge.", "for example 'capacity: 60'")
+    charge: SomeCharge = key(
+        "Charge gained per tick (live: per second) on a charger.", "for example 'charge: 5'"
+    )
+    start: Charge = key("Initial charge. Default: full.", like="capacity")
+    move: Charge = key("Charge used by a step.", default=1)
+    stay: Seconds = key(
+        "Charge used per tick (live: per second) without a step; live, also a fraction.",
+        most=MOST_CHARGE,
+        check=values.charge,
+        default=0,
+    )
+
+    def flaws(self) -> Iterator[tuple[str, str, str]]:
+        """Yield keys whose values contradict others, each with the error and a remedy."""
+        for word, given in (("start", self.start), ("move", self.move)):
+            if given > self.capacity:
+                yield word, f" is {given}, and it holds {self.capacity}", ""
 
     def stepped(self, charge: float) -> float:
         """Return the charge after a step."""
@@ -215,29 +216,70 @@ class Battery(Struct, frozen=True):
         return round(100 * charge / self.capacity)
 
 
-class RobotModel(Struct, frozen=True):
-    """The abilities of robots of one kind.
+OPERATOR_ACTION = "operator"
+"""The action of an obstacle that represents a failure; no robot has it."""
+Action = Annotated[
+    str,
+    name_key(
+        "an action",
+        taken=frozenset({OPERATOR_ACTION}),
+        reserved="is reserved for human operators",
+    ),
+]
 
-    ``layer``: robots of different layers never collide. ``vision``: radius in regions, None
-    for unlimited. ``timing``: ticks of a step in lockstep. ``size`` (metres), ``speed`` (metres per
-    second) and ``motion`` determine its motion in metres (docs/motion.md).
+
+class RobotModel(Part, frozen=True):
+    """A robot model.
+
+    ``vision``: None for unlimited. ``size``, ``speed`` and ``motion`` determine its motion in
+    metres (docs/motion.md).
     """
 
-    name: str
-    mobility: Mobility
-    layer: str
-    capabilities: frozenset[str]
-    vision: float | None = None
-    size: float | None = None
-    speed: float | None = None
-    timing: Annotated[int, Meta(ge=1, le=1000)] = 1
-    motion: str | None = None
+    one: ClassVar = "robot model {name}"
+    example: ClassVar = "{mobility: free, layer: ground}"
+    name: OwnName
+    mobility: Mobility = key(
+        "free: steps to any neighbour; heading: straight on, or after a turn of 90 degrees.",
+        "'mobility: free' or 'mobility: heading'",
+    )
+    layer: values.Layer = key(
+        "Robots of one layer avoid each other.", "for example 'layer: ground'"
+    )
+    capabilities: frozenset[Action] = key("Actions that it can perform.", default=frozenset())
+    vision: values.Vision = None
+    size: float | None = key(
+        "Diameter of its body's bounding circle in metres. Default: that of its motion.", above=0
+    )
+    speed: float | None = key(
+        "Metres per second (a walker: of each foot). Default: that of its motion.", above=0
+    )
+    timing: Annotated[int, Meta(ge=1, le=1000)] = key(
+        "Ticks of a step in lockstep (live: the seconds of its motion).", default=1
+    )
+    motion: Literal["walker", "flyer", "rover", "disc"] | None = key(
+        "Its motion in metres: walker, flyer, rover or disc. Default: a disc at its speed."
+    )
     battery: Battery | None = None
+
+    def flaws(self) -> Iterator[tuple[str, str, str]]:
+        """Yield keys whose values contradict others, each with the error and a remedy."""
+        if self.motion is None:
+            return
+        from safenav.pace.robot import BOUNDS, MEANINGS  # few users of a scenario move in metres
+
+        if self.motion == "walker" and self.mobility is Mobility.FREE:
+            hint = "it cannot turn around within a region: write 'mobility: heading'"
+            yield "motion", f": a {self.motion} moves with a heading", hint
+        for word, value in (("size", self.size), ("speed", self.speed)):
+            least, most = BOUNDS[self.motion][word]
+            if value is not None and not least <= value <= most:
+                found = f" is {value:g}, and must be from {least:g} to {most:g}"
+                yield word, found, MEANINGS[word]
 
     @property
     def figures(self) -> Figures | None:
         """Its kind of motion with all parameters; None if it has none."""
-        from safenav.pace.robot import resolved  # few users of a scenario move in metres
+        from safenav.pace.robot import resolved
 
         return resolved(self.motion, self.size, self.speed, self.layer)
 
@@ -280,16 +322,32 @@ class ResolveAt(StrEnum):
     NEIGHBOURS = "neighbours"
 
 
-class Need(Struct, frozen=True):
-    """One need of an obstacle: ``robots`` distinct robots perform ``action``, each in one of the
-    regions of ``at``; in the same tick if ``together``. ``same``: the robots that fulfilled the
-    previous need, which must have both actions."""
+Where = Annotated[
+    ResolveAt | Target,
+    Key(
+        "Where the action works: self, neighbours or regions.",
+        form=ResolveAt | tuple[values.Regions, ...],
+        entries=1,
+        by="places",
+    ),
+]
 
-    action: str
-    robots: Positive = 1
-    at: ResolveAt | frozenset[Region] = ResolveAt.SELF
-    together: bool = False
-    same: bool = False
+
+class Need(Part, frozen=True):
+    """One of several actions that an obstacle needs.
+
+    ``robots`` distinct robots perform ``action``, each in one of the regions of ``at``; in the same
+    tick if ``together``. ``same``: the robots that fulfilled the previous need.
+    """
+
+    one: ClassVar = "need {name} {rest}"
+    action: Action = key("The capability that resolves it.", "for example 'action: push'")
+    robots: Positive = key("Number of distinct robots that perform it.", most=100, default=1)
+    at: Where = ResolveAt.SELF
+    together: bool = key("Whether all perform it in the same tick.", default=False)
+    same: bool = key(
+        "Whether the robots that fulfilled the previous need must fulfil this one.", default=False
+    )
 
     @property
     def places(self) -> frozenset[Region]:
@@ -335,10 +393,9 @@ class ObstacleType(Struct, frozen=True):
         return self.listed or (Need(self.action, at=self.resolve_at),)
 
 
-OPERATOR_ACTION = "operator"
-"""The action of an obstacle that represents a failure; no robot has it."""
 FAILURES = ("lost_", "unknown_")
-"""Prefixes of the types of these obstacles: ``unknown_ground``, ``lost_digit``."""
+"""Prefixes of the types of obstacles that represent a failure: ``unknown_ground``,
+``lost_digit``."""
 
 
 class Catalogue(Struct, frozen=True):

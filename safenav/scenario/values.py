@@ -10,7 +10,6 @@ import re
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.objective import Target
 from safenav.scenario.yaml.document import Node, Scalar, plain
 from safenav.scenario.yaml.keys import MOST, NAME, Item, Key, OneOf, Raw, key, name_key
@@ -28,8 +27,6 @@ PREFIXES = ("busy_", "at_")
 RegionName = Annotated[Scalar, name_key("a region")]
 AreaName = Annotated[Scalar, name_key("an area")]
 ModelName = Annotated[Scalar, name_key("a robot model")]
-_CLOSED = "is reserved for regions that robots report as closed"
-TypeName = Annotated[Scalar, name_key("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
 RobotName = Annotated[
     Scalar,
     name_key(
@@ -106,17 +103,20 @@ Corner = tuple[_Metres, _Metres] | tuple[_Metres, _Metres, _Yaw]
 CORNER = "[x, y] or [x, y, yaw]"
 
 
-_OPERATOR, _PERSON = frozenset({OPERATOR_ACTION}), "is reserved for human operators"
-Action = Annotated[Scalar, name_key("an action", taken=_OPERATOR, reserved=_PERSON)]
-Layer = Annotated[Scalar, name_key("a layer")]
-
-Where = Annotated[
-    ResolveAt | Target, Key(form=ResolveAt | tuple[Regions, ...], entries=1, by="places")
+Layer = Annotated[str, name_key("a layer")]
+UNLIMITED = "unlimited"
+Vision = Annotated[
+    float | None,
+    Key(
+        "Radius of sight in regions, from 1, or unlimited.",
+        form=float | Literal["unlimited"],
+        by="vision",
+        least=1,
+        expected=f"a number of regions, or '{UNLIMITED}'",
+        why="a robot sees at least the regions next to its own",
+    ),
 ]
-"""Resolution regions."""
-
-Model = Annotated[RobotModel, Key(form=str, by="model")]
-Type = Annotated[ObstacleType, Key(form=str, by="type")]
+"""A radius of sight; None if it is unlimited."""
 InputOn = Annotated[str, Key(by="input")]
 
 
@@ -157,8 +157,6 @@ AreaValue = Annotated[Raw, Key(form=RectangleKeys | tuple[Regions | RectangleKey
 LEAST_SIDE, MOST_SIDE = 0.001, 100_000
 """Limits of the metres of a region or a pixel, so that no map in metres is too small or too large
 for floating point."""
-UNLIMITED = "unlimited"
-MOST_CHARGE = 1_000_000
 
 
 def charge(value: float, node: Node, what: str, findings: Findings) -> float | None:

@@ -11,10 +11,9 @@ from collections.abc import Iterator
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.files import ROS_MAP
@@ -23,7 +22,7 @@ from safenav.scenario.reading.regions import Reading, too_large
 from safenav.scenario.values import CORNER, LEAST_SIDE, MOST_SIDE, Corner
 from safenav.scenario.yaml.document import Node, Scalar
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source
-from safenav.scenario.yaml.keys import Key
+from safenav.scenario.yaml.keys import Part, key
 from safenav.scenario.yaml.typed import read
 from safenav.strict_json import MOST_REGIONS
 from safenav.world.images import (
@@ -132,29 +131,22 @@ def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
     )
 
 
-class RosMap(Struct, frozen=True):
+class RosMap(Part, frozen=True):
     """The YAML file of a map; further keys are ignored. ``resolution``: metres per pixel;
     ``origin``: x, y (metres) and yaw (radians) of its lower left corner; thresholds: occupancy from
     0 to 1."""
 
     open: ClassVar = True
     label: ClassVar = ""
-    image: Annotated[Scalar, Key("", "the path of the image, relative to this file")]
-    resolution: Annotated[
-        float,
-        Key("", "metres per pixel, for example 'resolution: 0.05'", LEAST_SIDE, MOST_SIDE),
-    ]
-    origin: Annotated[Corner, Key("", "[x, y, yaw] of the lower left corner", expected=CORNER)]
-    negate: Annotated[
-        bool | int, Key("", "map_saver writes 'negate: 0'", most=1, expected="0 or 1")
-    ]
-    occupied_thresh: Annotated[
-        float, Key("", "map_saver writes 'occupied_thresh: 0.65'", least=0, most=1)
-    ]
-    free_thresh: Annotated[float, Key("", "map_saver writes 'free_thresh: 0.196'", least=0, most=1)]
-    mode: Annotated[
-        Literal["trinary", "scale"] | None, Key(why="save it again with 'mode: trinary'")
-    ] = None
+    image: Scalar = key("", "the path of the image, relative to this file")
+    resolution: float = key(
+        "", "metres per pixel, for example 'resolution: 0.05'", least=LEAST_SIDE, most=MOST_SIDE
+    )
+    origin: Corner = key("", "[x, y, yaw] of the lower left corner", expected=CORNER)
+    negate: bool | int = key("", "map_saver writes 'negate: 0'", most=1, expected="0 or 1")
+    occupied_thresh: float = key("", "map_saver writes 'occupied_thresh: 0.65'", least=0, most=1)
+    free_thresh: float = key("", "map_saver writes 'free_thresh: 0.196'", least=0, most=1)
+    mode: Literal["trinary", "scale"] | None = key(why="save it again with 'mode: trinary'")
 
 
 def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:

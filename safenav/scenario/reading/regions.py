@@ -27,7 +27,7 @@ from safenav.scenario.objective import Target
 from safenav.scenario.values import AnyOf, RectangleKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.findings import Findings, wrong_type
-from safenav.scenario.yaml.keys import MOST, Key, Raw
+from safenav.scenario.yaml.keys import MOST, Key, Raw, key_of
 from safenav.scenario.yaml.typed import read
 from safenav.strict_json import MOST_REGIONS
 from safenav.world.map import Region, RegionMap
@@ -173,6 +173,12 @@ class Reading(Findings):
     def model(self, node: Node, what: str) -> RobotModel | None:
         """Return a robot model of the catalogue."""
         return self._known(node, what, "unknown robot model", self.catalogue.robots, LISTED)
+
+    def vision(self, node: Node, what: str) -> float | None:
+        """Return a radius of sight in regions; None if it is unlimited."""
+        key = key_of(values.Vision)
+        found: float | str | None = read(key.form, node, what, self, key)
+        return None if isinstance(found, str) else found
 
     def type(self, node: Node, what: str) -> ObstacleType | None:
         """Return an obstacle type of the catalogue."""

@@ -22,7 +22,6 @@ from safenav.scenario.objective import (
     staying,
 )
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.catalogue import vision_of
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of, one_of
 from safenav.scenario.yaml.findings import suggestion
@@ -54,8 +53,8 @@ def _robot(
     """Return a robot; None after an error. ``standing``: the starts of the robots before it, to
     which this one is added, whatever its objective."""
     before, model, start = len(reading), item.model, item.start
-    if item.vision is not None:
-        model = model and replace(model, vision=vision_of(item.vision))
+    if item.at("vision") is not None:
+        model = model and replace(model, vision=item.vision)
     heading = _heading(item, model, reading)
     avoids = None if item.avoids is None else frozenset(item.avoids)
     tracks = frozenset(item.tracks)

@@ -3,8 +3,8 @@ each mapping, a field for each key; and the JSON Schema of such documents.
 
 Annotations: ``int``, ``float``, ``str``, ``bool``, ``Literal``, ``StrEnum``, ``X | Y``, lists
 (``tuple[X, ...]``), pairs (``tuple[X, Y]``), mappings (``dict[Scalar, X]`` or ``dict[str, X]``),
-``Scalar`` (a text with its place), frozen classes, and ``Raw`` values. A ``Key``, in ``Annotated``
-or in place of a default, describes and limits a value.
+``Scalar`` (a text with its place), a ``Part``, and ``Raw`` values. A ``Key``, in ``Annotated`` or
+in place of a default, describes and limits a value.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import re
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import StrEnum
 from functools import cache
 from inspect import cleandoc
@@ -27,7 +27,7 @@ from typing import (
     get_origin,
 )
 
-from msgspec import NODEFAULT, Struct
+from msgspec import NODEFAULT, Meta, Struct, StructMeta
 from msgspec.structs import fields, replace
 
 from safenav.scenario.yaml import document
@@ -58,7 +58,8 @@ class Key(Struct, frozen=True, eq=False):
     mapping; ``check``: a further check, ``schema``: what it adds to the JSON Schema; ``form``: the
     form of the value in a document, an annotation or a JSON Schema; ``by``: the method of the
     findings that returns the value, which looks up a name or a place; ``without``: members of an
-    enumeration that it cannot have; ``default``: the value if it is missing.
+    enumeration that it cannot have; ``default``: the value if it is missing, ``like``: the field
+    that has it; ``own``: it is not a key, but the name of the item in the mapping that holds it.
 
     The function ``entries`` adds the other fields for a key of a class: its ``field``, its spelling
     (``word``), its annotation.
@@ -79,6 +80,8 @@ class Key(Struct, frozen=True, eq=False):
     by: str = ""
     without: tuple[str, ...] = ()
     default: Any = None
+    like: str = ""
+    own: bool = False
     field: str = ""
     word: str = ""
     annotation: Any = None
@@ -121,18 +124,19 @@ def name_key(
     ``prefixes``: reserved words and beginnings of names; ``reserved``, ``why``: the message."""
     pattern, signs = (IDENTIFIER, "digits and '_'") if identifier else (NAME, "digits, '_' and '-'")
 
-    def check(word: Scalar, _node: Node, _what: str, findings: Findings) -> Scalar | None:
-        text = word.text
+    def check(word: Any, node: Node, _what: str, findings: Findings) -> Any:
+        assert isinstance(node, Scalar)
+        text = node.text
         if not re.fullmatch(pattern, text):
             hint = f"use letters from a to z, {signs}, beginning with a letter"
             if len(text) > MOST_OF_A_NAME:
                 hint = f"it has {len(text)} characters; use at most {MOST_OF_A_NAME}"
             elif not text.isascii():
                 hint += ": specifications are ASCII; 'name' of the scenario may be any text"
-            findings.add(word, f"'{clipped(text)}' cannot name {what}", hint)
+            findings.add(node, f"'{clipped(text)}' cannot name {what}", hint)
             return None
         if text in taken or text.startswith(prefixes):
-            findings.add(word, f"'{clipped(text)}' {reserved}", why)
+            findings.add(node, f"'{clipped(text)}' {reserved}", why)
             return None
         return word
 
@@ -176,25 +180,51 @@ class Beside(Struct, frozen=True):
         return {"dependentSchemas": {self.key: {"anyOf": [{"required": [o]} for o in self.others]}}}
 
 
-class Item(Struct, frozen=True, kw_only=True):
-    """A mapping in a document; a field without a default is None if its key is missing or was
-    reported.
+class _TakesKeys(StructMeta):
+    """Takes the keys out of a class, so that its fields have their defaults: none if a key must be
+    given, except in an ``Item``."""
 
-    ``node``: the mapping; ``of``: the words that follow its keys in messages; ``flawed``: an error
-    in it was reported. ``rules``: which keys need others; ``example``: for messages; ``elsewhere``:
-    hints for keys that it does not have; ``open``: other keys are allowed. ``one`` names an item of
-    a list or a mapping in messages, ``label`` follows a key: {what} is the item, {rest} that
-    without its first word, {name} its number or key, {type} the text of its key ``type``;
-    ``title``: that of a schema.
+    def __new__(
+        cls, name: str, bases: tuple[type, ...], members: dict[str, Any], **config: Any
+    ) -> Any:
+        keys = {field: key for field, key in members.items() if isinstance(key, Key)}
+        for field, key in keys.items():
+            members[field] = key.default
+            if (key.required or key.like) and not issubclass(bases[0], Item):
+                del members[field]
+        return super().__new__(cls, name, bases, {**members, "keys": keys}, **config)
+
+
+class Part(Struct, metaclass=_TakesKeys, frozen=True):
+    """A mapping in a document, which becomes data of this class if it has no error.
+
+    ``rules``: which keys need others; ``example``: for messages; ``elsewhere``: hints for keys that
+    it does not have; ``open``: other keys are allowed; ``spelled``: keys that are not spelled like
+    their field. ``one`` names an item of a list or a mapping in messages, ``label`` follows a key:
+    {what} is the item, {rest} that without its first word, {name} its number or key, {type} the
+    text of its key ``type``; ``title``: that of a schema.
     """
 
+    keys: ClassVar[Mapping[str, Key]] = {}
     rules: ClassVar[tuple[OneOf | Beside, ...]] = ()
     example: ClassVar[str] = ""
     elsewhere: ClassVar[Mapping[str, str]] = {}
+    spelled: ClassVar[Mapping[str, str]] = {}
     open: ClassVar[bool] = False
     one: ClassVar[str] = "an item of {what}"
     label: ClassVar[str] = "of {what}"
     title: ClassVar[str] = ""
+
+    def flaws(self) -> Iterable[tuple[str, str, str]]:
+        """Return the keys whose values contradict others, each with the error and a remedy."""
+        return ()
+
+
+class Item(Part, frozen=True, kw_only=True):
+    """A part that is also read if it has errors: a field is None if its key is missing without a
+    default, or was reported. ``node``: the mapping; ``of``: the words that follow its keys in
+    messages; ``flawed``: an error in it was reported."""
+
     node: document.Mapping
     of: str
     flawed: bool = False
@@ -209,25 +239,31 @@ class Item(Struct, frozen=True, kw_only=True):
 
 
 @cache
-def entries(kind: type[Struct]) -> Mapping[str, Key]:
+def entries(kind: type[Part]) -> Mapping[str, Key]:
     """Return the keys of a class, by their spelling."""
     found = {}
     for each in fields(kind):
-        if issubclass(kind, Item) and each.name in Item.__struct_fields__:
-            continue
         default = each.default if each.default_factory is NODEFAULT else None
-        key = default if isinstance(default, Key) else replace(key_of(each.type), default=default)
-        word = getattr(kind, "spelled", {}).get(each.name, each.name.rstrip("_"))
-        found[word] = replace(key, field=each.name, word=word, annotation=each.type)
+        key = kind.keys.get(each.name) or replace(key_of(each.type), default=default)
+        if each.name not in Item.__struct_fields__ and not key.own:
+            word = kind.spelled.get(each.name, each.name.rstrip("_"))
+            found[word] = replace(key, field=each.name, word=word, annotation=each.type)
     return found
 
 
-def key_of(annotation: Any) -> Key:
-    """Return the key of an annotation."""
-    return next((k for k in get_args(annotation)[1:] if isinstance(k, Key)), _PLAIN_KEY)
+def key_of(annotation: Any, outer: Key | None = None) -> Key:
+    """Return the key of an annotation, else the ``outer`` one, with the limits of a ``Meta``."""
+    parts = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
+    key = next((each for each in parts if isinstance(each, Key)), outer or _PLAIN_KEY)
+    for each in parts:
+        if isinstance(each, Meta) and key.least is None:
+            key = replace(key, least=each.ge, most=each.le if key.most is None else key.most)
+    return key
 
 
 _PLAIN_KEY = Key()
+OwnName = Annotated[str, Key(own=True)]
+"""The name of an item: its key in the mapping that holds it."""
 
 
 def version(number: int, file: str, mark: str) -> Any:
@@ -261,7 +297,7 @@ def schema_text(root: type[Item]) -> str:
 def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None) -> Any:
     """Return the JSON Schema of an annotation; a schema is its own. Classes become definitions."""
     origin, arguments = get_origin(annotation), get_args(annotation)
-    key = key_of(annotation) if origin is Annotated or key is None else key
+    key = key_of(annotation, key)
     found: dict[str, Any]
     if origin is Annotated:
         found = schema(arguments[0] if key.form is None else key.form, definitions, key)
@@ -296,11 +332,11 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
         return {"type": "string", "pattern": "\\S"}
     if issubclass(annotation, StrEnum):
         return {"enum": [member.value for member in annotation if member not in key.without]}
-    assert issubclass(annotation, Struct)
+    assert issubclass(annotation, Part)
     return _defined(annotation, definitions)
 
 
-def _defined(kind: type[Struct], definitions: dict[str, Any]) -> dict[str, Any]:
+def _defined(kind: type[Part], definitions: dict[str, Any]) -> dict[str, Any]:
     """Return the reference to a class, which becomes a definition."""
     name = _definition(kind)
     if name not in definitions:
@@ -312,7 +348,6 @@ def _defined(kind: type[Struct], definitions: dict[str, Any]) -> dict[str, Any]:
             own = {"description": key.described} if key.described else {}
             part = schema(key.annotation, definitions, key)
             properties[key.word] = own | part | own | dict(key.schema)  # with its default
-        rules = getattr(kind, "rules", ())
         needed = [key.word for key in entries(kind).values() if key.required]
         definitions[name] = {
             **described,
@@ -320,11 +355,11 @@ def _defined(kind: type[Struct], definitions: dict[str, Any]) -> dict[str, Any]:
             "properties": properties,
             "additionalProperties": False,
             **({"required": needed} if needed else {}),
-            **({"allOf": [rule.schema for rule in rules]} if rules else {}),
+            **({"allOf": [rule.schema for rule in kind.rules]} if kind.rules else {}),
         }
     return {"$ref": f"#/$defs/{name}"}
 
 
-def _definition(kind: type[Struct]) -> str:
+def _definition(kind: type[Part]) -> str:
     name = kind.__name__.removesuffix("Keys")
     return name[:1].lower() + name[1:]

@@ -13,7 +13,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from msgspec import NODEFAULT, Struct
+from msgspec import Struct
 
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped, one_of
@@ -30,6 +30,7 @@ from safenav.scenario.yaml.keys import (
     Item,
     Key,
     OneOf,
+    Part,
     Raw,
     entries,
     key_of,
@@ -47,13 +48,15 @@ def read(
     findings: Findings,
     key: Key | None = None,
     stages: Stages = MappingProxyType({}),
+    name: str = "",
 ) -> Any:
     """Return the value of a node; None if there is none, or it was reported. ``what`` names it in
-    messages; ``key`` describes it; ``stages``: those of a class."""
+    messages; ``key`` describes it; ``stages``: those of a class; ``name``: its key in the mapping
+    that holds it."""
     if node is None:
         return None
     origin, arguments = get_origin(annotation), get_args(annotation)
-    key = key_of(annotation) if origin is Annotated or key is None else key
+    key = key_of(annotation, key)
     if origin is Annotated:
         if key.by:
             value = getattr(findings, key.by)(node, what)
@@ -80,25 +83,25 @@ def read(
         return _PLAIN[annotation](node, what, findings, key)
     if issubclass(annotation, Raw):
         return annotation(node, what)
-    if issubclass(annotation, Struct):
-        return _item(annotation, node, what, findings, stages)
+    if issubclass(annotation, Part):
+        return _item(annotation, node, what, findings, stages, name)
     assert issubclass(annotation, StrEnum)
     known = {member.value: member for member in annotation if member not in key.without}
     return _choice(known, node, what, findings)
 
 
-def _item(kind: type[Struct], node: Node, what: str, findings: Findings, stages: Stages) -> Any:
+def _item(
+    kind: type[Part], node: Node, what: str, findings: Findings, stages: Stages, name: str
+) -> Any:
     if not isinstance(node, document.Mapping):
-        example = getattr(kind, "example", "")
-        hint = f"for example {example}" if example else ""
+        hint = f"for example {kind.example}" if kind.example else ""
         wrong_type(node, what, "a mapping (key: value)", findings, hint)
         return None
     known, before = entries(kind), len(findings)
-    hints = getattr(kind, "elsewhere", {})
     meant = set[str]()
-    if not getattr(kind, "open", False):
-        node, meant = as_meant(node, what, known, hints, findings)
-    of = _filled(getattr(kind, "label", Item.label), what, node)
+    if not kind.open:
+        node, meant = as_meant(node, what, known, kind.elsewhere, findings)
+    of = _filled(kind.label, what, node)
     for word, key in known.items():  # in the order of the class, not of the stages
         if key.required and node.get(word) is None and word not in meant:
             findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
@@ -113,13 +116,21 @@ def _item(kind: type[Struct], node: Node, what: str, findings: Findings, stages:
             values[key.field] = value
         if word in stages:
             stages[word](value, inner, findings)
-    _check_rules(getattr(kind, "rules", ()), node, what, known, findings)
+    _check_rules(kind.rules, node, what, known, findings)
     if issubclass(kind, Item):
         defaults = {key.field: key.default for key in known.values()}
         flawed = len(findings) > before
         return kind(node=node, of=of, flawed=flawed, **{**defaults, **values})
-    needed = {key.field for key in known.values() if key.default is NODEFAULT}
-    return kind(**values) if needed <= values.keys() else None
+    for key in known.values():
+        if key.like in values:
+            values.setdefault(key.field, values[key.like])
+    given = {each.field for each in known.values() if each.required}
+    if len(findings) > before or not given <= values.keys():
+        return None
+    item = kind(**({"name": name} if "name" in kind.__struct_fields__ else {}), **values)
+    for word, found, hint in item.flaws():
+        findings.add(node.get(word) or node, f"'{word}' {of}{found}", hint)
+    return item if len(findings) == before else None
 
 
 def _check_rules(
@@ -210,7 +221,7 @@ def _mapping(inner: tuple[Any, ...], node: Node, what: str, findings: Findings, 
     found = {}
     for name, item in node.entries:
         label = _filled(one, what, name=clipped(name.text))
-        value = read(inner[1], item, label, findings)
+        value = read(inner[1], item, label, findings, name=name.text)
         known = read(inner[0], name, what, findings)
         if value is not None and known is not None:
             found[known] = value
