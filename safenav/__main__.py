@@ -1,39 +1,27 @@
-"""Entry point of the command and of ``python -m safenav``. Ctrl-C and SIGTERM end it also while
-modules load."""
+"""Entry point of the command and of ``python -m safenav``."""
 
 import atexit
 import gc
 import os
-import signal
 import sys
 from contextlib import suppress
 
 
 def main() -> None:
     """Run the command line."""
+    # Modules, strategies and searches are millions of objects with hardly a cycle: collect rarely,
+    # from the first import on.
+    gc.set_threshold(200_000, 20, 100)
     ended: list[int] = []
-    try:
-        # Modules, strategies and searches are millions of objects with hardly a cycle: collect
-        # rarely, from the first import on.
-        gc.set_threshold(200_000, 20, 100)
-        for number in (signal.SIGTERM, signal.SIGHUP):
-            if signal.getsignal(number) is signal.SIG_DFL:
-                signal.signal(number, signal.default_int_handler)
-        atexit.register(_leave, ended)  # registered first, so called last
-        from safenav.cli import main as command
+    atexit.register(_leave, ended)  # registered first, so called last
+    from safenav.cli import main as command
 
+    try:
         command()
     except SystemExit as end:
         if isinstance(end.code, int):
             ended.append(end.code)
         raise
-    except BaseException as error:
-        from safenav.errors import ExitCode, follows_an_interruption
-
-        if not follows_an_interruption(error):
-            raise
-        print("error: interrupted", file=sys.stderr)
-        sys.exit(ExitCode.INTERRUPTED)
 
 
 def _leave(ended: list[int]) -> None:

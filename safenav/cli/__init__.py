@@ -10,7 +10,7 @@ import stat
 import sys
 import warnings
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NoReturn
 
 from safenav import errors
 
@@ -87,6 +87,8 @@ def main() -> None:
     except SystemExit:
         raise
     except BaseException as error:
+        if errors.follows_an_interruption(error):
+            _fail("interrupted", errors.ExitCode.INTERRUPTED)
         message, code = _ending(error)
         if code is errors.ExitCode.INTERNAL and os.environ.get("SAFENAV_DEBUG"):
             raise
@@ -99,8 +101,6 @@ def _ending(error: BaseException) -> tuple[str, errors.ExitCode]:
 
     import click
 
-    if errors.follows_an_interruption(error) or isinstance(error, click.exceptions.Abort):
-        return "interrupted", errors.ExitCode.INTERRUPTED
     match error:
         case errors.SafenavError():
             return str(error), error.exit_code
@@ -156,9 +156,7 @@ def _coloured() -> bool | None:
 
 def warn(message: Warning | str) -> None:
     """Print a warning."""
-    import click
-
-    click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {message}", err=True)
+    _say("warning:", 33, str(message))
 
 
 def warn_of(lines: Iterable[str]) -> None:
@@ -169,15 +167,19 @@ def warn_of(lines: Iterable[str]) -> None:
 
 def report_error(message: str) -> None:
     """Print an error."""
-    import click
-
     from safenav.files import printable
 
-    line = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
-    click.echo(line, err=True, color=_coloured())
+    _say("error:", 31, printable(message))
 
 
-def _fail(message: str, code: errors.ExitCode) -> None:
+def _say(word: str, colour: int, message: str) -> None:
+    """Print a message on standard error, its first word in bold and in a colour on a terminal."""
+    if _coloured() is None and sys.stderr.isatty():
+        word = f"\x1b[{colour}m\x1b[1m{word}\x1b[0m"
+    print(f"{word} {message}", file=sys.stderr)
+
+
+def _fail(message: str, code: errors.ExitCode) -> NoReturn:
     try:
         report_error(message)
     except OSError:  # the terminal has been closed, which ends the program as Ctrl-C does
