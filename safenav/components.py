@@ -9,22 +9,7 @@ Graph = Sequence[Sequence[int]]
 _State = TypeVar("_State", bound=Hashable)
 
 
-def explored(
-    begins: Iterable[_State], after: Callable[[_State], Sequence[_State]]
-) -> dict[_State, Sequence[_State]]:
-    """Return the states reachable from ``begins``, each with its successors (``after``); depth
-    first, the last successor first."""
-    found: dict[_State, Sequence[_State]] = {}
-    stack = list(begins)
-    while stack:
-        state = stack.pop()
-        if state not in found:
-            found[state] = after(state)
-            stack += found[state]
-    return found
-
-
-def shortest_paths(
+def reached(
     begins: Iterable[_State], after: Callable[[_State], Iterable[_State]]
 ) -> dict[_State, _State]:
     """Return the states reachable from ``begins``, the nearest first, each with its predecessor on
@@ -41,7 +26,7 @@ def shortest_paths(
 
 def path_to(state: _State, before: Mapping[_State, _State]) -> tuple[_State, ...]:
     """Return the path from an initial state to a state. ``before``: result of
-    ``shortest_paths``."""
+    ``reached``."""
     path = [state]
     while before[path[-1]] != path[-1]:
         path.append(before[path[-1]])

@@ -11,11 +11,12 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
+from functools import cache
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.components import cyclic_parts, explored
+from safenav.components import cyclic_parts, reached
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Target, alternation, describe, formulas_in
 from safenav.scenario.reachability import Reachability
@@ -256,7 +257,8 @@ def play(
     assert not isinstance(objective, Ltl)
     pursuit = objective
     first = State(pose, pursuit.begin(pose.region, memory.index) if pursuit.in_turn else 0)
-    ways = explored([first], lambda state: tuple(_steps(mobility, state, pursuit, world, blocked)))
+    after = cache(lambda state: tuple(_steps(mobility, state, pursuit, world, blocked)))
+    ways = {state: after(state) for state in reached([first], after)}
     met: dict[int, set[int]] = {}
     for state, part in cyclic_parts(ways).items():
         met.setdefault(part, set()).update(pursuit.met(state.memory, state.pose.region))

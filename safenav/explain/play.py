@@ -13,7 +13,7 @@ from enum import StrEnum
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.components import cyclic_parts, explored, path_to, shortest_paths
+from safenav.components import cyclic_parts, path_to, reached
 from safenav.errors import ResourceLimitError, Verdict
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification
@@ -193,7 +193,7 @@ class _Arena:
         def steps(node: int) -> list[tuple[int, int]]:
             return [(node, after) for after in self.answers[node]]
 
-        before = shortest_paths(steps(start), lambda step: steps(step[1]))
+        before = reached(steps(start), lambda step: steps(step[1]))
         for a, b in before:
             met = next((goal for goal in goals if goal.holds(values(a), values(b))), None)
             if met is not None:
@@ -209,7 +209,7 @@ class _Arena:
     def to_an_end(self, node: int) -> list[int]:
         """Return the nodes of a shortest walk after ``node`` to one without a move; empty if there
         is none."""
-        before = shortest_paths([node], self.answers.__getitem__)
+        before = reached([node], self.answers.__getitem__)
         end = next((other for other in before if not self.answers[other]), node)
         return list(path_to(end, before))[1:]
 
@@ -308,7 +308,7 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
     hopeless = _cut_off(automaton, good | set(stuck))
     if hopeless:
         first = next(node for node in automaton.nodes if node in hopeless)
-        within = explored([first], strategy.transitions.__getitem__)
+        within = reached([first], strategy.transitions.__getitem__)
         ahead = [lacking[part] for node, part in parts.items() if node in within]
         never = [k for k in range(len(fair)) if all(k in missing for missing in ahead)]
         failing = dict.fromkeys(fair[k].constraint.origin for k in never or range(len(fair)))
@@ -341,4 +341,4 @@ def _cut_off(automaton: Automaton, good: set[int]) -> set[int]:
     before: dict[int, list[int]] = {}
     for source, target in automaton.edges:
         before.setdefault(target, []).append(source)
-    return set(automaton.nodes) - explored(good, lambda node: before.get(node, ())).keys()
+    return set(automaton.nodes) - reached(good, lambda node: before.get(node, ())).keys()

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations, pairwise
 
-from safenav.components import explored
+from safenav.components import reached
 from safenav.plan.order import plan_of, preview
 from safenav.plan.search import FEWEST
 from safenav.team.floor import Floor, Joint
@@ -80,7 +80,7 @@ def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
     """Yield the robots that may have to wait for each other."""
     left, members, these = {*floor.robots}, floor.team.members, frozenset(floor.robots)
     while left:
-        group = explored([min(left)], lambda i: [*(members[i].partners & these)])
+        group = reached([min(left)], lambda i: members[i].partners & these)
         yield tuple(sorted(group))
         left -= group.keys()
 

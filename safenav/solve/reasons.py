@@ -5,7 +5,7 @@ from enum import Enum
 
 from msgspec import Struct
 
-from safenav.components import explored
+from safenav.components import reached
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Word
 from safenav.solve.solve import Closure, Sets
@@ -111,7 +111,7 @@ def cause_of(found: Collection[Shortfall]) -> OperatorCause:
         each.obstacle: {gate for helper in each.helpers for gate in helper.waits_for}
         for each in found
     }
-    if any(gate in explored(waits[gate], lambda one: [*waits.get(one, ())]) for gate in waits):
+    if any(gate in reached(waits[gate], lambda one: waits.get(one, ())) for gate in waits):
         return OperatorCause.CYCLIC_REQUESTS
     return OperatorCause.NEVER_RESOLVABLE
 

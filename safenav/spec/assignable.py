@@ -13,14 +13,14 @@ a robot through them. So its assignable regions depend on its pose and on its me
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import starmap
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.components import components, explored
+from safenav.components import components, reached
 from safenav.formula.syntax import one_of
 from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable, among
@@ -115,7 +115,8 @@ class _Ground(Struct, frozen=True):
         """Return the strongly connected sets of the states from which the robot can meet its
         objective forever, although it may have to wait in any; successors first. With each set, the
         numbers of the others that one step reaches."""
-        successors: Mapping[State, Sequence[State]] = explored(self.begins(), self.after)
+        after = cache(self.after)
+        successors = {state: after(state) for state in reached(self.begins(), after)}
         while True:
             states = list(successors)
             number = {state: k for k, state in enumerate(states)}

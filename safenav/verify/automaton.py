@@ -10,7 +10,7 @@ from itertools import chain, compress, repeat
 from operator import not_
 from typing import Any
 
-from safenav.components import components, path_to, shortest_paths
+from safenav.components import components, path_to, reached
 from safenav.data import cached_method
 from safenav.errors import Diagnostic, InputError
 from safenav.formula.parser import FormulaError, parse
@@ -80,7 +80,7 @@ class Automaton:
 
     def __init__(self, spec: Specification, strategy: Strategy, starts: Sequence[int]) -> None:
         self.spec, self.strategy, self.starts = spec, strategy, tuple(starts)
-        self._before = shortest_paths(self.starts, strategy.transitions.__getitem__)
+        self._before = reached(self.starts, strategy.transitions.__getitem__)
         self.nodes = list(self._before)
         self.edges = Edges({node: strategy.transitions[node] for node in self.nodes})
         self._fields = {field.variable.name: field for field in strategy.fields}
@@ -235,6 +235,6 @@ def closed_walk(edges: Sequence[Edge], required: Sequence[Edge]) -> tuple[int, .
     required = required or edges[:1]
     walk = [required[0][0]]
     for source, target in (*required, required[0]):
-        paths = shortest_paths(walk[-1:], lambda node: successors.get(node, ()))
+        paths = reached(walk[-1:], lambda node: successors.get(node, ()))
         walk += (*path_to(source, paths)[1:], target)
     return tuple(walk[:-2])
