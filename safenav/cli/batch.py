@@ -34,7 +34,7 @@ Exit codes:
 
 @options.command(EPILOG)
 def batch(
-    paths: Annotated[tuple[str, ...], options.TEXT_INPUT],
+    paths: Annotated[tuple[str, ...], click.Path()],
     *,
     jobs: Annotated[int | None, options.COUNT, "-j --jobs N", "Scenarios in parallel."],
     time_limit: Annotated[float, options.SECONDS, "End a scenario after this time."] = 600.0,

@@ -72,7 +72,7 @@ def check(
     kinds = {kind for kind, _ in found}
     for name, kind in READ_BY.items():
         if kind not in kinds:
-            options.refuse({name: f"a {kind}"})
+            options.refuse(f"a {kind}", name)
     traces = [file for kind, file in found if kind == TRACE]
     for kind, file in found:
         if kind == MOTION and not traces:

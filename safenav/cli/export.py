@@ -60,8 +60,10 @@ def export(
         raise UsageError("two outputs are of the same kind; give one of them")
     if written is None and not files:
         raise UsageError("no output: give -o FILE or --motion FILE")
-    unread = {"track": "--motion"} if written is None else {}
-    options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
+    if written is None:
+        options.refuse("--motion", "track")
+    if ".npz" not in files:
+        options.refuse("-o FILE.npz", "rate")
     if motion is not None and written is not None:
         raise UsageError(f"--motion computes a motion, but {motion} is already one; leave one out")
     run = read_trace(trace)

@@ -63,7 +63,7 @@ def new(
         raise UsageError("give only one of --template, --map, --schema and --catalogue")
     division = {"rows": rows, "cols": cols, "resolution": side, "share": share}
     if map_file is None:
-        options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "--map"))
+        options.refuse("--map", "rows", "cols", "side", "share")
     if schema is not None or catalogue:
         write_out(file or Path("-"), _reference(schema), replace=force)
         return ExitCode.OK

@@ -13,6 +13,7 @@ import math
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
@@ -63,7 +64,13 @@ def command(epilog: str) -> Callable[[Callable[..., int]], click.Command]:
         hints = get_type_hints(function, include_extras=True)
         defaults = function.__kwdefaults__ or {}
         params = [_declared(n, hints[n], defaults.get(n)) for n in hints if n != "return"]
-        return click.command(epilog=epilog, params=params)(function)
+
+        @wraps(function)
+        def checked(**values: Any) -> int:
+            _check_outputs(click.get_current_context())
+            return function(**values)
+
+        return click.command(epilog=epilog, params=params)(checked)
 
     return made
 
@@ -103,15 +110,15 @@ def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
     return click.Option([*names, name], required=needed, multiple=several, **(about | settings))
 
 
-def refuse(unread: Mapping[str, str]) -> None:
-    """Raise UsageError for an option on the command line that nothing reads. ``unread``: the
-    options or inputs that each parameter requires."""
+def refuse(required: str, *names: str) -> None:
+    """Raise UsageError for one of some parameters on the command line that nothing reads.
+    ``required``: the options or inputs that it requires."""
     context = click.get_current_context()
     for param in context.command.params:
         name = param.name or ""
-        if name in unread and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+        if name in names and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             off = param.secondary_opts if context.params[name] is False else ()
-            raise UsageError(f"{max(off or param.opts, key=len)} requires {unread[name]}")
+            raise UsageError(f"{max(off or param.opts, key=len)} requires {required}")
 
 
 class FiniteRange(click.FloatRange):
@@ -131,15 +138,6 @@ class FiniteRange(click.FloatRange):
         return number
 
 
-class _Input(click.Path):
-    """A path to read, or a pattern of such paths (as text)."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        path = super().convert(value, param, ctx)
-        _claim(Path(str(path)), param, ctx, writes=False)
-        return path
-
-
 BEGINNING = 5_000_000
 """Bytes of a file from which its kind is recognized."""
 KINDS = (
@@ -150,29 +148,25 @@ KINDS = (
 """Endings of files of known kinds."""
 
 
-class Output(click.ParamType[Path]):
-    """A path to write; ``-`` is standard output. Raises UsageError if it cannot be written, or if
-    its ending is that of another kind of file.
+class Output(click.Path):
+    """A path to write; ``-`` is standard output.
 
     ``endings``: those of files of this kind, none if there are several kinds; of several endings,
     which determine the format, one must be used; ``folder``: any other path is a folder, and ``-``
     is allowed only if ``printed``.
     """
 
-    name = "path"
-
     def __init__(self, *endings: str, folder: bool = False, printed: bool = False) -> None:
+        super().__init__(path_type=Path)
         self._endings = endings
         self._folder = folder
         self._printed = printed or not folder
 
-    def convert(
-        self, value: str | Path, param: click.Parameter | None, ctx: click.Context | None
-    ) -> Path:
-        path = Path(value)
+    def check(self, path: Path) -> None:
+        """Raise UsageError for a path that cannot be written, or with the ending of another kind of
+        file."""
         if str(path) == "-" and self._printed:
-            _claim(path, param, ctx, writes=True)
-            return path
+            return
         strict = self._folder or bool(self._endings)
         known = len(self._endings) > 1 or path.suffix.lower() in KINDS
         other = known and path.suffix.lower() not in self._endings
@@ -187,46 +181,37 @@ class Output(click.ParamType[Path]):
         if self._folder and path.suffix not in self._endings:
             try_folder(path)
         else:
-            _claim(path, param, ctx, writes=True)
             try_out(path)
-        return path
 
 
-def _claim(
-    path: Path, param: click.Parameter | None, ctx: click.Context | None, *, writes: bool
-) -> None:
-    """Raise UsageError if another parameter names the same file, and one of the two is an
-    output."""
-    printed = writes and str(path) == "-"
-    special = str(path) == "-" or (path.exists() and not path.is_file())
-    if (special and not printed) or param is None or ctx is None:
-        return
-    claims: dict[Path, tuple[click.Parameter, bool]] = ctx.meta.setdefault(__name__, {})
-    name = path if printed else Path(os.path.realpath(path))
-    other, written = claims.setdefault(name, (param, writes))
-    if other is not param and printed:
-        both = " and ".join(
-            _words(each) + " -" * (each.name != "as_json") for each in (other, param)
-        )
-        raise UsageError(f"{both} both print to standard output: give one of them")
-    if other is not param and (writes or written):
-        one, kept = map(_words, (param, other) if writes else (other, param))
-        raise UsageError(f"{one} {path} would overwrite {kept}; give another file")
+def _check_outputs(context: click.Context) -> None:
+    """Raise UsageError for an output that cannot be written, or that another parameter names, too.
+    Devices and pipes may be named twice."""
+    named = list[tuple[str, Path, click.Path]]()
+    for param in context.command.params:
+        value, kind = context.params[param.name or ""], param.type
+        if param.name == "as_json" and value:
+            value, kind = Path("-"), Output()
+        if value and isinstance(kind, click.Path):
+            option = isinstance(param, click.Option)
+            words = max(param.opts, key=len) if option else f"the {param.name}"
+            paths = value if isinstance(value, tuple) else (value,)
+            named += [(words, Path(path), kind) for path in paths]
+    for words, path, kind in named:
+        if not isinstance(kind, Output):
+            continue
+        for other, same, its in named:
+            if other == words or os.path.realpath(same) != os.path.realpath(path):
+                continue
+            if str(path) == "-" and isinstance(its, Output):
+                both = f"{words} and {other}"
+                raise UsageError(f"{both} both print to standard output: give one of them")
+            if str(path) != "-" and (path.is_file() or not path.exists()):
+                raise UsageError(f"{words} {path} would overwrite {other}; give another file")
+        kind.check(path)
 
 
-def _words(param: click.Parameter) -> str:
-    return max(param.opts, key=len) if isinstance(param, click.Option) else f"the {param.name}"
-
-
-def _printing(ctx: click.Context, param: click.Parameter, value: bool) -> bool:
-    """Note that a flag prints to standard output."""
-    if value:
-        _claim(Path("-"), param, ctx, writes=True)
-    return value
-
-
-INPUT = _Input(path_type=Path)
-TEXT_INPUT = _Input(path_type=str)
+INPUT = click.Path(path_type=Path)
 FOLDER = Output(folder=True)
 SECONDS = FiniteRange("s", 0, 1e9, beyond=True)
 """A duration, or a time of a run, in seconds."""
@@ -239,7 +224,7 @@ HERTZ = FiniteRange("hz", 0.1, 10_000)
 InputFile = Annotated[Path, INPUT]
 InputOption = Annotated[Path | None, INPUT]
 Lines = Annotated[Path | None, Output(".jsonl")]
-AsJson = Annotated[bool, "--json", "Print the result as JSON.", {"callback": _printing}]
+AsJson = Annotated[bool, "--json", "Print the result as JSON."]
 Cols = Annotated[int | None, COUNT, "--cols N", "Columns of a map file."]
 Html = Annotated[Path | None, Output(".html"), "Write the replay as one HTML page."]
 Live = Annotated[bool, "Watch the run in a browser."]

@@ -67,8 +67,9 @@ def replay(
     form = output.suffix.lower() or (".html" if at is None else ".svg")
     for name, endings in _READ_BY.items():
         if form not in endings:
-            options.refuse({name: f"-o FILE in {' or '.join(endings)}"})
-    options.refuse({} if solid else {"motion": "--3d"})
+            options.refuse(f"-o FILE in {' or '.join(endings)}", name)
+    if not solid:
+        options.refuse("--3d", "motion")
     if solid and form != ".html":
         raise UsageError(f"--3d writes a page: choose a name such as {output.with_suffix('.html')}")
     lines = read_trace(trace)
@@ -187,14 +188,13 @@ def draw(
 
     if form_of(scenario) is None:
         if scenario.exists():  # its reader reports a file that is missing
-            unread = dict.fromkeys(("rows", "cols", "side", "share"), "map files, not scenarios")
-            options.refuse(unread)
+            options.refuse("map files, not scenarios", "rows", "cols", "side", "share")
         plan = load_scenario(scenario)
     else:
         division = {"rows": rows, "cols": cols, "resolution": side, "share": share}
         plan = Scenario(scenario.name, load_map(scenario, division), ())
     if output is None or output.suffix.lower() != ".png":
-        options.refuse({"width": "-o FILE in .png"})
+        options.refuse("-o FILE in .png", "width")
     warn_of(plan.map.notes)
     if output is None:
         echo_lines(scenario_text(plan))

@@ -80,7 +80,7 @@ def run(
         if trace == PRINTED:
             raise UsageError("--trace - requires a run at the terminal, without --live")
         unread = ("html", "as_json", "max_ticks", "time_limit", "operator", "maps")
-        options.refuse(dict.fromkeys(unread, "a run at the terminal, without --live"))
+        options.refuse("a run at the terminal, without --live", *unread)
         serve(Studio.of_run(scenario, seed, trace, clock))
         return ExitCode.OK
     plan = load_scenario(scenario)

@@ -130,7 +130,7 @@ def synth(
     specification of your own, in slugsin or structured slugs."""
     given = options.GivenFile(scenario)
     if given.kind == "specification":
-        options.refuse(dict.fromkeys(("robot", "avoiding"), "scenarios"))
+        options.refuse("scenarios", "robot", "avoiding")
         one = _of_specification(given)
         written = [output / name for name, _ in one.files(of_robot=False)] if output else []
         if measures is not None and measures.resolve() in [file.resolve() for file in written]:
@@ -138,7 +138,7 @@ def synth(
             raise errors.UsageError(f"{problem}; give another file")
         _report([one], output, "file", {"specification": str(scenario), **one.data()}, as_json)
         return _end_of_specification(one, scenario, measures, as_json or str(output) == "-")
-    options.refuse({"measures": "a specification; -o writes that of each robot"})
+    options.refuse("a specification; -o writes that of each robot", "measures")
     plan, refused, wanted = options.loaded(given, robot)
     if str(output) == "-" and len(wanted) > 1:
         raise errors.UsageError(
@@ -360,7 +360,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
 
     given = options.GivenFile(scenario)
     if given.kind == "specification":
-        options.refuse({"robot": "scenarios"})
+        options.refuse("scenarios", "robot")
         return _explain_specification(given, as_json)
     plan, refused, wanted = options.loaded(given, robot)
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
