@@ -9,7 +9,6 @@ texts are refused.
 import json
 import os
 import re
-import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -159,19 +158,12 @@ ADVICE = (
 """The hint for a file of a kind that safenav does not read."""
 
 
-def another_kind(text: str, expected: str, file: str) -> tuple[str, str] | None:
-    """Return the error, and a hint, if a file is of another kind than expected."""
-    kind = kind_of(text)
-    if kind is None or kind == expected:
-        return None
-    return f"this is a {kind}, not a {expected}", _KINDS[kind][1].format(file)
-
-
 def check_kind(text: str | bytes, expected: str, file: str) -> None:
     """Raise InputError if a file, of which ``text`` is the beginning, is of another kind."""
-    text = text if isinstance(text, str) else text.decode("utf-8", "replace")
-    if wrong := another_kind(text, expected, file):
-        raise InputError([Diagnostic(file, 0, 0, *wrong)])
+    kind = kind_of(text if isinstance(text, str) else text.decode("utf-8", "replace"))
+    if kind not in (None, expected):
+        found, advice = f"this is a {kind}, not a {expected}", _KINDS[kind][1]
+        raise InputError([Diagnostic(file, 0, 0, found, advice.format(file))])
 
 
 _BINARY = re.compile(rb"%PDF|\x1f\x8b|(?!\xff\xfe|\xfe\xff)[^\0]{0,200}\0{2}", re.DOTALL)
@@ -282,14 +274,9 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
             part.unlink(missing_ok=True)
 
 
-def write_all(
-    folder: Path, files: Iterable[tuple[str, str | bytes]], outdated: Iterable[str] = ()
-) -> None:
-    """Write files by their names into a folder, which need not exist, and remove the ``outdated``
-    others: all of that or nothing.
-
-    Raises UsageError if that cannot be done.
-    """
+def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
+    """Write files by their names into a folder, which need not exist: all of them, or none if there
+    is no space. Raises UsageError if that cannot be done."""
     # Imported here: it loads the modules of all archives, which takes 2 ms.
     from tempfile import TemporaryDirectory
 
@@ -298,12 +285,5 @@ def write_all(
         with TemporaryDirectory(dir=folder, prefix=".") as scratch:
             for name, content in files:
                 Path(scratch, name).write_bytes(_bytes(content))
-            # No mix of old and new files: signals that end the program wait.
-            ends = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-            before = signal.pthread_sigmask(signal.SIG_BLOCK, ends)
-            try:
-                written = [part.replace(folder / part.name) for part in Path(scratch).iterdir()]
-                for file in {folder / name for name in outdated}.difference(written):
-                    file.unlink(missing_ok=True)
-            finally:
-                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            for part in Path(scratch).iterdir():
+                part.replace(folder / part.name)

@@ -16,8 +16,7 @@ from safenav.report.terminal.layout import echo_lines
 if TYPE_CHECKING:
     from safenav.batch.search import FoundCases
 
-EPILOG = """\b
-Examples:
+EXAMPLES = """\
   mkdir suite && safenav new suite/door.yaml && safenav new suite/team.yaml --template team
   safenav batch suite --jobs 2 --junit report.xml --out before
   safenav batch 'suite/**/d*.yaml'
@@ -25,14 +24,13 @@ Examples:
 \b
 A PATH is a scenario, a folder (without its folders 'invalid' and 'unrealizable'),
 a quoted pattern, or a matrix file (docs/batch.md). '-': standard output.
-Exit codes:
-  0  all as expected (without 'expect': completed)   2  bad input or usage
-  1  some not as expected, invalid, crashed, hung or not run
-  130  interrupted; `--resume` with the same --out continues
+After an interruption, --resume with the same --out continues.
 """
+PASSED = "all as expected (without 'expect': completed)"
+FAILED = "some not as expected, invalid, crashed, hung or not run"
 
 
-@options.command(EPILOG)
+@options.command(EXAMPLES, PASSED, FAILED)
 def batch(
     paths: Annotated[tuple[str, ...], click.Path()],
     *,

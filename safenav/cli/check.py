@@ -22,21 +22,18 @@ from safenav.trace.words import counted, listed, moment_words, obstacle_words, s
 if TYPE_CHECKING:
     from safenav.run.checked import CheckedTrace
 
-EPILOG = """\b
-Examples:
+EXAMPLES = """\
   safenav new lab.yaml && safenav check lab.yaml --strict
   safenav run lab.yaml --trace lab.jsonl && safenav check lab.jsonl
   safenav certify lab.yaml -o bundle && safenav check bundle
 With the extra 'motion':
   safenav export lab.jsonl --motion lab.motion.jsonl
   safenav check lab.jsonl lab.motion.jsonl
-\b
-Exit codes: (of several files, the largest)
-  0  valid and realizable; no rule broken; accepted; each requirement satisfied
-  1  unrealizable (--strict: or a warning); a rule broken, or an outcome missing;
-     refused; a requirement violated or undecided
-  2  bad input or usage   3  time, memory or size limit   4  synthesizer failure
+Of several files, the exit code is the largest.
 """
+GOOD = "valid and realizable; no rule broken; accepted; each requirement satisfied"
+BAD = """unrealizable (--strict: or a warning); a rule broken, or an outcome missing;
+     refused; a requirement violated or undecided"""
 
 SCENARIO, TRACE, MOTION, BUNDLE = "scenario", "trace", "motion file", "bundle"
 READ_BY = {"strict": SCENARIO, "require": MOTION, "rate": MOTION}
@@ -56,7 +53,7 @@ class JudgedFile(Struct, frozen=True):
     warnings: Sequence[str] = ()
 
 
-@options.command(EPILOG)
+@options.command(EXAMPLES, GOOD, BAD)
 def check(
     files: Annotated[tuple[Path, ...], options.INPUT],
     *,
@@ -287,22 +284,18 @@ def broken(source: object, found: Sequence[object], rest: str = "more") -> Itera
 
 EARLY = ("assumption_violated", "search_limit", "time_limit", "interrupted", "error")
 BUNDLE_FILE = options.Output(".zip", folder=True)
-CERTIFY_EPILOG = """\b
-Examples:
+CERTIFY_EXAMPLES = """\
   safenav new lab.yaml && safenav certify lab.yaml -o bundle
   safenav check bundle && python3 -I -S bundle/check.py bundle
   safenav certify lab.yaml -o lab.zip
   safenav run lab.yaml --trace lab.jsonl
   safenav certify --trace lab.jsonl -o moved
-\b
-Exit codes:
-  0  the bundle is written, and its checker accepts it
-  1  a checker refuses the run: the reason is printed, no bundle is written
-  2  bad input or usage   3  time or memory limit   4  synthesizer failure
 """
+CERTIFIED = "the bundle is written, and its checker accepts it"
+NOT_CERTIFIED = "a checker refuses the run: the reason is printed, no bundle is written"
 
 
-@options.command(CERTIFY_EPILOG)
+@options.command(CERTIFY_EXAMPLES, CERTIFIED, NOT_CERTIFIED)
 def certify(
     scenario: options.InputOption,
     trace: Annotated[options.InputOption, "The trace of an earlier run."],

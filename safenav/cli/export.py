@@ -20,11 +20,7 @@ BAG_RATE = 20.0
 
 FILE = options.Output(".csv", ".mcap", ".npz")
 
-EPILOG = """\b
-FILE by its ending: .csv (waypoints), .npz (samples of the motion, with numpy.load), .mcap (a ROS 2
-bag, for Foxglove). -o may be given several times.
-\b
-Examples:
+EXAMPLES = """\
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   safenav export lab.jsonl -o lab.csv --side 0.5
 With the extras 'motion' and 'mcap':
@@ -33,12 +29,12 @@ With the extras 'motion' and 'mcap':
   safenav export lab.jsonl lab.motion.jsonl -o lab.npz --rate 100
   safenav export lab.jsonl -o lab.mcap --side 0.5
 \b
-Exit codes:
-  0  done   2  bad input or usage, infeasible motion, or region size unknown
+FILE by its ending: .csv (waypoints), .npz (samples of the motion, with numpy.load), .mcap (a ROS 2
+bag, for Foxglove). -o may be given several times.
 """
 
 
-@options.command(EPILOG)
+@options.command(EXAMPLES)
 def export(
     trace: options.InputFile,
     motion: options.InputOption,

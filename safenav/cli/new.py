@@ -17,11 +17,7 @@ from safenav.scenario.reading.map import load_map, map_keys
 SCHEMAS = ("scenario", "trace", "fleet")
 
 _NAMES = "\n".join(f"  {name:8} {text}" for name, text in TEMPLATES.items())
-NEW_EPILOG = f"""\b
-Templates:
-{_NAMES}
-\b
-Examples:
+NEW_EXAMPLES = f"""\
   safenav new lab.yaml && safenav run lab.yaml
   safenav new - --template minimal
   safenav new safenav.schema.json --schema
@@ -30,12 +26,12 @@ With your own map (image, ROS, MovingAI; extra 'maps'):
   safenav new office.yaml --map office_map.yaml --side 0.5
   safenav new floor.yaml --map floor.png --rows 20 --cols 30
 \b
-Exit codes:
-  0  written   2  bad input or usage, or the file already exists
+Templates:
+{_NAMES}
 """
 
 
-@options.command(NEW_EPILOG)
+@options.command(NEW_EXAMPLES, "written")
 def new(
     file: options.InputOption,
     template: Annotated[
@@ -115,21 +111,17 @@ def _on_map(map_file: Path, file: Path, division: Mapping[str, float | None]) ->
     return text
 
 
-DOCTOR_EPILOG = """\b
-Examples:
+DOCTOR_EXAMPLES = """\
   safenav doctor
   safenav doctor --json
   SAFENAV_CACHE=off safenav doctor
-\b
-Exit codes:
-  0  scenarios can be run
-  4  they cannot: the synthesizer or a package is missing, or gives wrong results
 """
 
 
-@options.command(DOCTOR_EPILOG)
+@options.command(DOCTOR_EXAMPLES, "scenarios can be run")
 def doctor(as_json: options.AsJson) -> int:
-    """List versions, extras and cache, and test the synthesizer."""
+    """List versions, extras and cache, and test the synthesizer. Exit code 4: scenarios cannot be
+    run."""
     from safenav.doctor import examine
 
     found = [*examine()]
@@ -145,20 +137,15 @@ def doctor(as_json: options.AsJson) -> int:
     return ExitCode.OK if usable else ExitCode.INTERNAL
 
 
-STUDIO_EPILOG = """\b
-Examples:
+STUDIO_EXAMPLES = """\
   safenav studio
   safenav new lab.yaml && safenav studio lab.yaml
   safenav studio lab.yaml --folder . --no-browser
-\b
 The page is served to this machine only, at an address with a token. Ctrl-C ends the studio.
-\b
-Exit codes:
-  0  ended   2  bad usage
 """
 
 
-@options.command(STUDIO_EPILOG)
+@options.command(STUDIO_EXAMPLES, "ended")
 def studio(
     file: Annotated[Path | None, click.Path(path_type=Path)],
     *,

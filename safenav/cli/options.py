@@ -57,8 +57,19 @@ def command_of(name: str) -> click.Command:
     return command
 
 
-def command(epilog: str) -> Callable[[Callable[..., int]], click.Command]:
-    """Make a command of a function: its parameters are the options and arguments."""
+OTHER_CODES = (
+    "2  bad input or usage   3  a limit: ticks, time, memory, size",
+    "4  internal or synthesizer failure   130  interrupted",
+)
+
+
+def command(
+    examples: str, good: str = "done", negative: str = ""
+) -> Callable[[Callable[..., int]], click.Command]:
+    """Make a command of a function: its parameters are the options and arguments. ``examples``, and
+    ``good`` and ``negative``: its exit codes 0 and 1, are for its help."""
+    codes = [f"0  {good}", *([f"1  {negative}"] if negative else []), *OTHER_CODES]
+    epilog = "\n  ".join([f"\b\nExamples:\n{examples}\b\nExit codes:", *codes])
 
     def made(function: Callable[..., int]) -> click.Command:
         hints = get_type_hints(function, include_extras=True)

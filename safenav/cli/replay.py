@@ -16,23 +16,18 @@ from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.trace.file import Trace, read_trace
 
-REPLAY_EPILOG = """\b
-FILE by its ending: .html (the default), .svg or .png (one moment), .gif.
-TICK is a number (of seconds in a live run), 'last', or the kind of an
-event (violation, request, push, resolved, blocked, pop, goal): its first tick.
-\b
-Examples:
+REPLAY_EXAMPLES = """\
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   safenav replay lab.jsonl                      # writes lab.html
   safenav replay lab.jsonl -o figure.svg --at request
-\b
 With the extras 'motion' and 'pictures':
   safenav replay lab.jsonl --3d                 # writes lab.3d.html
   safenav replay lab.jsonl -o end.png --width 1600
   safenav replay lab.jsonl -o lab.gif --ticks 2-8
 \b
-Exit codes:
-  0  done   2  invalid trace or usage
+FILE by its ending: .html (the default), .svg or .png (one moment), .gif.
+TICK is a number (of seconds in a live run), 'last', or the kind of an
+event (violation, request, push, resolved, blocked, pop, goal): its first tick.
 """
 
 FILE = options.Output(".html", ".svg", ".png", ".gif")
@@ -46,7 +41,7 @@ _READ_BY = {
 """The endings of files for which an option is read."""
 
 
-@options.command(REPLAY_EPILOG)
+@options.command(REPLAY_EXAMPLES)
 def replay(
     trace: options.InputFile,
     output: Annotated[Path | None, FILE, "-o --output", "File to write; - is standard output."],
@@ -153,22 +148,17 @@ def _film(run: Run, path: Path, ticks: range, speed: float, width: int) -> None:
 
 
 PICTURE = options.Output(".svg", ".png")
-DRAW_EPILOG = """\b
-Examples:
+DRAW_EXAMPLES = """\
   safenav new lab.yaml && safenav draw lab.yaml
   safenav draw lab.yaml -o lab.svg
-\b
 With the extra 'pictures', or with your own map (image, ROS, MovingAI):
   safenav draw lab.yaml -o lab.png --width 1600
   safenav draw floor.png --rows 20 --cols 30
   safenav draw office.yaml --side 0.5
-\b
-Exit codes:
-  0  done   2  bad input or usage
 """
 
 
-@options.command(DRAW_EPILOG)
+@options.command(DRAW_EXAMPLES)
 def draw(
     scenario: options.InputFile,
     output: Annotated[Path | None, PICTURE, "-o --output", "Picture: .svg or .png."],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
 from functools import partial
@@ -20,13 +19,12 @@ from safenav.cli import options, warn_of
 from safenav.cli.operator import attended, run_with_operator
 from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
 from safenav.files import json_line, write_out
-from safenav.report.terminal.layout import WaitingLine
-from safenav.run.wording import scheduled_words
+from safenav.report.terminal.layout import WaitingLine, echo_lines
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Clock, Expect, Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.strict_json import MOST_NUMBER
-from safenav.trace.file import Listener, TraceWriter, as_data, read_trace
+from safenav.trace.file import Listener, TraceWriter, as_data, read_bytes, read_trace
 
 if TYPE_CHECKING:
     from safenav.fleet.world import FleetWorld
@@ -36,27 +34,22 @@ if TYPE_CHECKING:
 PATIENCE = 0.8
 """Seconds after the first signal until an unresponsive run is ended."""
 
-RUN_EPILOG = """\b
-Examples:
+RUN_EXAMPLES = """\
   safenav new lab.yaml && safenav run lab.yaml
   safenav run lab.yaml --html lab.html --trace lab.jsonl
   safenav run lab.yaml --live
   safenav run lab.yaml --clock live              # robots move at the same time
   echo give_up | safenav run lab.yaml --clock live --operator
-\b
-Exit codes:
-  0  the run ended as the scenario expects (without 'expect': completed)
-  1  operator needed, unrealizable, or not as expected
-  2  bad input   3  tick, time or memory limit   4  synthesizer failure
-  130  interrupted
 """
+AS_EXPECTED = "the run ended as the scenario expects (without 'expect': completed)"
+NOT_AS_EXPECTED = "operator needed, unrealizable, or not as expected"
 
 
 SEED = click.IntRange(0, MOST_NUMBER)
 CLOCK = click.Choice(["live", "lockstep"])
 
 
-@options.command(RUN_EPILOG)
+@options.command(RUN_EXAMPLES, AS_EXPECTED, NOT_AS_EXPECTED)
 def run(
     scenario: options.InputFile,
     *,
@@ -91,17 +84,14 @@ def run(
     return _executed(plan, Files(scenario, trace, html, as_json, maps), operator)
 
 
-RESUME_EPILOG = """\b
-Examples:
+RESUME_EXAMPLES = """\
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   head -120 lab.jsonl > part.jsonl               # as if that run had been killed
   safenav resume part.jsonl --trace whole.jsonl
-\b
-Exit codes: those of 'safenav run', for the resumed run
 """
 
 
-@options.command(RESUME_EPILOG)
+@options.command(RESUME_EXAMPLES, AS_EXPECTED, NOT_AS_EXPECTED)
 def resume(
     trace: options.InputFile,
     *,
@@ -147,8 +137,7 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
     return begun
 
 
-DRIVE_EPILOG = """\b
-Examples:
+DRIVE_EXAMPLES = """\
   safenav new lab.yaml && printf 'safenav-fleet: 1\\ntransport: ros2\\n' > fleet.yaml
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
   safenav drive lab.yaml --fleet fleet.yaml --live
@@ -157,16 +146,10 @@ Examples:
 Without --rehearse the robots of the fleet file move.
 \b
 Ctrl-C stops all robots, then ends the run; a second one ends it immediately.
-\b
-Exit codes:
-  0  the run ended as the scenario expects (without 'expect': completed)
-  1  operator needed, unrealizable, or not as expected
-  2  bad input, or robots that do not answer   3  tick, time or memory limit
-  4  internal error   130  interrupted
 """
 
 
-@options.command(DRIVE_EPILOG)
+@options.command(DRIVE_EXAMPLES, AS_EXPECTED, NOT_AS_EXPECTED)
 def drive(
     scenario: options.InputFile,
     *,
@@ -253,40 +236,36 @@ def _executed(
     """Run a scenario, write and print the events; return the exit code. ``begun``: the run that it
     continues; ``connected``: the world of real robots."""
     operator = attended(operator, plan, files.as_json)
-    ledger = Ledger()
-    with ExitStack() as stack:
+    ledger, kept = Ledger(), list[str]()
+    with ExitStack() as running:
         listeners: list[Listener] = [ledger, *views]
-        trace = files.trace
-        if trace == PRINTED:
+        if files.html is not None:
+            listeners.append(lambda line: kept.append(json_line(as_data(line))))
+        if files.trace == PRINTED:
             listeners.append(lambda line: click.echo(json_line(as_data(line)), nl=False))
-            trace = None
-        if trace is None and files.html is not None:
-            folder = stack.enter_context(tempfile.TemporaryDirectory())
-            trace = Path(folder, f"{files.scenario.stem}.jsonl")
-        with ExitStack() as running:
-            if trace is not None:
-                listeners.append(running.enter_context(TraceWriter(trace)))
-            if not files.as_json:
-                from safenav.report.terminal.story import Story
+        elif files.trace is not None:
+            listeners.append(running.enter_context(TraceWriter(files.trace)))
+        if not files.as_json:
+            from safenav.report.terminal.story import Story
 
-                echo = partial(click.echo, err=files.printed)
-                listeners.append(Story(plan, echo, files.maps))
-            world = None if connected is None else running.enter_context(connected())
-            mission = Mission(
-                plan,
-                default_synthesizer(plan),
-                world=world,
-                listeners=listeners,
-                progress=WaitingLine(),
-                attended=operator,
-                begun=begun,
-                checkpoints=files.trace is not None,
-            )
-            _carry_out(mission, operator)
-        if trace is not None and files.html is not None:
-            from safenav.report.page.html import page_of
+            echo = partial(click.echo, err=files.printed)
+            listeners.append(Story(plan, echo, files.maps))
+        mission = Mission(
+            plan,
+            default_synthesizer(plan),
+            world=None if connected is None else running.enter_context(connected()),
+            listeners=listeners,
+            progress=WaitingLine(),
+            attended=operator,
+            begun=begun,
+            checkpoints=files.trace is not None,
+        )
+        _carry_out(mission, operator)
+    if files.html is not None:
+        from safenav.report.page.html import page_of
 
-            write_out(files.html, page_of(read_trace(trace), trace.name))
+        name = f"{files.scenario.stem}.jsonl" if files.trace is None else files.trace.name
+        write_out(files.html, page_of(read_bytes("".join(kept).encode(), name), name))
     return _reported(mission, ledger, files, advice=begun is None)
 
 
@@ -339,37 +318,23 @@ def _reported(mission: Mission, ledger: Ledger, files: Files, *, advice: bool) -
     elif not interrupted and expected.outcome is not None:
         status = ExitCode.OK
     if not files.as_json:
-        notes = [*_not_reached(mission)] if outcome is Outcome.COMPLETED else []
         if expected != Expect() and not compares:
-            notes.append("note: interrupted: not compared with 'expect'")
+            click.echo("note: interrupted: not compared with 'expect'", err=True)
         if advice and status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT):
-            notes += [f"    {line}" for line in _next_steps(outcome, files)]
-        for line in notes:
-            click.echo(line, err=True)
+            echo_lines(_next_steps(outcome, files), err=True)
     return status
-
-
-def _not_reached(mission: Mission) -> Iterator[str]:
-    """Yield a message for each change that was due only after the run had been completed."""
-    plan, result = mission.scenario, mission.result
-    assert result is not None
-    live = plan.clock is Clock.LIVE
-    for change in plan.changes:
-        if change.at > ((result.makespan or 0.0) if live else result.ticks):
-            at = scheduled_words(plan.clock, change.at)
-            yield f"note: completed before the change of {change.robot} at {at}"
 
 
 def _next_steps(outcome: Outcome, files: Files) -> Iterator[str]:
     """Yield commands that show the cause of the outcome."""
     name = quote(str(files.scenario))
     if files.html not in (None, PRINTED):
-        yield f"view: open {quote(str(files.html))} (starts at the last tick)"
+        yield f"    view: open {quote(str(files.html))} (starts at the last tick)"
     elif files.trace not in (None, PRINTED):
-        yield f"view: safenav replay {quote(str(files.trace))}"
+        yield f"    view: safenav replay {quote(str(files.trace))}"
     else:
-        yield f"view: safenav run {name} --html {quote(files.scenario.stem)}.html"
+        yield f"    view: safenav run {name} --html {quote(files.scenario.stem)}.html"
     if outcome in (Outcome.UNREALIZABLE, Outcome.OPERATOR_NEEDED):
-        yield f"explain: safenav explain {name}"
+        yield f"    explain: safenav explain {name}"
     elif outcome is Outcome.TICK_LIMIT:
-        yield f"run longer: safenav run {name} --max-ticks N"
+        yield f"    run longer: safenav run {name} --max-ticks N"

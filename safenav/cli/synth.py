@@ -38,8 +38,7 @@ from safenav.verify import verification
 from safenav.verify.verification import first_failure, lost_opening
 
 FILES = options.Output(folder=True, printed=True)
-SYNTH_EPILOG = """\b
-Examples:
+SYNTH_EXAMPLES = """\
   safenav new lab.yaml && safenav synth lab.yaml
   safenav synth lab.yaml --robot walker -o out
   safenav synth lab.yaml --robot walker -o -
@@ -50,21 +49,16 @@ Files in DIR for each robot R (a specification: of its name):
   R.json                        the strategy, as slugs prints it
   R.dot, R.graphml              the automaton for Graphviz; for networkx, Gephi, yEd
 An unrealizable one gets the environment's strategy, as R.counterstrategy.json, .dot, .graphml.
-\b
-Exit codes:
-  0  all realizable   1  some robot is unrealizable
-  2  bad input   3  time or memory limit   4  synthesizer failure
 """
 
 
 class Synthesized(Struct, frozen=True):
-    """A specification with its result. ``shown``: the result with the strategy to write, that of
-    the environment if it is unrealizable."""
+    """A specification with its result, whose strategy is the environment's if it is
+    unrealizable."""
 
     name: str
     spec: Specification
     result: SynthesisResult
-    shown: SynthesisResult
 
     @property
     def realizable(self) -> bool:
@@ -72,26 +66,24 @@ class Synthesized(Struct, frozen=True):
 
     def data(self) -> dict[str, Any]:
         """Return its figures; None where there is no strategy."""
-        checked = self.shown.strategy is not None and bool(self.shown.verified)
-        strategy = self.shown.strategy
+        strategy = self.result.strategy
         return {
             "robot": self.name,
-            "verdict": self.shown.verdict.value,
-            "states": self.shown.states,
+            "verdict": self.result.verdict.value,
+            "states": self.result.states,
             "edges": None if strategy is None else strategy.edges,
             "goals": max(1, len(self.spec.section(Section.SYS_LIVENESS))),
             "variables": len(self.spec.variables),
             "bits": sum(len(bit_names(variable)) for variable in self.spec.variables),
             "seconds": self.result.seconds,
-            "verified": checked,
+            "verified": bool(self.result.verified),
         }
 
     def row(self) -> Sequence[object]:
         """Return its line of the table."""
         data = self.data()
-        verified = "yes" if data["verified"] else "-"
         size = [data[key] for key in ("robot", "verdict", "states", "edges", "goals", "bits")]
-        return [*size, round(self.result.seconds * 1000, 1), verified]
+        return [*size, round(self.result.seconds * 1000, 1), "yes" if data["verified"] else "-"]
 
     def files(self, of_robot: bool) -> Iterator[tuple[str, str | bytes]]:
         """Yield names and contents of its files. ``of_robot``: also the specification."""
@@ -100,7 +92,7 @@ class Synthesized(Struct, frozen=True):
             if (slugsin := slugsin_of(self.spec)) is not None:
                 yield f"{self.name}.slugsin", slugsin
         stem = self.name if self.realizable else f"{self.name}.counterstrategy"
-        strategy, printed = self.shown.strategy, self.shown.strategy_json
+        strategy, printed = self.result.strategy, self.result.strategy_json
         if strategy is not None and printed is not None:
             yield f"{stem}.json", printed
             yield f"{stem}.dot", to_dot(strategy)
@@ -112,7 +104,7 @@ class Synthesized(Struct, frozen=True):
             yield from (f"{stem}{ending}" for ending in (".json", ".dot", ".graphml"))
 
 
-@options.command(SYNTH_EPILOG)
+@options.command(SYNTH_EXAMPLES, "all realizable", "some robot is unrealizable")
 def synth(
     scenario: options.InputFile,
     robot: options.Robot,
@@ -131,13 +123,7 @@ def synth(
     given = options.GivenFile(scenario)
     if given.kind == "specification":
         options.refuse("scenarios", "robot", "avoiding")
-        one = _of_specification(given)
-        written = [output / name for name, _ in one.files(of_robot=False)] if output else []
-        if measures is not None and measures.resolve() in [file.resolve() for file in written]:
-            problem = f"--measures {measures} would overwrite the strategy"
-            raise errors.UsageError(f"{problem}; give another file")
-        _report([one], output, "file", {"specification": str(scenario), **one.data()}, as_json)
-        return _end_of_specification(one, scenario, measures, as_json or str(output) == "-")
+        return _of_specification(given, output, measures, as_json)
     options.refuse("a specification; -o writes that of each robot", "measures")
     plan, refused, wanted = options.loaded(given, robot)
     if str(output) == "-" and len(wanted) > 1:
@@ -158,14 +144,15 @@ def synth(
         raise refused  # for another reason than an unreachable target
     made, data, notes = list[Synthesized](), list[dict[str, Any]](), list[str]()
     for name, answer in answers.items():
-        spec, shown = compile_task(answer.task, plan.map), answer.result
+        spec, result = compile_task(answer.task, plan.map), answer.result
         more = examined(answer, plan)
         if not answer.realizable:
             unrealizable = click.style("unrealizable:", fg="red", bold=True)
             click.echo(f"{unrealizable} {more['explanation']}", err=True)
             if output is not None:
-                shown = listed(synthesizer.counterstrategy, spec)
-        made.append(one := Synthesized(name, spec, answer.result, shown))
+                other = listed(synthesizer.counterstrategy, spec)
+                result = other if other.verdict.proven else result
+        made.append(one := Synthesized(name, spec, result))
         notes += [f"{name}: {answer.words(plan.map.word)}"] if more["allows"] else []
         notes += [f"{name} assumes: {shortened(rule)}" for rule in more["assumptions"]]
         data.append(one.data() | more)
@@ -173,51 +160,79 @@ def synth(
     return code_of(all(one.realizable for one in made))
 
 
-def _of_specification(given: options.GivenFile) -> Synthesized:
-    """Return the result for a specification, with a strategy or counterstrategy. Raises
-    ResourceLimitError if nothing is proven, or if the proven automaton is too large to list."""
+def _of_specification(
+    given: options.GivenFile, output: Path | None, measures: Path | None, as_json: bool
+) -> int:
+    """Synthesize a specification: write and print its strategy, or the environment's; return the
+    exit code."""
     file, spec = given.path, specification_of(given)
+    one = Synthesized(spec.robot, spec, _proven(file, spec))
+    if measures is not None and output is not None:
+        written = [(output / name).resolve() for name, _ in one.files(of_robot=False)]
+        if measures.resolve() in written:
+            problem = f"--measures {measures} would overwrite the strategy"
+            raise errors.UsageError(f"{problem}; give another file")
+    _report([one], output, "file", {"specification": str(file), **one.data()}, as_json)
+    strategy = one.result.strategy
+    assert strategy is not None
+    if measures is not None:
+        made = verification.measures(spec, strategy, not one.realizable)
+        write_out(measures, json_line(made))
+    if one.realizable:
+        for vacuity in vacuities(strategy):
+            warn_of(vacuity_lines(vacuity, strategy, str(file)))
+    else:
+        if not strategy.states:
+            words = f"it has no node: {opening_words(spec)}"
+            click.echo(words, err=as_json or str(output) == "-")
+        hint = f"for the reason: safenav explain {file}"
+        click.echo(f"the environment's strategy; {hint}", err=True)
+    return code_of(one.realizable)
+
+
+def _proven(file: Path, spec: Specification) -> SynthesisResult:
+    """Return the result for a specification, with a strategy or counterstrategy. Raises
+    ResourceLimitError if nothing is proven, or if the automaton is too large to list; the verdict
+    may be quick even then."""
     synthesizer = Synthesizer(verifier=first_failure)
-    result = listed(synthesizer.synthesize, spec)
-    if not result.verdict.proven:
-        # The verdict may be quick even if the strategy is too large to list.
-        proven = decided(file, synthesizer.synthesize(spec, strategy=False))
-        if proven.verdict is errors.Verdict.REALIZABLE:
-            raise too_large(file, "realizable, but its strategy", result)
-        result = proven
-    negative = result.verdict is errors.Verdict.UNREALIZABLE
-    shown = listed(synthesizer.counterstrategy, spec) if negative else result
-    if not shown.verdict.proven:
-        error = too_large(file, "unrealizable, but the environment's strategy", shown)
+    found = listed(synthesizer.synthesize, spec)
+    verdict = found.verdict
+    if not verdict.proven:
+        verdict = decided(file, synthesizer.synthesize(spec, strategy=False)).verdict
+    negative = verdict is errors.Verdict.UNREALIZABLE
+    if negative:
+        found = listed(synthesizer.counterstrategy, spec)
+    if found.verdict.proven:
+        return found
+    limit = (found.detail.splitlines() or [found.verdict.value.replace("_", " ")])[0]
+    whose = "the environment's" if negative else "its"
+    hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks what it prints"
+    problem = f"{verdict.value}, but {whose} strategy is too large to list ({limit})"
+    error = errors.ResourceLimitError(f"{file}: {problem}\n    {hint}")
+    if negative:
         error.exit_code = errors.ExitCode.NEGATIVE  # the verdict is proven
-        raise error
-    return Synthesized(spec.robot, spec, result, shown)
+    raise error
+
+
+def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
+    if result.verdict.proven:
+        return result
+    raise errors.ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
+
+
+def listed(ask: Callable[[Specification], SynthesisResult], spec: Specification) -> SynthesisResult:
+    """Return the result of a synthesis request; OUT_OF_MEMORY if its output exceeds a limit."""
+    try:
+        return ask(spec)
+    except errors.ResourceLimitError as error:
+        nothing = errors.Verdict.OUT_OF_MEMORY
+        return SynthesisResult(spec.robot, nothing, 0.0, False, "", detail=str(error))
 
 
 def specification_of(given: options.GivenFile) -> Specification:
     """Return a specification, with the name of its file."""
     stem = given.path.stem if given.path.is_file() else "specification"
     return specification_in(given.bytes(MOST_OF_A_TEXT), given.name, stem)
-
-
-def _end_of_specification(
-    one: Synthesized, file: Path, measures: Path | None, printed: bool
-) -> int:
-    """Write the measures, explain a negative or warn; return the exit code."""
-    strategy = one.shown.strategy
-    if measures is not None:
-        assert strategy is not None
-        made = verification.measures(one.spec, strategy, not one.realizable)
-        write_out(measures, json_line(made))
-    if one.realizable:
-        assert strategy is not None
-        for vacuity in vacuities(strategy):
-            warn_of(vacuity_lines(vacuity, strategy, str(file)))
-        return errors.ExitCode.OK
-    if not one.shown.states:
-        click.echo(f"it has no node: {opening_words(one.spec)}", err=printed)
-    click.echo(f"the environment's strategy; for the reason: safenav explain {file}", err=True)
-    return errors.ExitCode.NEGATIVE
 
 
 def _report(
@@ -232,10 +247,12 @@ def _report(
     printed = str(output) == "-"
     files = list[tuple[str, str | bytes]]()
     if printed:
-        write_out(Path("-"), made[0].shown.strategy_json or b"")
+        write_out(Path("-"), made[0].result.strategy_json or b"")
     elif output is not None:
         files = [file for one in made for file in one.files(of_robot=first == "robot")]
-        write_all(output, files, [name for one in made for name in one.outdated()])
+        write_all(output, files)
+        for name in {name for one in made for name in one.outdated()} - {name for name, _ in files}:
+            (output / name).unlink(missing_ok=True)
     if as_json:
         print_json(data)
         return
@@ -254,40 +271,14 @@ def opening_words(spec: Specification) -> str:
     return f"the initial inputs {inputs} allow no output" if inputs else "no output is allowed"
 
 
-def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
-    if result.verdict.proven:
-        return result
-    raise errors.ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
-
-
-def listed(ask: Callable[[Specification], SynthesisResult], spec: Specification) -> SynthesisResult:
-    """Return the result of a synthesis request; OUT_OF_MEMORY if its output exceeds a limit."""
-    try:
-        return ask(spec)
-    except errors.ResourceLimitError as error:
-        nothing = errors.Verdict.OUT_OF_MEMORY
-        return SynthesisResult(spec.robot, nothing, 0.0, False, "", detail=str(error))
-
-
-def too_large(file: Path, what: str, result: SynthesisResult) -> errors.ResourceLimitError:
-    limit = (result.detail.splitlines() or [result.verdict.value.replace("_", " ")])[0]
-    hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks what it prints"
-    return errors.ResourceLimitError(f"{file}: {what} is too large to list ({limit})\n    {hint}")
-
-
-VERIFY_EPILOG = """\b
-Examples:
+VERIFY_EXAMPLES = """\
   safenav new lab.yaml && safenav synth lab.yaml -o out
   safenav verify out/walker.structuredslugs out/walker.json
   safenav verify out/walker.structuredslugs - --json < out/walker.json
-\b
-Exit codes:
-  0  the strategy satisfies the specification   1  it does not
-  2  bad input: invalid specification or strategy, or they do not belong together
 """
 
 
-@options.command(VERIFY_EPILOG)
+@options.command(VERIFY_EXAMPLES, "the strategy satisfies the specification", "it does not")
 def verify(
     specification: Annotated[str, click.Path()],
     strategy: Annotated[str, click.Path()],
@@ -311,9 +302,8 @@ def verify(
         read_json(data)
         automaton = Strategy.parse(data, spec)
     except (ValueError, errors.SynthesizerError) as error:
-        flaw = str(error)
-        if isinstance(error, ValueError):
-            flaw = f"the strategy is not JSON: {json_flaw(error)}"
+        malformed = isinstance(error, ValueError)
+        flaw = f"the strategy is not JSON: {json_flaw(error)}" if malformed else str(error)
         hint = "it must be the explicit strategy of this specification, as JSON"
         raise errors.InputError([errors.Diagnostic(strategy, 0, 0, flaw, hint)]) from error
     found = verification.verify(spec, automaton, counterstrategy)
@@ -334,19 +324,15 @@ def verify(
     return code_of(found.ok)
 
 
-EXPLAIN_EPILOG = """\b
-Examples:
+EXPLAIN_EXAMPLES = """\
   safenav new lab.yaml && safenav explain lab.yaml
   safenav explain lab.yaml --robot walker --json
   safenav synth lab.yaml -o out && safenav explain out/walker.structuredslugs
-\b
-Exit codes:
-  0  nothing to explain   1  a robot is unrealizable, or the run needs an operator
-  2  bad input   3  time or memory limit   4  synthesizer failure
 """
+EXPLAINED = "a robot is unrealizable, or the run needs an operator"
 
 
-@options.command(EXPLAIN_EPILOG)
+@options.command(EXPLAIN_EXAMPLES, "nothing to explain", EXPLAINED)
 def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.AsJson) -> int:
     """Explain why robots are unrealizable: a minimal unrealizable core, a losing play and
     verified repairs. Scenarios with unreachable targets, which other commands refuse, are explained

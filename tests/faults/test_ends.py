@@ -79,12 +79,6 @@ def pressed(*given, **named):
 setattr(threading, called, pressed)
 """
 """Ctrl-C while the thread of a synthesis is started."""
-BETWEEN = """
-import os, pathlib, signal
-renamed = pathlib.Path.replace
-pathlib.Path.replace = lambda *given: os.kill(os.getpid(), signal.SIGINT) or renamed(*given)
-"""
-"""Ctrl-C whenever a file gets its name."""
 PRESSED = """
 import sys
 class Presses:
@@ -272,12 +266,6 @@ def test_another_thread_stops_a_run_within_a_synthesis(monkeypatch: pytest.Monke
     result = mission.run()
     assert stops and (result.outcome, result.ticks) == (Outcome.INTERRUPTED, 0)
     assert result.explanation == "enough"
-
-
-def test_an_interrupt_between_two_files_lets_all_be_written(tmp_path: Path) -> None:
-    assert ended("synth", HELLO, "-o", tmp_path, before=BETWEEN)[0] == INTERRUPTED
-    kinds = ("dot", "graphml", "json", "slugsin", "structuredslugs")
-    assert files(tmp_path) == {f"rover.{kind}" for kind in kinds}
 
 
 # Each command at a random moment.

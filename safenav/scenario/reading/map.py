@@ -8,7 +8,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, install_command
-from safenav.files import ROS_MAP, check_kind, kind_of
+from safenav.files import ROS_MAP, kind_of
 from safenav.scenario import language
 from safenav.scenario.language import FORMS, MapKeys
 from safenav.scenario.reading.regions import Reading, too_large
@@ -98,7 +98,6 @@ def map_keys(
     those that divide it, None if not given. Raises InputError if the file is not a map file."""
     form = form_of(path)
     if form is None:
-        check_kind("", "map file", str(path))
         maps = "PNG or PGM images, the YAML file of ROS map_server, MovingAI maps (.map)"
         raise InputError([Diagnostic(str(path), 0, 0, "this is not a map file", maps)])
     given = {key: value for key, value in division.items() if value is not None}

@@ -11,7 +11,7 @@ from typing import Self, TypeVar
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.files import ADVICE, another_kind, decoded, read_input
+from safenav.files import ADVICE, check_kind, decoded, read_input
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
@@ -314,8 +314,10 @@ def _refuse_outside(path: Path, reach: Path) -> None:
 def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
     """Return the YAML document in a text; report its errors. None if it is not readable.
     ``expected``: its kind of file."""
-    if wrong := another_kind(text, expected, findings.file):
-        findings.add(None, *wrong)
+    try:
+        check_kind(text, expected, findings.file)
+    except InputError as error:
+        findings.add(None, error.diagnostics[0].found, error.diagnostics[0].hint)
         return None
     if len(text) > MAX_BYTES:
         hint = "a scenario names its map's file; it has no other large part"
