@@ -39,7 +39,7 @@ def open_walls(problem: RepairProblem) -> Iterator[Repair]:
                 (*without_words([wall]), ("obstacles", written)),
                 replace(opened, obstacles=(*scenario.obstacles, obstacle)),
                 helpers,
-                obstacle.type.action,
+                obstacle.needs[0].action,
             )
 
 
@@ -87,7 +87,7 @@ def _resolvable(
         if len(kind.needs) > 1 or kind.needs[0].robots > 1:
             continue  # it takes several actions or helpers
         for other in scenario.robots:
-            if kind.action not in other.capabilities:
+            if kind.needs[0].action not in other.capabilities:
                 continue
             closed = {wall} if obstacle.closed_to(other) else set()
             reach = Reachability(other.model.mobility, other.start, open_map, closed)

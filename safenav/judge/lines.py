@@ -189,10 +189,10 @@ def _robot(value: Any) -> Line:
 
 
 def _type(value: Any) -> Line:
-    """Return a type of obstacles with all its ``needs``."""
-    kind, one = read("kind", value), {"robots": 1, "together": False, "same": False}
-    needs = kind.listed or [Line(action=kind.action, at=kind.resolve_at, **one)]
-    return Line(**vars(kind), needs=needs)
+    """Return a type of obstacles, which has at least one need."""
+    kind: Line = read("kind", value)
+    _require(bool(kind.needs), "has no needs")
+    return kind
 
 
 def _obstacle(value: Any) -> Line:
@@ -231,7 +231,7 @@ OBJECTS = {
         "member": "name model:model start:pose objective:objective avoids?:str! within?:count"
         " when:when*",
         "need": "action at:at robots:count together:bool same:bool",
-        "kind": "name action resolve_at:at blocks?:str! listed:need* resolve_within?:count",
+        "kind": "name needs:need* blocks?:str! resolve_within?:count",
         "hidden": "type:type region:int traversable?:bool appears?:count goes?:count"
         " resolve_within?:count ordered:bool number:count",
         "change": "at:count robot objective?:objective active?:bool within?:count",

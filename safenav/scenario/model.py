@@ -369,28 +369,20 @@ def takes(needs: Sequence[Need], number: int) -> bool:
 
 
 class ObstacleType(Struct, frozen=True):
-    """A type of resolvable obstacle: its action c_r, its resolution regions and the robots that it
-    blocks.
+    """A type of resolvable obstacle: the needs that resolve it, in order, with the paper's action
+    c_r and regions S_r, and the robots that it blocks.
 
     ``blocks`` lists the layers, robot models and robots that it physically stops, whatever their
     capabilities; None means every robot. ``has_truth``: resolving it may also reveal that the
-    region is not traversable. ``listed``: its needs in order, the first with ``action`` at
-    ``resolve_at``; empty if that is its only need. ``resolve_within``: maximum number of ticks from
-    the request to the resolution.
+    region is not traversable. ``resolve_within``: maximum number of ticks from the request to the
+    resolution.
     """
 
     name: str
-    action: str
-    resolve_at: ResolveAt | frozenset[Region] = ResolveAt.SELF
+    needs: Annotated[tuple[Need, ...], Meta(min_length=1)]
     blocks: frozenset[str] | None = None
     has_truth: bool = False
-    listed: tuple[Need, ...] = ()
     resolve_within: Count | None = None
-
-    @property
-    def needs(self) -> tuple[Need, ...]:
-        """The needs that resolve it, in order."""
-        return self.listed or (Need(self.action, at=self.resolve_at),)
 
 
 FAILURES = ("lost_", "unknown_")

@@ -5,7 +5,14 @@ from collections.abc import Collection, Iterator, Sequence
 
 from msgspec.structs import replace
 
-from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Obstacle, ObstacleType, Robot
+from safenav.scenario.model import (
+    OPERATOR_ACTION,
+    FailedMoves,
+    Need,
+    Obstacle,
+    ObstacleType,
+    Robot,
+)
 from safenav.team import state as now
 from safenav.team.floor import acting_floor, barred, put, stages_of
 from safenav.team.state import Is, State
@@ -186,18 +193,21 @@ def number(team: Team, state: State, obstacle: Obstacle) -> int:
     return next(there, numbers[-1])
 
 
+BY_OPERATOR = (Need(OPERATOR_ACTION),)
+
+
 def unknown(robot: Robot, region: Region) -> Obstacle:
     """Return an obstacle that blocks the robot's layer in a region; only an operator can resolve
     it."""
     layer = robot.model.layer
-    kind = ObstacleType(f"unknown_{layer}", OPERATOR_ACTION, blocks=frozenset({layer}))
+    kind = ObstacleType(f"unknown_{layer}", BY_OPERATOR, frozenset({layer}))
     return Obstacle(kind, region)
 
 
 def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
     """Return an obstacle where a lost robot may be; it blocks that robot and ``others``."""
     blocks = frozenset({robot.name, *others})
-    return Obstacle(ObstacleType(f"lost_{robot.name}", OPERATOR_ACTION, blocks=blocks), region)
+    return Obstacle(ObstacleType(f"lost_{robot.name}", BY_OPERATOR, blocks), region)
 
 
 def stands_for(obstacle: Obstacle, robot: str) -> bool:

@@ -89,7 +89,7 @@ def refusal(scenario: Scenario, task: Task, spec: Specification, folder: Path) -
     lines: list[records.Record] = [
         records.Header(0, records.VERSION, "test", scenario.recorded, cells=cells),
         *(  # met before
-            records.Violation(0, name, at, o.region, o.name, o.type.action)
+            records.Violation(0, name, at, o.region, o.name, o.needs[0].action)
             for o in scenario.obstacles
             if o.region in closed
         ),

@@ -43,10 +43,9 @@ class Facts:
         kind, region = one["type"], one["region"]
         beside = {region + d for d in (-self.cols, -1, 1, self.cols)} & self.free
         at = {"self": [region], "neighbours": beside}
-        alone = {"action": kind["action"], "at": kind["resolve_at"]}
         needs = [
             need | {"regions": need["at"] if isinstance(need["at"], list) else at[need["at"]]}
-            for need in kind["listed"] or [alone]
+            for need in kind["needs"]
         ]
         listed = kind.get("blocks")
         blocks = [n for n, r in self.robots.items() if listed is None or {*listed} & {

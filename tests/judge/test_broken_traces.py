@@ -160,7 +160,8 @@ def test_choices_after_which_all_can_return_are_not_tried_in_each_order() -> Non
     carrier = copy.deepcopy(team[1]) | {"name": "c", "avoids": [], "start": {"region": 12}}
     carrier["model"]["capabilities"], carrier["objective"] = ["lift"], {"visit": [12]}
     team.append(carrier)
-    kind = {"name": "crate", "action": "lift", "resolve_at": "self", "blocks": [], "listed": []}
+    need = {"action": "lift", "robots": 1, "at": "self", "together": False, "same": False}
+    kind = {"name": "crate", "needs": [need], "blocks": []}
     new = []
     for number in range(1, 10):
         one = {"type": kind, "region": 8, "ordered": True, "number": number, "appears": 1}

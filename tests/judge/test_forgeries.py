@@ -107,7 +107,8 @@ def a_zone(lines: list[Line], _: int, chance: random.Random) -> bool:
 @kind("step")
 def a_door_in_the_way(lines: list[Line], k: int, _: random.Random) -> None:
     """The scenario has an obstacle where a robot went."""
-    rock = {"name": "rock", "action": "crush", "resolve_at": "self", "listed": []}
+    need = {"action": "crush", "robots": 1, "at": "self", "together": False, "same": False}
+    rock = {"name": "rock", "needs": [need]}
     about = {"type": rock, "region": lines[k]["to"], "ordered": False, "number": 1}
     lines[0]["scenario"]["obstacles"].append(about)
 
@@ -133,10 +134,8 @@ def without_the_capability(lines: list[Line], *_: object) -> None:
 @kind("resolved")
 def a_further_need(lines: list[Line], *_: object) -> None:
     for one in lines[0]["scenario"]["obstacles"]:
-        kind, many = one["type"], {"robots": 1, "together": False, "same": False}
-        alone = many | {"action": kind["action"], "at": kind["resolve_at"]}
-        first = (kind["listed"] or [alone])[0]
-        kind["listed"] = [first, first | {"action": "crush"}]
+        first = one["type"]["needs"][0]
+        one["type"]["needs"] = [first, first | {"action": "crush"}]
 
 
 @kind("resolved")

@@ -133,7 +133,7 @@ def test_a_robot_whose_step_fails_turns_back(tmp_path: Path) -> None:
 
 def failure(obstacle: str) -> list[damage.Line]:
     """Lines of a robot that is lost, or cannot go on."""
-    kind = {"name": obstacle.partition("@")[0], "action": "operator"}
+    kind = {"name": obstacle.partition("@")[0], "needs": [{"action": "operator"}]}
     about = {"type": kind, "region": 9}
     met = {"robot": "quad", "at": 8, "proposed": 9, "obstacle": obstacle, "action": "operator"}
     return [

@@ -54,8 +54,8 @@ inputs: {alarm: {at: 3}}
 until: {rounds: 1}
 """
 DOOR, FOG = built_in().obstacles["door"], built_in().obstacles["uncertainty"]
-SAME = replace(DOOR, listed=(Need("push", same=True),))
-TWO = replace(DOOR, listed=(Need("push"), Need("push", robots=2, same=True)))
+SAME = replace(DOOR, needs=(Need("push", same=True),))
+TWO = replace(DOOR, needs=(Need("push"), Need("push", robots=2, same=True)))
 
 
 def broken(*_: Any) -> Any:

@@ -200,10 +200,10 @@ def checked_obstacle(found: Obstacle) -> Obstacle:
         obstacle: Obstacle = fitted(found, Obstacle)
     except ValueError as error:
         raise ValueError(f"{where} {error}") from error
-    listed = obstacle.type.listed
-    if listed and listed[0].same:
+    needs = obstacle.needs
+    if needs[0].same:
         raise ValueError(f"{where} has no previous need for 'same'")
-    if any(need.same and need.robots != last.robots for last, need in pairwise(listed)):
+    if any(need.same and need.robots != last.robots for last, need in pairwise(needs)):
         raise ValueError(f"{where} needs as many robots for a 'same' need as before")
     return obstacle
 

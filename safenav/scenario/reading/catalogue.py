@@ -82,25 +82,18 @@ def _type(
     if item.flawed:
         return None
     needs = _needs(item, reading)
-    first = needs[0] if needs else Need(item.action or "", at=item.resolve_at)
-    if needs and needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
+    if needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
         found = f"the 'same' robots fulfil the last need {item.of} inside it, but may not enter"
         reading.add(item.node, found, "write 'at: neighbours' or 'blocks: []'")
     if len(reading) > before:
         return None
-    return ObstacleType(
-        name=key.text,
-        action=first.action,
-        resolve_at=first.at,
-        blocks=blocks,
-        has_truth=item.has_truth,
-        listed=needs,
-        resolve_within=item.resolve_within,
-    )
+    return ObstacleType(key.text, needs, blocks, item.has_truth, item.resolve_within)
 
 
 def _needs(item: language.TypeKeys, reading: Reading) -> tuple[Need, ...]:
     """Return the needs in order, each ``same`` one with the number of robots before it."""
+    if item.action is not None:
+        return (Need(item.action, at=item.resolve_at),)
     found: list[Need] = []
     for need, node in zip(item.needs or (), items_of(item.at("needs")), strict=True):
         label, given = f"need {len(found) + 1} {item.of}", below(node, "robots")
