@@ -103,8 +103,8 @@ def _is_short_name(text: str) -> bool:
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
-    """Yield the errors in the values of a line. ``kind``: its type. The state in a checkpoint is
-    left to the reader that continues its run."""
+    """Yield the errors in the values of a line whose fields have been read. ``kind``: its type. The
+    state in a checkpoint is left to the reader that continues its run."""
     if kind == "checkpoint":
         line = {key: value for key, value in line.items() if key != "run"}
     left: list[tuple[str, Any, int]] = [("", line, 0)]
@@ -124,9 +124,9 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
         elif isinstance(value, str) and not (key in _TEXTS or _is_name(value)):
             yield f"`{key}` must be a name, not {_shown(value)}"
     if kind == "header":
-        yield from _flaws_of_scenario(line.get("scenario"))
-    elif kind == "discovered" and isinstance(line.get("obstacle"), dict):
-        yield from _flaw_of_type(line["obstacle"])
+        yield from _flaws_of_scenario(line["scenario"])
+    elif kind == "discovered":
+        yield from _flaw_of_name(TYPE, line["obstacle"]["type"]["name"], "an obstacle")
 
 
 def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
@@ -141,33 +141,20 @@ def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
     )
 
 
-def _flaws_of_scenario(scenario: Any) -> Iterator[str]:
-    if not isinstance(scenario, dict):
-        return
-    robots, obstacles, world = map(scenario.get, ("robots", "obstacles", "map"))
-    robots, obstacles = (each if isinstance(each, list) else [] for each in (robots, obstacles))
+def _flaws_of_scenario(scenario: dict[str, Any]) -> Iterator[str]:
+    robots, rows, cols = scenario["robots"], scenario["map"]["rows"], scenario["map"]["cols"]
     if len(robots) > MOST_ROBOTS:
         yield f"{len(robots)} robots; at most {MOST_ROBOTS} can be read"
     for robot in robots:
-        if isinstance(robot, dict):
-            yield from _flaw_of_name(ROBOT, robot.get("name"), "a robot")
-    for obstacle in obstacles:
-        if isinstance(obstacle, dict):
-            yield from _flaw_of_type(obstacle)
-    size = (world.get("rows", 1), world.get("cols", 1)) if isinstance(world, dict) else (1, 1)
-    (rows, cols), whole = size, all(type(each) is int for each in size)
-    if whole and not (min(size) > 0 and rows * cols <= MOST_REGIONS):
+        yield from _flaw_of_name(ROBOT, robot["name"], "a robot")
+    for obstacle in scenario.get("obstacles", ()):
+        yield from _flaw_of_name(TYPE, obstacle["type"]["name"], "an obstacle")
+    if not (min(rows, cols) > 0 and rows * cols <= MOST_REGIONS):
         yield f"a map of {rows} x {cols} regions; 1 to {MOST_REGIONS} can be read"
 
 
-def _flaw_of_type(obstacle: dict[str, Any]) -> Iterator[str]:
-    kind = obstacle.get("type")
-    if isinstance(kind, dict):
-        yield from _flaw_of_name(TYPE, kind.get("name"), "an obstacle")
-
-
-def _flaw_of_name(form: re.Pattern[str], name: Any, what: str) -> Iterator[str]:
-    if not isinstance(name, str) or not form.fullmatch(name):
+def _flaw_of_name(form: re.Pattern[str], name: str, what: str) -> Iterator[str]:
+    if not form.fullmatch(name):
         yield f"{_shown(name)} cannot name {what}"
 
 

@@ -353,11 +353,12 @@ class Reader:
         _require(
             header is not bool(self._robots), "the header must be the first line, and no other"
         )
-        for flaw in flaws(data, kind):
-            raise WrongError(flaw)
         flaw = note_flaw(data, kind, fact=kind in KINDS)
         _require(not flaw, flaw)
-        return self._fact(data, kind)
+        fact = self._fact(data, kind)
+        for flaw in flaws(data, kind):
+            raise WrongError(flaw)
+        return fact
 
     def _fact(self, data: dict[str, Any], kind: str) -> Line | None:
         if kind not in KINDS or kind == "checkpoint":  # a state of earlier lines, for `resume`
