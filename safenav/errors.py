@@ -6,7 +6,6 @@ Errors are bad input, exhausted resources, and broken or missing tools.
 
 from __future__ import annotations
 
-import errno
 import re
 import shlex
 import sys
@@ -70,12 +69,6 @@ _OF_OUTCOMES = {
 def exit_code_of(outcome: Outcome) -> ExitCode:
     """Return the exit code of a run with this outcome, if its scenario expects no other."""
     return _OF_OUTCOMES.get(outcome, ExitCode.NEGATIVE)
-
-
-WRONG_NAMES = (errno.ENAMETOOLONG, errno.ELOOP)
-"""Errors caused by a file's name, whatever the file is used for."""
-FULL_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Errors of a file, or an output, that cannot grow."""
 
 
 def file_words(error: OSError) -> str:

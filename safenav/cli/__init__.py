@@ -3,6 +3,7 @@
 ``main`` is the only place that turns an exception into an exit status.
 """
 
+import errno
 import io
 import os
 import signal
@@ -112,9 +113,9 @@ def _ending(error: BaseException) -> tuple[str, errors.ExitCode]:
             close = get_close_matches(sys.argv[1], COMMANDS, 1) if listed == "commands" else ()
             meant = f". Did you mean '{close[0]}'?" if close else ""
             return f"{message[:1].lower()}{message[1:]}{meant}{hint}", errors.ExitCode.BAD_INPUT
-        case OSError() if error.errno in errors.WRONG_NAMES:
+        case OSError(errno=errno.ENAMETOOLONG | errno.ELOOP):
             return f"{errors.file_words(error)}\n    choose another name", errors.ExitCode.BAD_INPUT
-        case OSError() if error.errno in errors.FULL_DISK:
+        case OSError(errno=errno.ENOSPC | errno.EDQUOT | errno.EFBIG):
             return f"cannot write the output: {errors.file_words(error)}", errors.ExitCode.BAD_INPUT
         case ImportError(name="numpy" | "daqp" as missing):
             user = " ".join(["safenav", *sys.argv[1:2]])
