@@ -17,7 +17,7 @@ import safenav.judge
 from safenav import strict_json
 from safenav.certify.check import check_bundle, page_of, sources_of
 from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError, Verdict
-from safenav.files import json_line, read_input
+from safenav.files import json_line
 from safenav.judge.bundle.check import VERSION, Judged
 from safenav.judge.bundle.evidence import proof_file
 from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError, Task
@@ -27,7 +27,7 @@ from safenav.judge.rules import Rule
 from safenav.judge.state import State
 from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrupted
 from safenav.scenario.model import Coordination, Scenario
-from safenav.scenario.reading.loader import load_scenario_text, scenario_text
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import read_specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.file import TraceWriter, read_bytes
@@ -263,12 +263,11 @@ def _unanswered(task: Task, node: int) -> Sequence[int]:
     return found
 
 
-def bundle_of_run(scenario: Path, target: Path) -> Made:
-    """Run a scenario and write its bundle.
+def bundle_of_run(text: str, scenario: Path, target: Path) -> Made:
+    """Run a scenario and write its bundle. ``text``: that of its file.
 
     Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
     """
-    text = scenario_text(scenario)
     plan = load_scenario_text(text, str(scenario))
     _certifiable(plan)
     with tempfile.TemporaryDirectory() as directory:
@@ -281,13 +280,12 @@ def bundle_of_run(scenario: Path, target: Path) -> Made:
         return make_bundle(target, data, sources, synthesizer)
 
 
-def bundle_of_trace(trace: Path, target: Path) -> Made:
-    """Write the bundle of an earlier run from its trace and the cache.
+def bundle_of_trace(trace: bytes, source: str, target: Path) -> Made:
+    """Write the bundle of an earlier run from its trace and the cache. ``source`` names it in
+    messages.
 
     Raises InputError if it is not a trace, UsageError if a part is missing, NotCertifiedError if
     the run is refused.
     """
-    data = read_input(trace)
-    read_bytes(data, str(trace))
-    synthesizer = Synthesizer(verifier=first_failure)
-    return make_bundle(target, data, {}, synthesizer)
+    read_bytes(trace, source)
+    return make_bundle(target, trace, {}, Synthesizer(verifier=first_failure))

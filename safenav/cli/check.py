@@ -36,8 +36,6 @@ BAD = """unrealizable (--strict: or a warning); a rule broken, or an outcome mis
      refused; a requirement violated or undecided"""
 
 SCENARIO, TRACE, MOTION, BUNDLE = "scenario", "trace", "motion file", "bundle"
-READ_BY = {"strict": SCENARIO, "require": MOTION, "rate": MOTION}
-"""The kind of files that each option is for."""
 ARCHIVE = ("PK\x03\x04", "PK\x05\x06")
 """First bytes of a zip file."""
 SHOWN = 5
@@ -67,16 +65,11 @@ def check(
     are is recognized by their content; `-` is standard input."""
     found = [(recognized(file), file) for file in map(options.GivenFile, files)]
     kinds = {kind for kind, _ in found}
-    for name, kind in READ_BY.items():
-        if kind not in kinds:
-            options.refuse(f"a {kind}", name)
+    if SCENARIO not in kinds:
+        options.refuse("a scenario", "strict")
+    if MOTION not in kinds:
+        options.refuse("a motion file", "require", "rate")
     traces = [file for kind, file in found if kind == TRACE]
-    for kind, file in found:
-        if kind == MOTION and not traces:
-            hint = f"give both: safenav check {file.path} TRACE"
-            raise errors.UsageError(
-                f"{file.path}: a motion is judged against its trace\n    {hint}"
-            )
     judges: dict[str, Callable[[GivenFile], JudgedFile]] = {
         SCENARIO: lambda file: of_scenario(file, strict),
         TRACE: lambda file: of_trace(file, MOTION in kinds),
@@ -238,6 +231,9 @@ def of_motion(
     from safenav.motion.file import parsed
     from safenav.trace.file import read_bytes
 
+    if not traces:
+        hint = f"give both: safenav check {file.path} TRACE"
+        raise errors.UsageError(f"{file.path}: a motion is judged against its trace\n    {hint}")
     motion = parsed(file.bytes(), file.name)
     runs = [read_bytes(each.bytes(), each.name) for each in traces]
     run = next((run for run in runs if run.digest == motion.header.trace), runs[0])
@@ -289,7 +285,7 @@ CERTIFY_EXAMPLES = """\
   safenav check bundle && python3 -I -S bundle/check.py bundle
   safenav certify lab.yaml -o lab.zip
   safenav run lab.yaml --trace lab.jsonl
-  safenav certify --trace lab.jsonl -o moved
+  safenav certify lab.jsonl -o moved
 """
 CERTIFIED = "the bundle is written, and its checker accepts it"
 NOT_CERTIFIED = "a checker refuses the run: the reason is printed, no bundle is written"
@@ -297,25 +293,22 @@ NOT_CERTIFIED = "a checker refuses the run: the reason is printed, no bundle is 
 
 @options.command(CERTIFY_EXAMPLES, CERTIFIED, NOT_CERTIFIED)
 def certify(
-    scenario: options.InputOption,
-    trace: Annotated[options.InputOption, "The trace of an earlier run."],
+    file: options.InputFile,
     output: Annotated[Path, BUNDLE_FILE, "-o --output", "A folder, or a .zip."],
 ) -> int:
-    """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
-    needs only Python.
+    """Write a bundle: the run, each strategy with its proof, and a checker that needs only Python.
+    FILE is a scenario, which is run, or the trace of an earlier run.
 
     Any outcome can be certified, including that the mission is infeasible; not runs with
     'coordination: assignable'."""
     from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 
-    if (scenario is None) == (trace is None):
-        raise errors.UsageError("give either a scenario to run, or the --trace of an earlier run")
+    given = options.GivenFile(file)
     try:
-        if scenario is not None:
-            made = bundle_of_run(scenario, output)
+        if given.kind == TRACE:
+            made = bundle_of_trace(given.bytes(), given.name, output)
         else:
-            assert trace is not None
-            made = bundle_of_trace(trace, output)
+            made = bundle_of_run(given.text(), file, output)
     except errors.NotCertifiedError as error:
         click.echo(str(error), err=True)
         return errors.ExitCode.NEGATIVE

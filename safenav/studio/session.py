@@ -43,9 +43,8 @@ def page_3d(trace: bytes, name: str) -> bytes:
 def bundle(trace: bytes, name: str) -> bytes:
     """Return the run with its proofs and their checker, zipped. Raises SafenavError if refused."""
     with TemporaryDirectory() as folder:
-        file, out = Path(folder) / name, Path(folder) / "bundle.zip"
-        file.write_bytes(trace)
-        bundle_of_trace(file, out)
+        out = Path(folder) / "bundle.zip"
+        bundle_of_trace(trace, name, out)
         return out.read_bytes()
 
 

@@ -230,8 +230,7 @@ def forged(kind: str, seed: int) -> set[str] | None:
 
         def made(number: int) -> Path:
             data = mission(chance.choice(FAMILIES), number) | {"coordination": "resynthesis"}
-            (folder / "mission.yaml").write_text(json.dumps(data))
-            bundle_of_run(folder / "mission.yaml", folder / "true")
+            bundle_of_run(json.dumps(data), folder / "mission.yaml", folder / "true")
             return folder / "true"
 
         if chance.random() < 0.5:

@@ -31,7 +31,7 @@ def bundle_at(name: str, text: str) -> Path:
     def make(folder: Path) -> None:
         scenario = folder / f"{name}.yaml"
         scenario.write_text(whole(text))
-        bundle_of_run(scenario, folder / name)
+        bundle_of_run(scenario.read_text(), scenario, folder / name)
 
     digest = hashlib.sha256(text.encode()).hexdigest()[:8]
     return made_once(f"bundle of {name} {digest}", make) / name

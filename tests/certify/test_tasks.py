@@ -194,7 +194,7 @@ def test_the_run_of_a_random_mission_is_certified(
     scenario = tmp_path / "mission.yaml"
     scenario.write_text(json.dumps(data | {"coordination": "resynthesis"}))
     try:
-        assert bundle_of_run(scenario, tmp_path / "bundle").verdict.accepted
+        assert bundle_of_run(scenario.read_text(), scenario, tmp_path / "bundle").verdict.accepted
     except ResourceLimitError as limit:  # by beliefs on a large map: no verdict
         pytest.skip(str(limit))
     played()

@@ -29,7 +29,7 @@ VIEWS = (
     ("export", "--side", "1", "-o", "made.csv"),
     ("export", "--motion", "made.jsonl"),
     ("resume", "--max-ticks", "50", "--trace", "made.jsonl"),
-    ("certify", "-o", "made", "--trace"),
+    ("certify", "-o", "made"),
 )
 """Commands on a trace beside its check; their files are called ``made``."""
 DATA = from_yaml(beside(__file__, "bombs.yaml"))

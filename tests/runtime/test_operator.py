@@ -41,7 +41,7 @@ def test_the_terminal_prints_the_reason_of_a_wait_and_of_refusals(tmp_path: Path
     assert "because gate@doorway needs a robot with 'push'" in done.stderr
     assert all(words in done.stderr for words in told.values()), done.stderr
     assert "an operator intervenes: resolved gate@doorway" in done.stdout
-    done = warm.safenav("certify", "--trace", trace, "-o", tmp_path / "bundle")
+    done = warm.safenav("certify", trace, "-o", tmp_path / "bundle")
     assert done.returncode == 0, done.stderr
 
 
