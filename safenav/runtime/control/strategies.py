@@ -323,10 +323,11 @@ def commanded(
         return step[0] if step[1] is None else step[1] * team.size + step[0]
 
     free = member.floor & ~graph.on(shut) & (-1 if safe is None else safe)
-    goal = _goal(team, state, i, role) & (free | 1 << robot.pose)
+    free_or_here = free | 1 << robot.pose  # it may stand in an obstacle
+    goal = _goal(team, state, i, role) & free_or_here
     if own and (not shut or goal >> robot.pose & 1):
         return steps(node, none)
-    field = graph.distances(goal, free)
+    field = graph.distances(goal, free_or_here)
 
     def leads(step: Step | None, place: int) -> bool:
         """Return whether this step and the next ones of the strategy lead nearer to the goal."""
