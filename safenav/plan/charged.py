@@ -2,8 +2,8 @@
 
 A robot on a charger charges while it stays, the others use charge while they wait. A transition
 lasts as long as its slowest step. A robot enters a region in the transition in which another one
-leaves it only if a run would let it: if the other one's turn is earlier, and its step takes one
-tick. So a run is never later than the plan, and no robot has less charge than planned.
+leaves it only if a run would let it: in lockstep, if the other one's turn is earlier, and its step
+takes one tick. So a run is never later than the plan, and no robot has less charge than planned.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -173,7 +173,7 @@ class ChargedSearch(Search):
                 for j in there.get(region, ()):
                     if j not in self.team.members[i].rivals:
                         continue
-                    left = found[j] % size != region
+                    left = found[j] % size != region and not self.live
                     if not (left and j < i and self.team.members[j].ticks == 1):
                         found[i], again = joint.poses[i], True
                         break
