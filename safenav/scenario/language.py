@@ -33,6 +33,7 @@ VERSION = 1
 
 Model = Annotated[RobotModel, Key(form=str, by="model")]
 Type = Annotated[ObstacleType, Key(form=str, by="type")]
+Task = Annotated[ObstacleType, Key(form=str, by="task")]
 _CLOSED = "is reserved for regions that robots report as closed"
 TypeName = Annotated[Scalar, name_key("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
 
@@ -158,9 +159,8 @@ STRICT = kinds_that(lambda kind: kind.strict)
 def _kind(name: str) -> Any:
     """Return the key of a kind of objective."""
     kind = KINDS[name]
-    limits = {"minItems": kind.least, **({"maxItems": kind.most} if kind.most else {})}
     about = f"{kind.meaning[0].upper()}{kind.meaning[1:]}."
-    return key(about, schema={} if kind.one else limits)
+    return key(about, schema={} if kind.one else {"minItems": kind.least})
 
 
 class ObjectiveKeys(Item, frozen=True):
@@ -289,7 +289,7 @@ class OrderKeys(Item, frozen=True):
     at_: int | None = key(
         "The tick at which the team receives it.", "for example 'at: 10'", least=1
     )
-    type: Type | None = key(
+    type: Task | None = key(
         "An obstacle type with 'blocks: []'.", "an obstacle type with 'blocks: []'"
     )
     region: values.RegionValue | None = key("Its region.", _AT)
@@ -364,7 +364,7 @@ class ScenarioKeys(Item, frozen=True):
     )
     late: LatePolicy = key("After a missed deadline: go_on, or stop.", default=LatePolicy.GO_ON)
     chargers: tuple[values.Regions, ...] = key("Regions where batteries are charged.", default=())
-    flat: Type | None = key(
+    flat: Task | None = key(
         "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
     seed: int = key("Seed of all random draws.", most=MOST_NUMBER, default=0)

@@ -22,7 +22,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.formula import syntax
-from safenav.scenario.yaml.document import flow
+from safenav.scenario.yaml.document import flow, one_of
 from safenav.world.map import Region
 from safenav.world.poses import bits
 
@@ -36,10 +36,6 @@ Word = Callable[[Region | Target], str]
 def number_word(place: Region | Target) -> str:
     """Return a region's number; the numbers of a target: ``47|58``."""
     return str(place) if isinstance(place, int) else "|".join(map(str, sorted(place)))
-
-
-EMPTY = "is empty"
-"""The error of an objective without targets."""
 
 
 class Pursuit(NamedTuple):
@@ -87,13 +83,12 @@ class Objective:
 
     ``kind``: its key in a scenario; ``meaning``: a short description, for editors; ``drawing``: its
     verb phrase while a user clicks its targets; ``one``: it has a single target, not a list;
-    ``least``, ``most``: the numbers of targets that it can have (None: any); ``in_turn``: its
-    targets count in their order only; ``turn``: the specification variable that holds the next
-    target, if there is more than one. ``settles``: it ends at its last target and stays there,
-    where each tick is a round. ``strict``: the robot leaves each target with its next step, and
-    touches none out of turn; where that cannot be kept, plain alternation (``relaxed``) suffices,
-    unless it is ``literal`` (``spec.task``). ``formulas``: those that state its goals, also about
-    ``memory`` and ``inputs``."""
+    ``least``: the least number of its targets; ``in_turn``: they count in their order only;
+    ``turn``: the specification variable that holds the next target, if there is more than one.
+    ``settles``: it ends at its last target and stays there, where each tick is a round. ``strict``:
+    the robot leaves each target with its next step, and touches none out of turn; where that cannot
+    be kept, plain alternation (``relaxed``) suffices, unless it is ``literal`` (``spec.task``).
+    ``formulas``: those that state its goals, also about ``memory`` and ``inputs``."""
 
     __slots__ = ()
     kind: ClassVar[str]
@@ -101,7 +96,6 @@ class Objective:
     drawing: ClassVar[str]
     one: ClassVar[bool] = False
     least: ClassVar[int] = 1
-    most: ClassVar[int | None] = None
     in_turn: ClassVar[bool] = False
     turn: ClassVar[str] = ""
     settles: ClassVar[bool] = False
@@ -125,8 +119,9 @@ class Objective:
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
-        """Return the error in these targets, and its remedy; None if there is none."""
-        return None if targets else (EMPTY, "name at least one target")
+        """Return the error in these targets, as it follows a name, and its remedy; None if there is
+        none."""
+        return None if targets else (" is empty", "name at least one target")
 
     def words(self, word: Word) -> str:
         """Return the objective in a few words."""
@@ -218,15 +213,15 @@ class Patrol(TargetObjective, frozen=True):
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         if len(set(targets)) == 1:
-            one = "1 target, and a patrol has two or more"
-            found = one if len(targets) == 1 else "all targets are the same"
+            one = ": 1 target, and a patrol has two or more"
+            found = one if len(targets) == 1 else ": all targets are the same"
             return found, "use 'hold' to stay in one region"
         for first, second in combinations(targets, 2):
             if first == second:
-                return "two targets are the same", "use 'visit', which allows it"
+                return ": two targets are the same", "use 'visit', which allows it"
             if first & second:
                 shared = ", ".join(str(region) for region in sorted(first & second))
-                return f"two targets share region {shared}", "use 'visit', which allows it"
+                return f": two targets share region {shared}", "use 'visit', which allows it"
         return super().wrong(targets)
 
     def words(self, word: Word) -> str:
@@ -273,7 +268,6 @@ class Hold(TargetObjective, frozen=True):
     meaning: ClassVar[str] = "go to a region and stay there"
     drawing: ClassVar[str] = "holds one region"
     one: ClassVar[bool] = True
-    most: ClassVar[int | None] = 1
     settles: ClassVar[bool] = True
 
 
@@ -290,7 +284,7 @@ class Once(TargetObjective, frozen=True):
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         if len(targets) > 1 and (shared := targets[-1] & targets[-2]):
-            found = f"the last two targets share region {', '.join(map(str, sorted(shared)))}"
+            found = f": the last two targets share region {', '.join(map(str, sorted(shared)))}"
             return found, "leave one of them out: staying there meets both"
         return super().wrong(targets)
 
@@ -357,6 +351,16 @@ class Ltl(Objective, Struct, frozen=True):
 def target_regions(objective: Objective | None) -> frozenset[Region]:
     """Return all regions of an objective's targets."""
     return frozenset().union(*objective.targets) if objective is not None else frozenset()
+
+
+def unordered(name: str, objective: Objective | None) -> tuple[str, str] | None:
+    """Return the error of a robot with a battery and an objective without an order of its targets,
+    and its remedy; None if there is none."""
+    if objective is None or objective.ordered():
+        return None
+    found = f"{name} has a battery, and an objective without an order of its targets"
+    kinds = kinds_that(lambda kind: kind.ordered())
+    return found, f"use {one_of(kinds, chr(39))}"
 
 
 def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str, ...]:

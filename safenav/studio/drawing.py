@@ -110,7 +110,7 @@ def palette(catalogue: Catalogue) -> dict[str, Any]:
                 "meaning": kind.meaning,
                 "drawing": kind.drawing,
                 "least": kind.least,
-                "most": kind.most,
+                "most": 1 if kind.one else None,
                 "one": kind.one,
             }
             for key, kind in KINDS.items()

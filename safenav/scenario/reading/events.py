@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from safenav.formula.parser import FormulaError
 from safenav.scenario import language, values
 from safenav.scenario.model import Input, Obstacle, ObstacleType, RobotChange
-from safenav.scenario.objective import Ltl, Objective, kinds_that
+from safenav.scenario.objective import Ltl, Objective, kinds_that, unordered
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets, resolve_objective
 from safenav.scenario.yaml import document
@@ -72,10 +72,7 @@ def resolve_orders(
     found: list[Obstacle] = []
     for item in items or ():
         at, kind, region = item.at_, item.type, item.region
-        if kind is not None and kind.blocks != frozenset():
-            message = f"an order of {kind.name}, which stops robots"
-            reading.add(item.at("type"), message, f"give {kind.name} 'blocks: []'")
-        elif at is not None and kind is not None and region is not None:
+        if at is not None and kind is not None and region is not None:
             truth = True if kind.has_truth else None
             number = 1 + sum(o.type is kind and o.region == region for o in found)
             limit = item.resolve_within
@@ -133,12 +130,9 @@ def _objective(item: language.ChangeKeys, name: str | None, reading: Reading) ->
         return None
     if robot is not None and robot.when:
         reading.add(node, f"objective of {name}: its 'when' determines it")
-    charged = robot is not None and robot.model.battery is not None
-    if charged and found is not None and not found.ordered():
-        kinds = one_of(kinds_that(lambda kind: kind.ordered()), chr(39))
-        message = f"{name} has a battery, and gets an objective without an order of its targets"
-        reading.add(node, message, f"use {kinds}")
     if robot is not None:
+        if robot.model.battery is not None and (error := unordered(robot.name, found)):
+            reading.add(node, *error)
         misses_targets(robot, found, given, reading)
     return found
 

@@ -21,7 +21,7 @@ from safenav.scenario.model import (
     Scenario,
     actions_of,
 )
-from safenav.scenario.objective import kinds_that
+from safenav.scenario.objective import unordered
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
@@ -32,7 +32,7 @@ from safenav.scenario.reading.regions import (
     resolve_exclusions,
 )
 from safenav.scenario.reading.robots import resolve_robots
-from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of, one_of
+from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.typed import Stages, read
 from safenav.world.map import Region
@@ -108,11 +108,8 @@ def _resolve_catalogue(
         catalogue.resolve_catalogue(item, reading)
 
 
-def _resolve_flat(kind: ObstacleType | None, node: Node | None, reading: Reading) -> None:
+def _resolve_flat(kind: ObstacleType | None, _: Node | None, reading: Reading) -> None:
     reading.flat = kind
-    if kind is not None and kind.blocks != frozenset():
-        found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
-        reading.add(node, found, f"give {kind.name} 'blocks: []'")
 
 
 STAGES: Stages = {
@@ -214,10 +211,8 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
         report(refused, "", "clock")
     for robot in (each for each in scenario.robots if each.model.battery is not None):
         pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
-        if not all(objective is None or objective.ordered() for objective in pursued):
-            found = f"{robot.name} has a battery, and an objective without an order of its targets"
-            hint = f"use {one_of(kinds_that(lambda kind: kind.ordered()), chr(39))}"
-            report(found, hint, "robots", robot.name)
+        for error in filter(None, (unordered(robot.name, each) for each in pursued)):
+            report(*error, "robots", robot.name)
         if not scenario.chargers:
             if scenario.flat is None and (item is None or item.get("chargers") is None):
                 found = f"{robot.name} has a battery, and the scenario has no charger"

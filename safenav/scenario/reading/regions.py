@@ -184,6 +184,13 @@ class Reading(Findings):
         """Return an obstacle type of the catalogue."""
         return self._known(node, what, "unknown obstacle type", self.catalogue.obstacles, LISTED)
 
+    def task(self, node: Node, what: str) -> ObstacleType | None:
+        """Return an obstacle type of the catalogue that stops no robot."""
+        kind = self.type(node, what)
+        if kind is not None and kind.blocks != frozenset():
+            self.add(node, f"{what}: a {kind.name} stops robots", f"give {kind.name} 'blocks: []'")
+        return kind
+
     def robot(self, node: Node, what: str) -> str | None:
         """Return the name of a robot; None also if there are no robots."""
         robots = {name: name for name in self.named}

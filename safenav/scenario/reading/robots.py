@@ -11,7 +11,6 @@ from safenav.formula.syntax import Comparison, Name, resolve_constants, to_text,
 from safenav.scenario import language
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import (
-    EMPTY,
     KINDS,
     Ltl,
     Objective,
@@ -272,7 +271,7 @@ def _about_targets(
     problem = kind.wrong(targets)
     if problem is not None:
         found, hint = problem
-        reading.add(value.node, f"{value.what}{' ' if found == EMPTY else ': '}{found}", hint)
+        reading.add(value.node, f"{value.what}{found}", hint)
     return None if problem is not None or None in listed else kind(tuple(targets))
 
 

@@ -118,9 +118,7 @@ def _item(
             stages[word](value, inner, findings)
     _check_rules(kind.rules, node, what, known, findings)
     if issubclass(kind, Item):
-        defaults = {key.field: key.default for key in known.values()}
-        flawed = len(findings) > before
-        return kind(node=node, of=of, flawed=flawed, **{**defaults, **values})
+        return kind(node=node, of=of, flawed=len(findings) > before, **values)
     for key in known.values():
         if key.like in values:
             values.setdefault(key.field, values[key.like])
