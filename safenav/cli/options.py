@@ -189,10 +189,14 @@ class Output(click.Path):
             names = f"a name in {', '.join(others)} or {last}" if others else f"a name in {last}"
             expected = ["a folder"] * self._folder + [names] * bool(last)
             raise UsageError(f"{path}: expected {' or '.join(expected)}")
-        if self._folder and path.suffix not in self._endings:
+        if self.is_folder(path):
             try_folder(path)
         else:
             try_out(path)
+
+    def is_folder(self, path: Path) -> bool:
+        """Return whether files are written into a path, not to it."""
+        return self._folder and path.suffix not in self._endings
 
 
 def _check_outputs(context: click.Context) -> None:
@@ -217,7 +221,8 @@ def _check_outputs(context: click.Context) -> None:
             if str(path) == "-" and isinstance(its, Output):
                 both = f"{words} and {other}"
                 raise UsageError(f"{both} both print to standard output: give one of them")
-            if str(path) != "-" and (path.is_file() or not path.exists()):
+            whole = path.is_file() or not (path.exists() or kind.is_folder(path))
+            if str(path) != "-" and whole:
                 raise UsageError(f"{words} {path} would overwrite {other}; give another file")
         kind.check(path)
 
