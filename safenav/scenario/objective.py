@@ -12,7 +12,6 @@ makes their automaton.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations, groupby
 from types import MappingProxyType
@@ -424,13 +423,13 @@ def written(objective: Objective, word: Word = number_word) -> str:
     """Return an objective (not formulas) as scenarios write it: ``{patrol: [dock, shelf]}``."""
 
     def target(regions: Target) -> object:
-        words = word(regions).split("|")
+        words = [int(each) if each.isdigit() else each for each in word(regions).split("|")]
         return words[0] if len(words) == 1 else {"any": words}
 
     listed = [target(regions) for regions in objective.targets]
     rules = {
         "form": "literal" if objective.literal else None,
-        "avoid": [word(region) for region in sorted(objective.avoid)] or None,
-        "always": json.dumps(objective.always) if objective.always else None,
+        "avoid": [target(frozenset({region})) for region in sorted(objective.avoid)] or None,
+        "always": objective.always or None,
     }
     return flow({objective.kind: listed[0] if objective.one else listed, **rules})

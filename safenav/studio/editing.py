@@ -6,7 +6,6 @@ name, obstacles by index.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -18,11 +17,10 @@ from safenav.errors import UsageError
 from safenav.scenario.language import FORM, RULES, STRICT, TIMED, WITHIN
 from safenav.scenario.objective import KINDS, STAYING
 from safenav.scenario.reading.regions import place_of
-from safenav.scenario.yaml.document import DocumentError, plain, read_document, scalar_value
+from safenav.scenario.yaml.document import DocumentError, flow, plain, read_document
 from safenav.world.map import Region, RegionMap
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-_WORD = re.compile(r"[A-Za-z_][\w-]*")
 Step = str | int
 """A key of a mapping or an index of a list."""
 
@@ -35,18 +33,6 @@ class Spot(Struct, frozen=True):
     end: int
     flow: bool = False
     entries: dict[Step, tuple[int, Spot]] | None = None
-
-
-def flow(value: Any) -> str:
-    """Return a value as YAML on one line."""
-    match value:
-        case dict():
-            return "{" + ", ".join(f"{flow(k)}: {flow(v)}" for k, v in value.items()) + "}"
-        case list() | tuple():
-            return "[" + ", ".join(map(flow, value)) + "]"
-        case str() if _WORD.fullmatch(value) and isinstance(scalar_value(value), str):
-            return value
-    return json.dumps(value, ensure_ascii=False)
 
 
 class ScenarioText:

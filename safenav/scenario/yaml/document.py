@@ -8,6 +8,7 @@ twelve.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -107,7 +108,9 @@ def node_of(data: Any, place: Place) -> Node:
         return Mapping(place, tuple(entries))
     if isinstance(data, list | tuple):
         return Sequence(place, tuple(node_of(item, place) for item in data))
-    return Scalar(place, data, "" if data is None else flow(data))
+    return Scalar(
+        place, data, "" if data is None else data if isinstance(data, str) else flow(data)
+    )
 
 
 class DocumentError(Exception):
@@ -338,15 +341,19 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
     return "check quotes, brackets and colons on this line and the one before"
 
 
+_WORD = re.compile(r"[A-Za-z_][\w-]*", re.ASCII)
+
+
 def flow(data: object) -> str:
-    """Return mappings, lists, whole numbers and truth values as YAML; texts must be YAML already. A
-    key whose value is None is left out."""
+    """Return data as YAML on one line. A key whose value is None is left out."""
     match data:
-        case bool():
-            return "true" if data else "false"
-        case list():
-            return f"[{', '.join(map(flow, data))}]"
         case dict():
-            entries = (f"{key}: {flow(value)}" for key, value in data.items() if value is not None)
+            entries = (
+                f"{flow(k)}: {flow(value)}" for k, value in data.items() if value is not None
+            )
             return f"{{{', '.join(entries)}}}"
-    return str(data)
+        case list() | tuple():
+            return f"[{', '.join(map(flow, data))}]"
+        case str() if _WORD.fullmatch(data) and isinstance(scalar_value(data), str):
+            return data
+    return json.dumps(data, ensure_ascii=False)

@@ -56,7 +56,7 @@ def read(
     if node is None:
         return None
     origin, arguments = get_origin(annotation), get_args(annotation)
-    key = key_of(annotation, key)
+    key = key_of(annotation, key) if origin is Annotated or key is None else key
     if origin is Annotated:
         if key.by:
             value = getattr(findings, key.by)(node, what)
