@@ -65,7 +65,7 @@ class _Terminal:
 def _ask(mission: Mission, terminal: _Terminal) -> None:
     """Prompt for interventions until an empty line or the end of the input follows one. The end of
     the input without one gives up the run."""
-    from safenav.runtime.interventions import LINES
+    from safenav.runtime.run.operator import LINES
 
     conclusion = mission.waiting
     assert conclusion is not None

@@ -68,6 +68,15 @@ class Control(Struct, frozen=True):
         return self.controllers[i] if self.controllers else None
 
 
+class Situation:
+    """A run at present: its team, the facts, and the team's intentions. ``answers``: those of the
+    synthesizer and of searches."""
+
+    def __init__(self, team: Team, answers: Answers) -> None:
+        self.team, self.state, self.control = team, initial(team), Control()
+        self.answers = answers
+
+
 def coordinate(
     team: Team, state: State, before: Control, answers: Answers, coming: Coming = lambda: False
 ) -> tuple[Control, list[now.Event]]:

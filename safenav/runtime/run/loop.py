@@ -19,8 +19,8 @@ from operator import is_
 from msgspec.structs import replace
 
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import Control, coordinate, is_complete
-from safenav.runtime.control.ends import GIVEN_UP, End, completed, what_is_left
+from safenav.runtime.control.coordinate import Control, Situation, coordinate, is_complete
+from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import candidates, looked
 from safenav.runtime.run import decide
@@ -31,13 +31,9 @@ from safenav.runtime.run.world import World
 from safenav.scenario.model import Obstacle
 from safenav.team import state as now
 from safenav.team.acts import noticed
-from safenav.team.apply import apply, initial, on_own, orders_ahead
+from safenav.team.apply import apply, on_own, orders_ahead
 from safenav.team.team import Team, assigned, based, introduced
 from safenav.trace.records import Act, Depart, Synthesis
-
-HELPED = ("operator_needed", "assumption_violated", "search_limit")
-"""Outcomes that an operator can avert."""
-
 
 Action = Iterator[now.Event]
 """The results of an action; each one applies before the next one is read."""
@@ -45,7 +41,7 @@ MOST_PASSES = 50
 """Maximum number of passes at one moment, for each robot and for ten more."""
 
 
-class Run:
+class Run(Situation):
     """A run. It remembers ``state`` and ``control`` only: the facts, and the team's intentions;
     ``team`` grows by obstacles that the scenario does not list. ``check`` raises if it must end."""
 
@@ -57,10 +53,8 @@ class Run:
         recorder: Recorder,
         check: Callable[[], None] = lambda: None,
     ) -> None:
-        self.team, self.world, self.answers, self.recorder = team, world, answers, recorder
-        self.check = check
-        self.state = initial(team)  # 1 to 3
-        self.control = Control()
+        super().__init__(team, answers)  # 1 to 3
+        self.world, self.recorder, self.check = world, recorder, check
         self.settled: tuple[Team, now.State, Control] | None = None
 
     def begin(self) -> None:
@@ -227,12 +221,12 @@ class Run:
         """Return whether a robot may move: while the team waits only some do."""
         if self.control.end is None:
             return True
-        return self.waits() and decide.continues(self.team, self.state, self.control, i)
+        return self.world.waits(self) and decide.continues(self.team, self.state, self.control, i)
 
     def action(self, i: int) -> Action | None:
         """Return the action of a robot where it stands. While the team waits for an operator, only
         robots that may continue have one."""
-        operator = self.waits() and self.until() is None
+        operator = self.world.waits_for_operator(self)
         may = not operator or decide.continues(self.team, self.state, self.control, i)
         return self.world.act(self, i) if may else None
 
@@ -307,7 +301,7 @@ class Run:
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
         self.control, decided = coordinate(
-            self.team, before, intended, self.answers, lambda: self.awaited() is not None
+            self.team, before, intended, self.answers, lambda: self.world.awaited(self) is not None
         )
         for event in decided:
             self.state = apply(self.team, self.state, event)
@@ -315,8 +309,8 @@ class Run:
             coming = self.world.coming(self) is not None
             self.recorder.settled(before, decided, self.state, self.control, coming=coming)
         self.recorder.plan.tell(self.recorder.tick, self.team, self.state)
-        if self.control.end is not None and self.waits():
-            self.recorder.waiting(self.control.end, self.until())
+        if self.control.end is not None and self.world.waits(self):
+            self.recorder.waiting(self.control.end, self.world.until(self))
         thinks = self.control.thinks or self.control.pending or self.control.question is None
         final = not (decided or thinks or self.control.end)
         self.settled = (self.team, self.state, self.control) if final else None
@@ -327,40 +321,17 @@ class Run:
         if self.recorder.ledger.stops:
             return True
         ended = isinstance(event, now.Turn | now.Arrived)
-        return ended and self.control.end is not None and not (self.waits() or self.arrives())
-
-    def waits(self) -> bool:
-        """Return whether a change to come, or an operator, may still help the team, which waits for
-        it."""
-        end = self.control.end
-        if end is None or end.outcome not in HELPED:
-            return False
-        return self.world.attended or self.until() is not None
+        return (
+            ended
+            and self.control.end is not None
+            and not (self.world.waits(self) or self.arrives())
+        )
 
     def arrives(self) -> bool:
         """Return whether a robot whose absence would end the run is in transit: it may act where it
         arrives."""
         absent = self.control.end is not None and self.control.end.cause == "out_of_service"
         return absent and any(r.to is not None and not r.active for r in self.state.robots)
-
-    def until(self) -> float | None:
-        """Return when a coming change of the scenario may help; None: only an operator can."""
-        end = self.control.end
-        helped = end is not None and end.outcome == "operator_needed"
-        return self.awaited() if helped else None
-
-    def given_up(self) -> End:
-        """Return the end of the run if an operator gives up now. While the scenario may still help,
-        nothing proves that an operator is needed."""
-        end = self.control.end
-        coming = end is not None and end.outcome == "operator_needed" and self.world.coming(self)
-        return end if end is not None and not coming else GIVEN_UP
-
-    def awaited(self) -> float | None:
-        """Return when the scenario changes something; None if the run waits only for an
-        operator."""
-        real = self.world.attended and not self.world.commands.simulated
-        return None if real else self.world.coming(self)
 
     def over(self) -> End | None:
         """Return the end of the run, if it has ended."""
@@ -369,10 +340,10 @@ class Run:
             return End("late", f"a deadline was missed: {' and '.join(ledger.missed or ())}")
         if self.is_complete():
             return completed(self.team, state, self.control.found)
-        if end is not None and not self.waits():
+        if end is not None and not self.world.waits(self):
             return None if self.acts() or self.arrives() else end
         if end is not None:
-            self.recorder.waiting(end, self.until())
+            self.recorder.waiting(end, self.world.until(self))
         elif (still := self.still()) is not None:
             if not self.may_hear():
                 return still

@@ -19,7 +19,6 @@ from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import first_controllers
 from safenav.runtime.control.ends import End, Stop, Stopped, lacks_of
 from safenav.runtime.control.strategies import Controller
-from safenav.runtime.interventions import read_intervention
 from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
 from safenav.runtime.run.deadlines import refusal_of
 from safenav.runtime.run.loop import Run
@@ -187,8 +186,7 @@ class Mission:
         """Change the world at the beginning of the next tick, by an operator's line or its data.
         The robots are not notified, and encounter the change. Raises UsageError, with the reason,
         for an impossible change."""
-        intervention = read_intervention(wanted, self.scenario)
-        self._world.operator.ask(self._run, intervention)
+        self._world.operator.ask(self._run, wanted)
 
     def exclude_idle_time(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""
@@ -215,7 +213,7 @@ class Mission:
         run = self._run
         if run.may_hear() and (still := run.still()) is not None:
             return still
-        return run.control.end if run.waits() and run.until() is None else None
+        return run.control.end if self._world.waits_for_operator(run) else None
 
     @property
     def lacks(self) -> tuple[Shortfall, ...]:
@@ -226,7 +224,7 @@ class Mission:
     def still(self) -> bool:
         """Whether no robot has a command, except robots that continue while the team waits."""
         return all(
-            robot.idle or (self._run.waits() and self._run.moves(i))
+            robot.idle or (self._world.waits(self._run) and self._run.moves(i))
             for i, robot in enumerate(self._run.state.robots)
         )
 

@@ -3,51 +3,85 @@
 The team encounters a closed region, an opened one or another truth like any part of the scenario;
 it immediately knows a new objective, an order and a robot's service. An impossible change is
 refused at the call; one that becomes impossible later is dropped, and recorded.
+
+An operator's change is read from the words of a terminal, a file or a program, or from the data of
+a page. A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``;
+see ``LINES``.
 """
 
-from collections.abc import Iterable, Iterator
-from typing import Protocol
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
 
+import yaml
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import Control
+from safenav.runtime.control.coordinate import Situation
 from safenav.runtime.control.ends import GIVEN_UP, End, Stopped
-from safenav.runtime.interventions import Intervention
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.lockstep import Lockstep
 from safenav.runtime.worlds.simulation import SimulatedWorld
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Coordination, Obstacle, Scenario, name_parts
 from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
+from safenav.scenario.reading.events import read_changes
+from safenav.scenario.reading.loader import check_assignable
+from safenav.scenario.reading.regions import Reading
+from safenav.scenario.yaml.document import DocumentError, Node, read_document
+from safenav.scenario.yaml.findings import parsed
 from safenav.team import state as now
 from safenav.team.acts import is_reserved, number, stands_for
 from safenav.team.state import Is
-from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
-from safenav.world.map import Region
+from safenav.world.map import HEADINGS, Region
 from safenav.world.poses import Mobility, Pose
 
 USER, SCENARIO, INPUT = "user", "scenario", "input"
 
 
-class Running(Protocol):
-    """The present state of the run to which events are reported."""
+class Intervention(Struct, frozen=True):
+    """A change by a user. ``kind``: see ``LINES``; in a simulated world also ``close``: the
+    ``obstacle`` appears as soon as no robot is there, ``open``: one disappears. ``name``: that of
+    the robot, the obstacle or the input; ``on``: whether the robot is in service, or the input on
+    from now on."""
 
-    @property
-    def team(self) -> Team: ...
-    @property
-    def state(self) -> now.State: ...
-    @property
-    def control(self) -> Control: ...
-    @property
-    def answers(self) -> Answers: ...
-    def waits(self) -> bool: ...
-    def until(self) -> float | None: ...
-    def given_up(self) -> End: ...
+    kind: str
+    name: str = ""
+    on: bool = False
+    obstacle: Obstacle | None = None
+    pose: Pose | None = None
+    objective: Objective | None = None
+
+
+LINES = {
+    "resolved": "resolved OBSTACLE",
+    "permanent": "permanent OBSTACLE",
+    "put_back": "put_back ROBOT REGION [HEADING]",
+    "service": "service ROBOT out|back",
+    "objective": "objective ROBOT {visit: [A, B]}",
+    "order": "order TYPE REGION",
+    "input": "input NAME on|off",
+    "give_up": "give_up",
+}
+KEYS = {
+    "close": "type region truth?",
+    "open": "obstacle",
+    "resolved": "obstacle",
+    "permanent": "obstacle",
+    "put_back": "robot region heading?",
+    "service": "robot active",
+    "objective": "robot objective",
+    "order": "type region",
+    "input": "input on",
+    "give_up": "",
+}
+"""The keys of the data of each kind, in the order of its line; one with ``?`` may be missing."""
+SWITCHES = {"active": {"out": False, "back": True}, "on": {"on": True, "off": False}}
+"""The words of a line that are truth values in its data."""
 
 
 class Operator:
@@ -70,13 +104,16 @@ class Operator:
             if isinstance(line, records.Inputs):
                 self.inputs = {name: line.values[name] for name in line.user or ()}
 
-    def ask(self, run: Running, wanted: Intervention) -> None:
-        """Request a change. Raises UsageError, with the reason, for an impossible one."""
-        self._check(run, wanted)
-        self.asked.append(wanted)
+    def ask(self, run: Situation, wanted: str | Mapping[str, Any]) -> None:
+        """Request a change by an operator's line or its data. Raises UsageError, with the reason,
+        for an impossible one."""
+        intervention = read_intervention(wanted, self.scenario)
+        next(self._change(run, intervention))
+        self.asked.append(intervention)
 
-    def events(self, run: Running) -> Iterator[now.Event]:
-        """Yield the changes of this moment. Raises Stopped if the operator gives up."""
+    def events(self, run: Situation, given_up: Callable[[], End]) -> Iterator[now.Event]:
+        """Yield the changes of this moment. Raises Stopped if the operator gives up; ``given_up``:
+        the end then, unless something else has changed."""
         while self._listed and self._listed[0].at <= run.state.time:
             change = self._listed.pop(0)
             i = self._robot(change.robot)
@@ -92,11 +129,12 @@ class Operator:
                 due = each.ordered and (each.source.appears or 0) <= run.state.time
                 if due and run.state.obstacles[k].state is Is.AWAY:
                     yield now.Appeared(k)
-        end, gives_up = run.given_up(), False
+        end, gives_up = given_up(), False
         while self.asked:
             wanted = self.asked.pop(0)
+            brought = self._change(run, wanted)
             try:
-                self._check(run, wanted)
+                next(brought)
             except UsageError as error:  # it has become impossible meanwhile
                 yield now.Late("intervention", str(error))
                 continue
@@ -104,11 +142,11 @@ class Operator:
                 gives_up = True
             else:
                 end = GIVEN_UP
-            yield from self._brought_about(run, wanted)
+            yield from (event for event in brought if event is not None)
         if gives_up:
             raise Stopped(end)
 
-    def selected(self, run: Running) -> Iterator[now.Assigned]:
+    def selected(self, run: Situation) -> Iterator[now.Assigned]:
         """Yield the objectives of robots that follow from the inputs, if they differ from those
         before."""
         for i, (robot, member) in enumerate(zip(run.state.robots, run.team.members, strict=True)):
@@ -122,12 +160,21 @@ class Operator:
             else:
                 yield now.Assigned(i, given[mode], INPUT, None, mode, base)
 
-    def _brought_about(self, run: Running, wanted: Intervention) -> Iterator[now.Event]:
+    def _change(self, run: Situation, wanted: Intervention) -> Iterator[now.Event | None]:
+        """Check a change; yield None, then the events that bring it about. Raises UsageError, with
+        the reason, for an impossible one."""
         told, name, team = OperatorIntervention, wanted.name, run.team
         match wanted:
             case Intervention("close", obstacle=Obstacle() as closed):
+                self._may_close(run, closed.region)
+                yield None
                 self._simulation().bring(replace(closed, appears=int(run.state.time)))
-            case Intervention("order", obstacle=Obstacle() as ordered):
+            case Intervention("order", obstacle=Obstacle(type=kind) as ordered):
+                if kind.has_truth:
+                    raise UsageError(f"a {kind.name} has a truth, which orders do not reveal")
+                if kind.blocks != frozenset():
+                    raise UsageError(f"a {kind.name} stops robots: an order needs 'blocks: []'")
+                yield None
                 new = replace(ordered, appears=int(run.state.time))
                 while new.name in team.numbers or new.name in self._ordered:
                     new = replace(new, number=new.number + 1)
@@ -138,30 +185,47 @@ class Operator:
                     yield now.Introduced(new)
                     yield now.Appeared(run.team.numbers[new.name][-1], cause=USER)
             case Intervention("open"):
-                source = self._there(name)
+                there = self._simulation().standing().values()
+                source = next((each for each in there if each.name == name), None)
+                if source is None:
+                    raise UsageError(f"no unresolved obstacle {name}")
+                yield None
                 yield now.Intervened(told.RESOLVED, obstacle=team.numbers[name][-1])
                 self._simulation().remove(name)
                 yield now.Gone(number(team, run.state, source), USER)
             case Intervention("objective", objective=objective) if objective is not None:
-                i = self._robot(name)
+                i = self._may_pursue(run, name, objective)
+                yield None
                 yield now.Intervened(told.OBJECTIVE, i, objective=objective)
                 yield now.Assigned(i, objective, USER)
             case Intervention("service"):
                 i = self._robot(name)
+                back = any((each.kind, each.name) == ("put_back", name) for each in self.asked)
+                if wanted.on and _is_lost(run, name) and not back:
+                    raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
+                yield None
                 yield now.Intervened(told.ADDED if wanted.on else told.OUT_OF_SERVICE, i)
                 yield from _serves(run, i, wanted.on, USER)
             case Intervention("input"):
+                if name not in {each.name for each in self.scenario.inputs}:
+                    raise UsageError(f"there is no input '{name}'")
+                yield None
                 self.inputs[name] = wanted.on
             case Intervention("resolved"):
-                source = team.obstacles[k := _met(run, name)].source
-                yield now.Intervened(told.RESOLVED, obstacle=k)
-                yield self._gone(k, source)
-            case Intervention("permanent"):
                 k = _met(run, name)
+                yield None
+                yield now.Intervened(told.RESOLVED, obstacle=k)
+                yield self._gone(k, team.obstacles[k].source)
+            case Intervention("permanent"):
+                self._live("obstacles become permanent")
+                if not run.state.obstacles[k := _met(run, name)].known:
+                    raise UsageError(f"{name} is already permanent")
+                yield None
                 yield now.Intervened(told.PERMANENT, obstacle=k)
                 yield now.Declared(k)
             case Intervention("put_back", pose=Pose() as pose):
-                i = self._robot(name)
+                i = self._may_stand(run, name, pose)
+                yield None
                 yield now.Intervened(told.PUT_BACK, i, pose=pose)
                 member, was = team.members[i], run.state.robots[i].active
                 if isinstance(self.commands, Commands):
@@ -176,6 +240,7 @@ class Operator:
                     if team.obstacles[k].battery_of == i:  # its empty battery is where it is
                         yield self._gone(k, team.obstacles[k].source)
             case Intervention("give_up"):
+                yield None
                 yield now.Intervened(told.GIVE_UP)
 
     def _gone(self, k: int, source: Obstacle) -> now.Gone:
@@ -184,40 +249,7 @@ class Operator:
             self.commands.cleared(source)
         return now.Gone(k, "world" if self.truth is None else USER)
 
-    # Checks of interventions.
-
-    def _check(self, run: Running, wanted: Intervention) -> None:
-        name = wanted.name
-        match wanted:
-            case Intervention("close", obstacle=Obstacle(region=region)):
-                self._may_close(run, region)
-            case Intervention("order", obstacle=Obstacle(type=kind)):
-                if kind.has_truth:
-                    raise UsageError(f"a {kind.name} has a truth, which orders do not reveal")
-                if kind.blocks != frozenset():
-                    raise UsageError(f"a {kind.name} stops robots: an order needs 'blocks: []'")
-            case Intervention("open"):
-                self._there(name)
-            case Intervention("objective", objective=objective) if objective is not None:
-                self._may_pursue(run, name, objective)
-            case Intervention("service"):
-                self._robot(name)
-                back = any((each.kind, each.name) == ("put_back", name) for each in self.asked)
-                if wanted.on and _is_lost(run, name) and not back:
-                    raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
-            case Intervention("input"):
-                if name not in {each.name for each in self.scenario.inputs}:
-                    raise UsageError(f"there is no input '{name}'")
-            case Intervention("resolved"):
-                _met(run, name)
-            case Intervention("permanent"):
-                self._live("obstacles become permanent")
-                if not run.state.obstacles[_met(run, name)].known:
-                    raise UsageError(f"{name} is already permanent")
-            case Intervention("put_back", pose=Pose() as pose):
-                self._may_stand(run, name, pose)
-
-    def _may_close(self, run: Running, region: Region) -> None:
+    def _may_close(self, run: Situation, region: Region) -> None:
         standing = self._simulation().standing().get(region)
         if standing is not None:
             raise UsageError(f"{standing.name} already exists there: remove it first")
@@ -229,7 +261,8 @@ class Operator:
         if any(each is not None and each.region == region for each in coming):
             raise UsageError(f"region {region} will be closed at the next tick")
 
-    def _may_pursue(self, run: Running, name: str, objective: Objective) -> None:
+    def _may_pursue(self, run: Situation, name: str, objective: Objective) -> int:
+        """Return the number of a robot. Raises UsageError if it cannot pursue an objective."""
         member = run.team.members[i := self._robot(name)]
         pose, avoid = member.graph.pose(run.state.robots[i].next), objective.avoid
         if pose.region in avoid:
@@ -239,8 +272,10 @@ class Operator:
             if not reach.reaches(target):
                 where = ", ".join(map(str, sorted(target)))
                 raise UsageError(f"{name} cannot reach {where} from its region")
+        return i
 
-    def _may_stand(self, run: Running, name: str, pose: Pose) -> None:
+    def _may_stand(self, run: Situation, name: str, pose: Pose) -> int:
+        """Return the number of a robot. Raises UsageError if it cannot be put into a pose."""
         self._live("robots are put back")
         member, region = run.team.members[i := self._robot(name)], pose.region
         if not run.state.robots[i].idle:
@@ -263,16 +298,11 @@ class Operator:
         there = None if self.truth is None else self.truth.standing().get(region)
         if there is not None and there.name not in away and there.blocks(member.robot):
             raise UsageError(f"{there.name} is in region {region}: resolve it first")
+        return i
 
     def _live(self, what: str) -> None:
         if not self.commands.live:
             raise UsageError(f"{what} only in live runs: use 'clock: live'")
-
-    def _there(self, name: str) -> Obstacle:
-        there = {obstacle.name: obstacle for obstacle in self._simulation().standing().values()}
-        if name not in there:
-            raise UsageError(f"no unresolved obstacle {name}")
-        return there[name]
 
     def _robot(self, name: str) -> int:
         names = [robot.name for robot in self.scenario.robots]
@@ -286,18 +316,18 @@ class Operator:
         return self.truth
 
 
-def _serves(run: Running, i: int, active: bool, cause: str) -> Iterator[now.Event]:
+def _serves(run: Situation, i: int, active: bool, cause: str) -> Iterator[now.Event]:
     if run.state.robots[i].active is not active:
         yield now.Served(i, active, cause)
 
 
-def _known(run: Running) -> list[int]:
+def _known(run: Situation) -> list[int]:
     """Return the obstacles known to the team."""
     known = (Is.SEEN, Is.OPEN, Is.SEALED)
     return [k for k, each in enumerate(run.state.obstacles) if each.state in known]
 
 
-def _met(run: Running, name: str) -> int:
+def _met(run: Situation, name: str) -> int:
     """Return the known obstacle of that name. Raises UsageError if there is none."""
     names = {run.team.obstacles[k].name: k for k in _known(run)}
     if name not in names:
@@ -308,5 +338,129 @@ def _met(run: Running, name: str) -> int:
     return names[name]
 
 
-def _is_lost(run: Running, name: str) -> bool:
+def _is_lost(run: Situation, name: str) -> bool:
     return any(stands_for(run.team.obstacles[k].source, name) for k in _known(run))
+
+
+def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> Intervention:
+    """Return the intervention of a line of words, or of data that a page sends, read like the parts
+    of a scenario. Raises UsageError for an impossible one, with the expected form."""
+    data = _data(wanted) if isinstance(wanted, str) else wanted
+    kind = data.get("kind") if isinstance(data, Mapping) else None
+    if not isinstance(kind, str) or kind not in KEYS:
+        raise UsageError(f"unknown change; known: {', '.join(KEYS)}")
+    keys = KEYS[kind].split()
+    known = [key.rstrip("?") for key in keys]
+    if unknown := [f"'{str(key)[:40]}'" for key in data if key not in ("kind", *known)]:
+        raise UsageError(f"'{kind}' has no key {unknown[0]}; known: {', '.join(known) or 'none'}")
+    if missing := [key for key in keys if key[-1] != "?" and data.get(key) is None]:
+        raise UsageError(f"'{kind}' needs '{missing[0]}'; known: {', '.join(known)}")
+    reading = Reading("the change", world=scenario.map, reachable=False)
+    found = _read(data, scenario, reading)
+    reading.refuse_if_any()
+    assert found is not None, "a change without an error is read"
+    return found
+
+
+def _data(line: str) -> dict[str, Any]:
+    """Return the data of a line of words."""
+    word, *rest = line.split(maxsplit=1) or [""]
+    if word not in LINES:
+        raise UsageError(f"unknown intervention '{word[:40]}'; known: {'; '.join(LINES.values())}")
+    data: dict[str, Any] = {"kind": word}
+    keys = [key for key in KEYS[word].split() if key[-1] != "?"]
+    words = rest[0].split(maxsplit=len(keys) - 1) if rest else []
+    if word == "put_back" and words:
+        place, _, heading = words[-1].rpartition(" ")
+        if heading in HEADINGS:
+            words[-1], data["heading"] = place, heading
+    expected = UsageError(f"expected: {LINES[word]}; found '{line.strip()[:60]}'")
+    if len(words) != len(keys):
+        raise expected
+    for key, text in zip(keys, words, strict=True):
+        if key in ("region", "objective"):
+            data[key] = _value(text)
+        elif key not in SWITCHES:
+            data[key] = text.strip().strip("'\"")
+        elif text in SWITCHES[key]:
+            data[key] = SWITCHES[key][text]
+        else:
+            raise expected
+    return data
+
+
+def _value(text: str) -> object:
+    try:
+        read_document(text)  # checks the limits of depth and size
+        return yaml.safe_load(text)
+    except (DocumentError, yaml.YAMLError) as error:
+        why = f": {error.found}" if isinstance(error, DocumentError) else ""
+        raise UsageError(f"'{text[:60]}' is not valid YAML{why}") from error
+
+
+def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Intervention | None:
+    types = scenario.catalogue.obstacles
+    match data.get("kind"):
+        case "close" | "order" as kind:
+            name = str(data.get("type"))
+            if name not in types:
+                raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
+            region = reading.region(_node(data.get("region"), reading), "'region'")
+            truth = _flag({"truth": True, **data}, "truth") if kind == "close" else True
+            if not (truth or types[name].has_truth):
+                raise UsageError(f"'truth': {name} has none")
+            if region is None:
+                return None
+            revealed = truth if types[name].has_truth else None
+            new = Obstacle(types[name], region, revealed, ordered=kind == "order")
+            return Intervention(kind, new.name, obstacle=new)
+        case "input":
+            return Intervention("input", str(data.get("input")), _flag(data, "on"))
+        case "open":
+            return Intervention("open", str(data.get("obstacle")))
+        case "resolved" | "permanent" as kind:
+            return Intervention(kind, _obstacle(data, reading))
+        case "put_back":
+            place = reading.region(_node(data.get("region"), reading), "'region'")
+            heading = data.get("heading")
+            if heading is not None and heading not in [*HEADINGS]:
+                raise UsageError(f"unknown heading '{str(heading)[:40]}'")
+            if place is None:
+                return None
+            return Intervention("put_back", str(data.get("robot")), pose=Pose.of(place, heading))
+        case "give_up":
+            return Intervention("give_up")
+        case "objective" | "service" as kind:
+            if kind == "objective":
+                value = data.get("objective")
+            else:
+                value = "back" if _flag(data, "active") else "out"
+            reading.team = scenario.robots
+            reading.named = tuple(robot.name for robot in scenario.robots)
+            listed = [{"at": 1, "robot": data.get("robot"), kind: value}]
+            changes = read_changes(_node(listed, reading), reading)
+            if scenario.coordination is Coordination.ASSIGNABLE:
+                check_assignable((), changes, None, reading)
+            for each in changes:
+                return Intervention(kind, each.robot, bool(each.active), objective=each.objective)
+    return None
+
+
+def _flag(data: Mapping[str, Any], key: str) -> bool:
+    """A truth value, which must be stated as one: any text would count as true, even ``"out"``."""
+    value = data.get(key)
+    if not isinstance(value, bool):
+        raise UsageError(f"'{key}' must be true or false, not {value!r}")
+    return value
+
+
+def _obstacle(data: Mapping[str, Any], reading: Reading) -> str:
+    """Return the obstacle's name with its region as a number: reports print ``door@gate``."""
+    written = str(data.get("obstacle"))
+    kind, where, number = name_parts(written)
+    region = reading.written(where)
+    return written if region is None else f"{kind}@{region}" + f"#{number}" * (number > 1)
+
+
+def _node(data: object, reading: Reading) -> Node | None:
+    return parsed(json.dumps(data), reading)

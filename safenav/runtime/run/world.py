@@ -13,8 +13,10 @@ from msgspec.structs import replace
 
 from safenav.errors import Outcome, UsageError
 from safenav.plan.order import charging_ends
+from safenav.runtime.control.coordinate import Situation
+from safenav.runtime.control.ends import GIVEN_UP, End
 from safenav.runtime.run.decide import Proposal, closing
-from safenav.runtime.run.operator import Operator, Running
+from safenav.runtime.run.operator import Operator
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.lockstep import Lockstep, inputs_of
@@ -42,6 +44,8 @@ from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
 
+HELPED = ("operator_needed", "assumption_violated", "search_limit")
+"""Outcomes that an operator can avert."""
 SLOWEST = 20.0
 """Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
 
@@ -93,7 +97,7 @@ class World:
         """Return the simulated world for a checkpoint."""
         return None if self.truth is None else self.truth.kept()
 
-    def resume(self, run: Running, truth: Truth | None, last: int) -> None:
+    def resume(self, run: Situation, truth: Truth | None, last: int) -> None:
         """Continue where a run was interrupted. ``last``: the number of the last command."""
         members, robots = run.team.members, run.state.robots
         pairs = zip(members, robots, strict=True)
@@ -107,7 +111,7 @@ class World:
             self.truth.follow(run.team)
         self._set = frozenset(self.operator.inputs)
 
-    def wait(self, run: Running) -> Iterator[now.Event]:
+    def wait(self, run: Situation) -> Iterator[now.Event]:
         """Yield the next events and turns; none if nothing will ever happen. Each event is read
         when those before it have been applied."""
         commands = self.commands
@@ -138,7 +142,7 @@ class World:
         for i in range(len(run.state.robots)):
             if charged(run.team, run.state, i):
                 yield now.Served(i, True, "battery")
-        yield from self.operator.events(run)
+        yield from self.operator.events(run, lambda: self.given_up(run))
         yield from self._heard(run)
         for change in commands.changes(occupied(run.team, run.state)):
             yield from self._changed(run, change)
@@ -163,7 +167,7 @@ class World:
             else:
                 yield now.Turn(i, None if self.live else 1)
 
-    def _on(self, run: Running) -> frozenset[str]:
+    def _on(self, run: Situation) -> frozenset[str]:
         """Return the inputs that are on now, as set by an operator or else by the world."""
         names = [each.name for each in run.team.scenario.inputs]
         found = {name: name in run.state.inputs for name in names}
@@ -171,7 +175,7 @@ class World:
         found |= self.operator.inputs
         return frozenset(name for name in names if found[name])
 
-    def _heard(self, run: Running) -> Iterator[now.Event]:
+    def _heard(self, run: Situation) -> Iterator[now.Event]:
         """Yield the inputs of this moment, and the objectives that they select."""
         by_user, on = self.operator.inputs, self._on(run)
         if on != run.state.inputs or by_user.keys() != self._set:
@@ -179,7 +183,7 @@ class World:
             yield now.Inputs(on, tuple(by_user))
         yield from self.operator.selected(run)
 
-    def _reported(self, run: Running, commands: Commands) -> Iterator[now.Event]:
+    def _reported(self, run: Situation, commands: Commands) -> Iterator[now.Event]:
         """Yield the reports that were dropped, and the obstacles that sensors show."""
         while commands.dropped:
             dropped, why = commands.dropped.pop(0)
@@ -196,7 +200,7 @@ class World:
                 self._opened[name] = commands.now()
                 yield now.Gone(number(run.team, run.state, sensed.obstacle), "world")
 
-    def _arrived(self, run: Running, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
+    def _arrived(self, run: Situation, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
         graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
         here = before.robots[i].pose
         self._asked.discard(i)
@@ -225,7 +229,7 @@ class World:
                 yield lost
                 yield from consequences(run.team, before, lost)
 
-    def _is_open_to(self, run: Running, i: int, obstacle: model.Obstacle) -> bool:
+    def _is_open_to(self, run: Situation, i: int, obstacle: model.Obstacle) -> bool:
         """Return whether a robot tries to resolve a known obstacle by entering it."""
         known = obstacle.name in run.team.numbers
         k = number(run.team, run.state, obstacle)
@@ -233,7 +237,7 @@ class World:
             return False
         return closing(run.team, run.state, i, run.state.robots[i].next) is None
 
-    def _changed(self, run: Running, change: Change) -> Iterator[now.Event]:
+    def _changed(self, run: Situation, change: Change) -> Iterator[now.Event]:
         cause = "user" if change.by_user else "scenario"
         if change.appeared:
             self._opened.pop(change.obstacle.name, None)
@@ -244,23 +248,23 @@ class World:
             self._opened[change.obstacle.name] = self.commands.now()
             yield now.Gone(number(run.team, run.state, change.obstacle), cause)
 
-    def _named(self, run: Running, report: protocol.WorldEvent, key: str = "robot") -> int | None:
+    def _named(self, run: Situation, report: protocol.WorldEvent, key: str = "robot") -> int | None:
         names = [member.name for member in run.team.members]
         name = getattr(report, key, None)
         return names.index(name) if name in names else None
 
-    def stands(self, run: Running) -> bool:
+    def stands(self, run: Situation) -> bool:
         """Return whether time stands still until an operator intervenes."""
         idle = self.commands.simulated and self.commands.idle
-        return self.attended and idle and run.waits() and run.until() is None
+        return self.attended and idle and self.waits_for_operator(run)
 
     # Commands.
 
-    def sense(self, run: Running, i: int, region: int) -> model.Obstacle | None:
+    def sense(self, run: Situation, i: int, region: int) -> model.Obstacle | None:
         """Return the obstacle that a robot notices in a region beside it."""
         return self.commands.sense(run.team.members[i].robot, region)
 
-    def start(self, run: Running, i: int, step: Proposal) -> Iterator[now.Event]:
+    def start(self, run: Situation, i: int, step: Proposal) -> Iterator[now.Event]:
         """Command a step: its departure, and its end if it takes no time."""
         graph, robot = run.team.members[i].graph, run.team.members[i].robot
         here = graph.pose(run.state.robots[i].pose)
@@ -278,7 +282,7 @@ class World:
             return 0, None
         return self.commands.number(robot.name), self.commands.expected(robot)
 
-    def act(self, run: Running, i: int) -> Iterator[now.Event] | None:
+    def act(self, run: Situation, i: int) -> Iterator[now.Event] | None:
         """Command an action if a robot may change something where it stands. Return its results, or
         the event that it is under way; None if the robot changes nothing."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
@@ -304,7 +308,7 @@ class World:
         told = expected or parts or event is None or event.found or event.reason
         return self._results(run, i, event) if told else None
 
-    def _results(self, run: Running, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
+    def _results(self, run: Situation, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
         """Yield the results of an action that has just begun; None: it is under way."""
         self._acts_now = True
         works = tuple(k for k, _ in self._changes(run, i))
@@ -316,7 +320,7 @@ class World:
         if event is not None:
             yield from self._acted(run, i, event)
 
-    def _acted(self, run: Running, i: int, event: protocol.Acted) -> Iterator[now.Event]:
+    def _acted(self, run: Situation, i: int, event: protocol.Acted) -> Iterator[now.Event]:
         """Yield the results of an action: earlier needs follow from where robots stand, the last
         one only from what the world reports."""
         begun = self._works.pop(i, None)
@@ -375,7 +379,7 @@ class World:
         yield from (now.Gone(k, cause) for k in gone)
         yield from vain(run.team, before, run.state, i, failed)
 
-    def _news(self, run: Running, i: int, event: protocol.Acted) -> protocol.Acted:
+    def _news(self, run: Situation, i: int, event: protocol.Acted) -> protocol.Acted:
         """Return an action with the results that are new to the team: a world that repeats its
         results would keep the robot acting forever. A load is not delivered where it is taken."""
         if not event.found:
@@ -406,7 +410,7 @@ class World:
         return replace(event, found=tuple(told))
 
     def _changes(
-        self, run: Running, i: int, among: list[int] | None = None
+        self, run: Situation, i: int, among: list[int] | None = None
     ) -> tuple[tuple[int, now.Stage], ...]:
         """Return the obstacles ``among`` these (None: on which it acts) that a robot changes where
         it stands."""
@@ -416,7 +420,7 @@ class World:
         where = standing(run.team, run.state, moving=not self.live)
         return acts_on(run.team, run.state, where, i, among)
 
-    def _unnoticed(self, run: Running, i: int) -> dict[int, now.Stage]:
+    def _unnoticed(self, run: Situation, i: int) -> dict[int, now.Stage]:
         """Return earlier needs of obstacles that no robot has encountered: a world may act on them,
         and reports only the last need."""
         team, state = run.team, run.state
@@ -425,7 +429,7 @@ class World:
         changes = self._changes(run, i, hidden)
         return {k: stage for k, stage in changes if not resolved(team, k, stage)}
 
-    def _acts(self, run: Running, i: int) -> list[int]:
+    def _acts(self, run: Situation, i: int) -> list[int]:
         """Return the known obstacles on which a robot acts. A robot that is sent for a load leaves
         other loads. (A joint plan decides which loads its robots take.)"""
         roles = run.control.roles
@@ -435,14 +439,14 @@ class World:
         sent = roles[i].helps if roles and not run.team.members[i].planned else None
         return [k for k in known if k not in taken or k == sent] if sent in taken else known
 
-    def _is_met(self, run: Running, i: int, k: int) -> bool:
+    def _is_met(self, run: Situation, i: int, k: int) -> bool:
         """Return whether enough other robots act on an obstacle already."""
         stage = run.state.obstacles[k].stage
         need = run.team.obstacles[k].needs[stage.need]
         others = sum(k in works for j, works in self._works.items() if j != i)
         return others > 0 and (need.together or others + len(stage.done) >= need.robots)
 
-    def _is_busy(self, run: Running, i: int) -> bool:
+    def _is_busy(self, run: Situation, i: int) -> bool:
         """Return whether a robot leaves an obstacle beside it to others that act on it; if they
         fail, it may act later."""
         if not any(self._works.values()):
@@ -450,7 +454,7 @@ class World:
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
         return any(self._is_met(run, i, k) for k, _ in self._changes(run, i, known))
 
-    def _group(self, run: Running, i: int) -> tuple[int, ...]:
+    def _group(self, run: Situation, i: int) -> tuple[int, ...]:
         """Return the robots that are busy while a robot acts: those that take part."""
         team, state, group = run.team, run.state, {i}
         at = [r.pose % team.size if r.idle and r.active else None for r in state.robots]
@@ -459,7 +463,40 @@ class World:
                 group |= {*participants(team, state, at, i, k, later)}
         return tuple(sorted(group))
 
-    def coming(self, run: Running) -> float | None:
+    # What may still help.
+
+    def waits(self, run: Situation) -> bool:
+        """Return whether a change to come, or an operator, may still help the team, which waits for
+        it."""
+        end = run.control.end
+        if end is None or end.outcome not in HELPED:
+            return False
+        return self.attended or self.until(run) is not None
+
+    def waits_for_operator(self, run: Situation) -> bool:
+        """Return whether only an operator can help the team, which waits for one."""
+        return self.waits(run) and self.until(run) is None
+
+    def until(self, run: Situation) -> float | None:
+        """Return when a coming change of the scenario may help; None: only an operator can."""
+        end = run.control.end
+        helped = end is not None and end.outcome == "operator_needed"
+        return self.awaited(run) if helped else None
+
+    def awaited(self, run: Situation) -> float | None:
+        """Return when the scenario changes something; None if the run waits only for an
+        operator."""
+        real = self.attended and not self.commands.simulated
+        return None if real else self.coming(run)
+
+    def given_up(self, run: Situation) -> End:
+        """Return the end of the run if an operator gives up now. While the scenario may still help,
+        nothing proves that an operator is needed."""
+        end = run.control.end
+        coming = end is not None and end.outcome == "operator_needed" and self.coming(run)
+        return end if end is not None and not coming else GIVEN_UP
+
+    def coming(self, run: Situation) -> float | None:
         """Return when the scenario changes something next, within its limits."""
         most = self.limit[0] if self.live else run.team.scenario.limits.ticks
         switches = switching(run.team.scenario.inputs) if self.truth is not None else []
@@ -469,7 +506,7 @@ class World:
         return min((time for time in times if run.state.time < time <= most), default=None)
 
 
-def _takes(run: Running, k: int) -> bool:
+def _takes(run: Situation, k: int) -> bool:
     """Return whether a robot takes a load by the next need of an obstacle."""
     return run.team.obstacles[k].needs[run.state.obstacles[k].stage.need].takes
 
