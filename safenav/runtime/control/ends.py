@@ -1,14 +1,12 @@
 """The ends of a run: outcome, cause, proof, and the reasons in words, also why a request has no
 helpers; ends from outside, by a request or because the time is up."""
 
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import Outcome
 from safenav.plan.ask import Deadlock
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, walls_of
@@ -395,31 +393,3 @@ class Stopped(BaseException):
     def __init__(self, end: End) -> None:
         self.end = end
         super().__init__(end.explanation)
-
-
-class Stop:
-    """``seconds``: maximum wall time of the run (None: no limit). ``asked``: the end that was
-    requested."""
-
-    def __init__(self, seconds: float | None) -> None:
-        self.seconds, self.asked = seconds, ""
-        self.begin()
-
-    def begin(self) -> None:
-        self._begun = time.monotonic()
-
-    def rest(self, seconds: float) -> None:
-        """Exclude this many seconds from the time of the run."""
-        self._begun += seconds
-
-    @property
-    def elapsed(self) -> float:
-        return time.monotonic() - self._begun
-
-    def check(self) -> None:
-        """Raise Stopped if the run must end now."""
-        if self.asked:
-            raise Stopped(End(Outcome.INTERRUPTED, self.asked))
-        if self.seconds is not None and self.elapsed > self.seconds:
-            why = f"not completed after {self.seconds:g} s, the limit of the run"
-            raise Stopped(End(Outcome.TIME_LIMIT, why))

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.files import json_line
 from safenav.runtime.control.roles import Role
-from safenav.runtime.run.deadlines import LedgerKept
+from safenav.runtime.run.deadlines import Due, Of
 from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective
@@ -36,15 +36,15 @@ the last checkpoint, at ``LINE`` bytes per line."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
-    """The memory of the recorder, by the names of its attributes (see ``Recorder``). ``ledger``:
-    the state of deadlines, if there are any."""
+    """The memory of the recorder and of its ledger, by the names of their attributes."""
 
     tick: int
     moved: int
     stack: tuple[tuple[int, int | None, tuple[str, ...]], ...] = ()
     helpers: tuple[tuple[int, tuple[str, ...]], ...] = ()
     planned: bool = False
-    ledger: LedgerKept | None = None
+    dues: tuple[tuple[Of, Due], ...] = ()
+    late: tuple[str, ...] = ()
 
 
 class Kept(Struct, frozen=True, forbid_unknown_fields=True):

@@ -46,13 +46,6 @@ class Due(Struct, frozen=True):
         return self.disturbed or self.before
 
 
-class LedgerKept(Struct, frozen=True, forbid_unknown_fields=True):
-    """The ledger in a checkpoint."""
-
-    dues: tuple[tuple[Of, Due], ...]
-    late: tuple[str, ...]
-
-
 class Ledger:
     """``dues``: the deadlines of the mission, the open requests and the rounds; ``late``: those
     that were missed; ``had``: the number of robots that have had their turn."""
@@ -67,15 +60,6 @@ class Ledger:
         self.had = self.tick = 0
         for i in range(len(team.members)):
             self._begins(team, i)
-
-    def kept(self) -> LedgerKept | None:
-        """Return the ledger for a checkpoint."""
-        return LedgerKept(tuple(self.dues.items()), tuple(self.late)) if self.active else None
-
-    def resume(self, kept: LedgerKept | None, tick: int) -> None:
-        """Continue from the ledger of a checkpoint."""
-        if kept is not None and self.active:
-            self.dues, self.late, self.tick = dict(kept.dues), [*kept.late], tick
 
     @property
     def missed(self) -> tuple[str, ...] | None:

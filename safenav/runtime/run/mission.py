@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from safenav.errors import Outcome, SafenavError, UsageError
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import first_controllers
-from safenav.runtime.control.ends import End, Stop, Stopped, lacks_of
+from safenav.runtime.control.ends import End, Stopped, lacks_of
 from safenav.runtime.control.strategies import Controller
 from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
 from safenav.runtime.run.deadlines import refusal_of
@@ -93,13 +93,13 @@ class Mission:
         scenario = self.scenario = replace(scenario, clock=Clock.LIVE if live else Clock.LOCKSTEP)
         if (found := (unsafe_live if live else unsafe_lockstep)(scenario)) is not None:
             raise UsageError(found)
-        self._stop, team = Stop(None if live else scenario.limits.seconds), team_of(scenario)
+        self._asked, self._begun_at, team = "", time.monotonic(), team_of(scenario)
         synthesizer = synthesizer or default_synthesizer(scenario)
-        answers = Answers(synthesizer, self._stop.check, progress)
+        answers = Answers(synthesizer, self._check, progress)
         recorder = Recorder(team, self._tell, simulated=self._world.simulated, live=live)
         self._begun = begun
         self._checkpoints = Checkpoints(recorder.emit) if checkpoints else None
-        self._run = Run(team, self._world, answers, recorder, self._stop.check)
+        self._run = Run(team, self._world, answers, recorder, self._check)
         self.ending = self._started = False
         self._thread: int | None = None
 
@@ -127,7 +127,7 @@ class Mission:
         if self._started:
             raise UsageError("start() or run() a second time: a Mission runs once; create another")
         self._started = True
-        self._stop.begin()
+        self._begun_at = time.monotonic()
         if isinstance(self._world.commands, Commands):
             self._world.commands.begin()
         begun, run = self._begun, self._run
@@ -152,19 +152,19 @@ class Mission:
         """End the run, ``interrupted``, at the next opportunity: between two turns, or within a
         search. Called in the run's own thread, by a signal handler, it gives up a running
         computation immediately, by an exception."""
-        self._stop.asked = self._stop.asked or why
+        self._asked = self._asked or why
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
         """Abort a running computation, by an exception, if the run must end. This has no effect in
         other threads."""
         if self._run.answers.busy and get_ident() == self._thread:
-            self._stop.check()
+            self._check()
 
     @property
     def stopping(self) -> bool:
         """Whether a stop of the run was requested."""
-        return bool(self._stop.asked)
+        return bool(self._asked)
 
     def refusal(self) -> str | None:
         """Return why the mission would end before the first tick, from deadlines and charges; None
@@ -190,7 +190,7 @@ class Mission:
 
     def exclude_idle_time(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""
-        self._stop.rest(seconds)
+        self._begun_at += seconds
 
     def post(self, event: protocol.WorldEvent) -> None:
         """Report an event of the world to a live run, from any thread."""
@@ -234,6 +234,19 @@ class Mission:
         for listener in self.listeners:
             listener(record)
 
+    @property
+    def _elapsed(self) -> float:
+        return time.monotonic() - self._begun_at
+
+    def _check(self) -> None:
+        """Raise Stopped if the run must end now."""
+        most = None if self._world.live else self.scenario.limits.seconds
+        if self._asked:
+            raise Stopped(End(Outcome.INTERRUPTED, self._asked))
+        if most is not None and self._elapsed > most:
+            why = f"not completed after {most:g} s, the limit of the run"
+            raise Stopped(End(Outcome.TIME_LIMIT, why))
+
     def _guarded(self, part: Callable[[], None]) -> None:
         """Execute a part of the run; end the run if it is over, or if the part raises an
         exception."""
@@ -264,7 +277,7 @@ class Mission:
         if self._checkpoints is not None and end.outcome not in ENDED:
             self._checkpoints.write()
         self.end = end
-        self.result = run.recorder.ends(run.state, end, run.answers, self._stop.elapsed)
+        self.result = run.recorder.ends(run.state, end, run.answers, self._elapsed)
 
 
 def first_results(

@@ -78,8 +78,9 @@ class Recorder:
 
     def kept(self) -> Memory:
         """Return the recorder's memory, for a checkpoint."""
-        memory = Memory(self.tick, self.moved, tuple(self.stack), tuple(self.helpers.items()))
-        return replace(memory, planned=self.plan.plan is not None, ledger=self.ledger.kept())
+        stack, helpers, planned = tuple(self.stack), tuple(self.helpers.items()), self.plan.plan
+        about = self.tick, self.moved, stack, helpers, planned is not None
+        return Memory(*about, tuple(self.ledger.dues.items()), tuple(self.ledger.late))
 
     def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> None:
         """Continue after these lines."""
@@ -89,7 +90,8 @@ class Recorder:
         self.tick, self.moved, self.time = memory.tick, memory.moved, state.time
         self.stack, self.helpers = [*memory.stack], dict(memory.helpers)
         self.told = [robot.objective for robot in state.robots]
-        self.ledger.resume(memory.ledger, memory.tick)
+        self.ledger.dues, self.ledger.late = dict(memory.dues), [*memory.late]
+        self.ledger.tick = memory.tick
         self.why = Reason.SERVICE
         self.emit(records.Resumed(self.tick))
         if memory.planned:

@@ -27,13 +27,11 @@ from safenav.world.poses import Pose
 
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
-    """The state of a simulated world. ``truths``: the truth that resolving each obstacle reveals;
-    ``named``: the same by name, for the last obstacle of each; ``added``: the obstacles that the
-    scenario does not list, which come last; ``brought``: the numbers of those that a user has
-    added."""
+    """The state of a simulated world. ``named``: the truth of the last obstacle of each name;
+    ``added``: the obstacles that the scenario does not list, which come last; ``brought``: the
+    numbers of those that a user has added."""
 
     obstacles: tuple[ObstacleNow, ...]
-    truths: tuple[bool | None, ...]
     named: dict[str, bool | None]
     added: tuple[Obstacle, ...] = ()
     brought: tuple[int, ...] = ()
@@ -54,7 +52,6 @@ class SimulatedWorld:
         )
         self._state = replace(there, obstacles=opened)
         self._regions: list[Region | None] = [robot.start.region for robot in scenario.robots]
-        self._truths = [each.source.traversable for each in self._team.obstacles]
         self.truths: dict[str, bool | None] = {}
         """The truth of the latest obstacle of each name; at first that of the earliest one."""
         for obstacle in sorted(scenario.obstacles, key=lambda each: each.appears or 0):
@@ -68,16 +65,15 @@ class SimulatedWorld:
         """Return the state for a checkpoint."""
         listed, brought = len(self._team.scenario.obstacles), tuple(sorted(self._brought))
         added = tuple(each.source for each in self._team.obstacles[listed:])
-        truths = tuple(self._truths), {**self.truths}
-        return Truth(self._state.obstacles, *truths, added, brought)
+        return Truth(self._state.obstacles, {**self.truths}, added, brought)
 
     def resume(self, truth: Truth, regions: Sequence[Region]) -> None:
         """Continue from that state, with the robots in these regions."""
         for source in truth.added:
             self._team = introduced(self._team, source)
         self._state = replace(self._state, obstacles=truth.obstacles)
-        self._truths, self.truths = [*truth.truths], {**truth.named}
-        self._brought, self._regions = {*truth.brought}, [*regions]
+        self.truths, self._brought = {**truth.named}, {*truth.brought}
+        self._regions = [*regions]
 
     # A blocking world.
 
@@ -93,7 +89,11 @@ class SimulatedWorld:
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         i, team = self._number[robot.name], self._team
         stages = self._changes(i)
-        over = tuple((k, self._truths[k]) for k, stage in stages if resolved(team, k, stage))
+        over = tuple(
+            (k, team.obstacles[k].source.traversable)
+            for k, stage in stages
+            if resolved(team, k, stage)
+        )
         if stages:
             self._state = apply(team, self._state, now.Acted(i, stages, over))
         ended = {k for k, _ in over}
@@ -177,8 +177,9 @@ class SimulatedWorld:
                 self._put(k, Is.OVER)
                 found += [] if each.state is Is.AWAY else [Change(source, appeared=False)]
         for k in self._due(tick):
-            source, truth = self._team.obstacles[k].source, self._truths[k]
+            source = self._team.obstacles[k].source
             if self._fits(source, occupied):
+                truth = source.traversable
                 self._put(k, Is.OPEN)
                 before, self.truths[source.name] = self.truths[source.name], truth
                 found.append(Change(source, True, k in self._brought, truth, truth is not before))
@@ -197,7 +198,6 @@ class SimulatedWorld:
     def _add(self, obstacle: Obstacle, state: Is) -> None:
         self._team = introduced(self._team, obstacle)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
-        self._truths.append(obstacle.traversable)
         self.truths.setdefault(obstacle.name, obstacle.traversable)
 
     def follow(self, team: Team) -> None:
