@@ -289,8 +289,7 @@ class World:
         absent = self.live and not (there.to is None and there.active)
         if absent or not robot.capabilities or there.acting is not None:
             return None
-        own = self.truth if self.simulated else None
-        if own is not None and not own.is_worksite(there.pose % run.team.size):
+        if self.simulated and not run.team.worksites >> there.pose % run.team.size & 1:
             return None  # most turns
         if self.live and self.truth is not None:
             self.truth.excuse(run.state.robots)  # some may have returned in this instant
@@ -304,8 +303,8 @@ class World:
         known = [k for k, _ in expected] if self.live else acts
         event = self.commands.act(robot, here, [run.team.obstacles[k].source for k in known])
         event = None if event is None else self._news(run, i, event)
-        parts = self.truth is not None and not self.live and self.truth.parts(robot)
-        told = expected or parts or event is None or event.found or event.reason
+        unnoticed = self.truth is not None and not self.live and self._unnoticed(run, i)
+        told = expected or unnoticed or event is None or event.found or event.reason
         return self._results(run, i, event) if told else None
 
     def _results(self, run: Situation, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
@@ -344,14 +343,7 @@ class World:
         ready = {k for k, stage in stages.items() if resolved(team, k, stage)}
         if begun is not None:  # others came meanwhile
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
-        if self.truth is not None:
-            stages = {k: stages[k] for k in stages if k in ready} | {
-                number(run.team, run.state, obstacle): stage
-                for obstacle, stage in self.truth.parts(team.members[i].robot)
-                if self.truth.stands(obstacle)  # else it has disappeared in this instant
-            }
-        else:
-            stages |= self._unnoticed(run, i)
+        stages |= self._unnoticed(run, i)
         results = dict.fromkeys(ready, ActResult.FAILED) | reported
         failed = tuple(k for k in stages | reported if results.get(k) is ActResult.FAILED)
         for k, result in reported.items():

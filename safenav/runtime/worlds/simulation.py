@@ -41,7 +41,8 @@ class SimulatedWorld:
     """The scenario's own obstacles with their truths: a ``BlockingWorld``.
 
     ``cleared``: names of the loads that the team knows, which robots take; ``absent``: robots
-    that do not act where they stand."""
+    that do not act where they stand; ``changed``: names of the obstacles that the last action
+    changed."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._team = team_of(scenario)
@@ -58,7 +59,7 @@ class SimulatedWorld:
             self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
         self.absent: Collection[int] = ()
-        self._parts: dict[int, tuple[tuple[Obstacle, Stage], ...]] = {}
+        self.changed: Collection[str] = ()
         self._brought: set[int] = set()
 
     def kept(self) -> Truth:
@@ -96,23 +97,12 @@ class SimulatedWorld:
         )
         if stages:
             self._state = apply(team, self._state, now.Acted(i, stages, over))
-        ended = {k for k, _ in over}
-        parts = ((team.obstacles[k].source, s) for k, s in stages if k not in ended)
-        self._parts[i] = tuple(parts)
+        self.changed = {team.obstacles[k].name for k, _ in stages}
         return [(team.obstacles[k].source, truth) for k, truth in over]
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
         """Let robots out of service take part in no further action, as in a live run."""
         self.absent = {i for i, r in enumerate(robots) if not r.active and r.acting is None}
-
-    def is_worksite(self, region: Region) -> bool:
-        """Return whether an act in a region can change some obstacle, present or not."""
-        return bool(self._team.worksites >> region & 1)
-
-    def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
-        """Return the obstacles that a robot's last action changed without resolving them, at their
-        stages."""
-        return self._parts.get(self._number[robot.name], ())
 
     # Simulation of durations.
 
@@ -381,8 +371,7 @@ class LiveSimulation:
                 (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
                 for obstacle, truth in self.truth.act(robot)
             ]
-            changed = {obstacle.name for obstacle, _ in (*self.truth.parts(robot), *found)}
-            self._face(facing, [each for each in works if each[0].name in changed])
+            self._face(facing, [each for each in works if each[0].name in self.truth.changed])
             found += [(obstacle, ActResult.NOTHING) for obstacle in missing]
             return replace(event, at=self._now, found=tuple(found))
         else:
