@@ -204,30 +204,26 @@ class World:
         graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
         here = before.robots[i].pose
         self._asked.discard(i)
+        end: now.Elsewhere | now.Failed | now.Lost
         match ended:
             case protocol.Arrived(reason=why):
                 yield now.Arrived(i, why)
+                return
             case protocol.Elsewhere(pose=pose):
-                strays = now.Elsewhere(i, graph.strayed(here, pose))
-                yield strays
-                yield from consequences(run.team, before, strays)
+                end = now.Elsewhere(i, graph.strayed(here, pose))
             case protocol.Blocked(pose=pose, obstacle=obstacle):
                 obstacle = obstacle or unknown(run.team.members[i].robot, target % run.team.size)
-                if self._is_open_to(run, i, obstacle):
-                    stuck = now.Failed(i, graph.strayed(here, pose), f"{obstacle.name} stops it")
-                    yield stuck
-                    yield from consequences(run.team, before, stuck)
+                if not self._is_open_to(run, i, obstacle):
+                    yield now.Elsewhere(i, graph.strayed(here, pose), blocked=True)
+                    yield from met(run.team, run.state, i, obstacle, target)
                     return
-                yield now.Elsewhere(i, graph.strayed(here, pose), blocked=True)
-                yield from met(run.team, run.state, i, obstacle, target)
+                end = now.Failed(i, graph.strayed(here, pose), f"{obstacle.name} stops it")
             case protocol.Failed(pose=pose, reason=why, fatal=fatal):
-                failed = now.Failed(i, graph.strayed(here, pose), why, fatal)
-                yield failed
-                yield from consequences(run.team, before, failed)
+                end = now.Failed(i, graph.strayed(here, pose), why, fatal)
             case protocol.Lost(regions=regions, reason=why):
-                lost = now.Lost(i, frozenset(regions), why)
-                yield lost
-                yield from consequences(run.team, before, lost)
+                end = now.Lost(i, frozenset(regions), why)
+        yield end
+        yield from consequences(run.team, before, end)
 
     def _is_open_to(self, run: Situation, i: int, obstacle: model.Obstacle) -> bool:
         """Return whether a robot tries to resolve a known obstacle by entering it."""
@@ -271,16 +267,10 @@ class World:
         ended = self.commands.start(robot, here, graph.pose(step.pose))
         lasts = not self.live and ended is None
         due = int(run.state.time) + robot.model.timing - 1 if lasts else None
-        about = step.by, step.node, due, *self._number(robot), step.values
-        yield now.Departed(i, step.pose, *about)
+        command = self.commands.number(robot.name), self.commands.expected(robot)
+        yield now.Departed(i, step.pose, step.by, step.node, due, *command, step.values)
         if ended is not None:
             yield from self._arrived(run, i, ended)
-
-    def _number(self, robot: model.Robot) -> tuple[int, float | None]:
-        """Return the number of a robot's last command, and its expected duration; 0 in lockstep."""
-        if isinstance(self.commands, Lockstep):
-            return 0, None
-        return self.commands.number(robot.name), self.commands.expected(robot)
 
     def act(self, run: Situation, i: int) -> Iterator[now.Event] | None:
         """Command an action if a robot may change something where it stands. Return its results, or
@@ -314,8 +304,8 @@ class World:
         if event is None:
             self._works[i] = works
         if event is None or self.live:
-            number = self._number(run.team.members[i].robot)[0] if event is None else event.command
-            yield now.Acts(i, self._group(run, i), number or 0, works)
+            command = self.commands.number(run.team.members[i].name)
+            yield now.Acts(i, self._group(run, i), command, works)
         if event is not None:
             yield from self._acted(run, i, event)
 

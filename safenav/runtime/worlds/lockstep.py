@@ -69,6 +69,14 @@ class Lockstep:
     def now(self) -> float:
         return float(self._tick)
 
+    def number(self, name: str) -> int:
+        """Return 0: commands have no numbers."""
+        del name
+        return 0
+
+    def expected(self, robot: Robot) -> float | None:
+        """Return None: steps have no duration in seconds."""
+
     def hear(self, due: float | None, changed: bool) -> bool:
         """Begin the next tick."""
         del due, changed
