@@ -34,8 +34,6 @@ from safenav.trace.words import listed
 
 Coming = Callable[[], bool]
 """Whether the scenario still changes something."""
-Decide = Callable[[now.Event], None]
-"""Makes a decision."""
 _OUT = {
     "scenario": "by a change of the scenario",
     "user": "by an operator",
@@ -78,75 +76,266 @@ class Situation:
 
 
 def coordinate(
-    team: Team, state: State, before: Control, answers: Answers, coming: Coming = lambda: False
+    team: Team, state: State, before: Control, answers: Answers, coming: Coming
 ) -> tuple[Control, list[now.Event]]:
     """Return the intentions of the team now, and the decisions that lead there, in order.
     ``coming``: whether a change is to come, for which a team waits if it can do nothing else."""
-    decided: list[now.Event] = []
+    decision = Decision(team, state, answers, coming)
+    return decision.control(before), decision.decided
 
-    def decide(event: now.Event) -> None:
-        nonlocal state
-        decided.append(event)
-        state = apply(team, state, event)
 
-    control = replace(before, new=(), thinks=False, failed=(), vain=())
-    question = _question(team, state)
-    if question != before.question:
-        if question == before.asked and not answers.ready:
-            answers.keep()
-            return control, []
-        _give_up(team, state, decide)
+class Decision:
+    """A decision of the team. ``decided``: its events; ``state``: the one after them."""
+
+    def __init__(self, team: Team, state: State, answers: Answers, coming: Coming) -> None:
+        self.team, self.state, self.answers, self.coming = team, state, answers, coming
+        self.decided: list[now.Event] = []
+
+    def control(self, before: Control) -> Control:
+        """Return the intentions that follow from those before."""
+        control = replace(before, new=(), thinks=False, failed=(), vain=())
+        question, begun = _question(self.team, self.state), len(self.decided)
+        if question != before.question:
+            if question == before.asked and not self.answers.ready:
+                self.answers.keep()
+                return control
+            self._give_up()
+            try:
+                control = replace(self._settled(before), left=before.left)
+            except Pending as wait:
+                del self.decided[begun:]
+                return replace(control, pending=wait.robots, asked=question)
+            except solve.BudgetError:
+                spent = End("search_limit", "search budget exhausted")
+                return replace(before, question=question, end=spent)
+            if control.vain:
+                self._decide(now.SetAside(control.vain))
+                return self._again(control)
+            self._tell(before, control)
+            control = replace(control, question=_question(self.team, self.state))
+        if control.end is not None:
+            return control
         try:
-            control = _settled(team, state, before, answers, coming)
-            control = replace(control, left=before.left)
-        except Pending as wait:
-            return replace(control, pending=wait.robots, asked=question), []
-        except solve.BudgetError:
-            return replace(
-                before, question=question, end=End("search_limit", "search budget exhausted")
-            ), decided
-        if control.vain:
-            decide(now.SetAside(control.vain))
-            failed, vain = control.failed, control.vain
-            control, decided = _again(team, state, control, answers, decided, coming)
-            more = {"failed": failed + control.failed, "vain": vain + control.vain}
-            return replace(control, **more), decided
+            end = _out_of_service(self.team, self.state, control)
+            if end is None and (left := _left(self.team, self.state, control)):
+                return self._again(replace(control, question=None, left=control.left | left))
+            control = replace(control, end=end or self._planned(control))
+        except Pending:
+            return replace(control, thinks=True)
+        aside = self.decided and _question(self.team, self.state) != control.question
+        return self._again(control) if aside and control.end is None else control
+
+    def _again(self, control: Control) -> Control:
+        """Return the intentions that follow from a first part of this decision."""
+        after = self.control(control)
+        failed, vain = control.failed + after.failed, control.vain + after.vain
+        return replace(after, new=control.new + after.new, failed=failed, vain=vain)
+
+    def _decide(self, event: now.Event) -> None:
+        self.decided.append(event)
+        self.state = apply(self.team, self.state, event)
+
+    def _give_up(self) -> None:
+        """Make obstacles permanent whose next need no robots can ever fulfil."""
+        while True:
+            sets = hopeful(self.team, self.state, given_up=False)
+            closure = solve.closure_of(sets)
+            for g in closure.stuck:
+                self._decide(now.GaveUp(sets.floor.gates[g]))
+            if not closure.stuck:
+                return
+
+    def _tell(self, before: Control, control: Control) -> None:
+        """Give robots their objectives and new strategies, and count the goals where they
+        stand."""
+        team = self.team
         if control.end is None:
             told: Collection[int] = range(len(control.roles))
         else:  # a robot that continues while the team waits follows its new strategy
             made = (i for i in control.new if before.roles)
             told = [i for i in made if (each := control.controllers[i]) and each.realizable]
         for i in told:
-            role, mine, robot = control.roles[i], control.controllers[i], state.robots[i]
+            role, mine, robot = control.roles[i], control.controllers[i], self.state.robots[i]
             new = i in control.new
             changes = role.objective != robot.objective or (new and not team.members[i].planned)
             if robot.active and changes:
                 node = mine.node if mine is not None and new else robot.node
-                decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
+                self._decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
                 if mine and new and mine.form == "other_memory":  # else progress is restored
-                    decide(now.Turned(i, mine.task.memory.index))
+                    self._decide(now.Turned(i, mine.task.memory.index))
         for i in told:
-            robot, keeps = state.robots[i], team.members[i].planned or team.assignable(i)
+            robot, keeps = self.state.robots[i], team.members[i].planned or team.assignable(i)
             begun = before.roles and keeps  # it counts in its turn, on a duty too
             helped = before.roles and before.roles[i].helps is not None
-            stays = robot.own.met or (helped and robot.own.held and stands(team, state, i))
-            stays = stays and team.members[i].pursuit.settles and on_own(team, state, i)
+            stays = robot.own.met or (helped and robot.own.held and stands(team, self.state, i))
+            stays = stays and team.members[i].pursuit.settles and on_own(team, self.state, i)
             if robot.fresh and robot.active and robot.to is None and not (begun or stays):
-                decide(now.Counted(i))  # a continued stay counts in the robot's turn
-        control = replace(control, question=_question(team, state))
-    if control.end is None:
-        try:
-            end = _out_of_service(team, state, control)
-            if end is None and (left := _left(team, state, control)):
-                control = replace(control, question=None, left=control.left | left)
-                return _again(team, state, control, answers, decided, coming)
-            control = replace(control, end=end or _planned(team, state, control, answers, decide))
-        except Pending:
-            return replace(control, thinks=True), decided
-        aside = any(isinstance(event, now.SetAside) for event in decided)
-        if aside and control.end is None and _question(team, state) != control.question:
-            return _again(team, state, control, answers, decided, coming)
-    return control, decided
+                self._decide(now.Counted(i))  # a continued stay counts in the robot's turn
+
+    def _settled(self, before: Control) -> Control:
+        """Return duties, roles and strategies (Algorithm 1, lines 10 to 14 and 20). Raises
+        Pending."""
+        team, state = self.team, self.state
+        plain, here = without_memory(team, state)
+        floor = floor_now(plain, here)
+        stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
+        helping: dict[int, tuple[int, ...]] = {}
+        for i, role in enumerate(before.roles):
+            if role.helps in floor.gates:
+                g = floor.gates.index(role.helps)
+                helping[g] = (*helping.get(g, ()), i)
+        aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
+        lone = frozenset(range(len(poses))).difference(team.sharing)
+        pairs = ((i, k) for i in team.sharing for k in before.left)
+        fewer = replace(floor, barred=floor.barred.union(pairs)) if before.left else floor
+        found = solve.settle(solve.Solver(fewer), poses, stages, aside, helping, lone)
+        if found.hopeless and before.left:
+            found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
+        never: End | None = None
+        if found.hopeless:
+            out = [i for i, robot in enumerate(state.robots) if not robot.active]
+            all_, rest = (hopeful(plain, here, given_up=False, serving=n) for n in (False, True))
+            if not out:
+                never = infeasible(plain, here, solve.around(floor, poses, stages))
+            elif len(out) == len(poses) or any(_is_feasible(each) for each in (all_, rest)):
+                never = _without(team, state, out)  # only its absence stops other robots
+            else:  # with the whole team, or else without what robots out of service do
+                lives = enumerate(solve.closure_of(all_).live)
+                lame = any(not live and i not in out for i, live in lives)
+                never = infeasible(plain, here, all_ if lame else rest)
+        roles = before.roles or tuple(Role(member.objective) for member in team.members)
+        if never is None:
+            roles = Roles(plain, here, floor, stages, found).all()
+        elif before.roles:
+            stands = Control(None, found, roles, before.controllers, (), never)
+            anywhere = replace(found, safe=(None,) * len(poses))
+            others = Roles(plain, here, floor, stages, anywhere)
+            return self._meanwhile(stands, others) if self.coming() else stands
+        controllers, asked = list(before.controllers or (None,) * len(poses)), dict[int, Role]()
+        for i, role in enumerate(roles):
+            mine = controllers[i]
+            if not state.robots[i].active:
+                continue
+            # A joint plan is the controller of the others.
+            planned = i not in lone and (before.roles or pursues(team, floor, here, i))
+            if (mine is None and not planned) or (
+                mine is not None
+                and i in lone
+                and (not mine.realizable or outdated(team, state, i, role, mine))
+            ):
+                asked[i] = role
+        for i, found_one in synthesized(team, state, asked, self.answers).items():
+            controllers[i] = found_one
+        new = [*asked]
+        end = never
+        if failed := [(i, c) for i in new if (c := controllers[i]) and not c.realizable]:
+            end = no_strategy(team, state, failed, begun=bool(before.roles))
+            helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
+            vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
+            if vain:  # formulas have memory that the decision ignores
+                kept = replace(before, question=None, failed=tuple(c for _, c in failed))
+                return replace(kept, vain=vain)
+            proves = end.outcome == "operator_needed" and floor.open(stages)
+            if proves and not any(map(_is_a_game, failed)):
+                whole = floor_now(team, state)
+                joint = joint_now(state, whole)._replace(stages=stages_of(whole, state))
+                proven = lost(whole, joint, [i for i, _ in failed])
+                if proven is not None:  # a robot out of service might have resolved what is open
+                    out = [i for i, robot in enumerate(state.robots) if not robot.active]
+                    dead = _without(team, state, out) if out else deadlocked(team, state, proven)
+                    links = (*end.links, *(dead.links or (dead.explanation,)))
+                    end = replace(dead, explanation="; ".join(links), links=links)
+        return Control(None, found, roles, tuple(controllers), tuple(new), end)
+
+    def _meanwhile(self, control: Control, roles: Roles) -> Control:
+        """Return the objectives of robots that wait for help, while the team waits for a change."""
+        asked = {i for each in self.state.obstacles if each.known for i, _ in each.asked}
+        found = {i: role for i in sorted(asked) if (role := roles.meanwhile(i)) is not None}
+        found = {i: role for i, role in found.items() if self.state.robots[i].active}
+        made = synthesized(self.team, self.state, found, self.answers)
+        made = {i: each for i, each in made.items() if each.realizable}
+        return replace(
+            control,
+            roles=tuple(found[i] if i in made else each for i, each in enumerate(control.roles)),
+            controllers=tuple(made.get(i, each) for i, each in enumerate(control.controllers)),
+            new=tuple(made),
+        )
+
+    def _planned(self, control: Control) -> End | None:
+        """Give the robots that share a floor a plan if they need one; return the end of the run if
+        there is none. Raises Pending."""
+        team, state, answers = self.team, self.state, self.answers
+        if not team.sharing:
+            return None
+        helped = _helped(team, control)
+        goes_on = orders_ahead(team, state) or not is_complete(team, state, control)
+        starves = goes_on and starving(team, state)
+        ends = state.plan is None or (
+            at_end(state, team.sharing)
+            and all(state.robots[i].acting is None for i in team.sharing)
+        )
+        if not starves and not ends and not stuck(team, state, helped):
+            return None
+        sharing = driven(team, state)
+        if not sharing:
+            return None
+        floor = floor_now(team, state)
+        joint, served = joint_now(state, floor), control.found.served
+        open_ = {floor.gates[g] for g in served}
+        leaves = state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing)
+        for_others = open_ if leaves else helped
+        foreseen = frozenset[int]() if state.plan is None else state.plan.foreseen
+        if not starves and open_ & helped and open_ <= foreseen & for_others:
+            return None  # robots with strategies are still to resolve them
+        charges = charges_now(team, state)
+        alone = helped.difference(control.roles[i].helps for i in sharing)
+        if not starves and open_ <= alone and floor.completed(joint, frozenset(), sharing):
+            timed = [i for i in sharing if team.members[i].robot.within is not None]
+            if (
+                goes_on and timed and not open_
+            ):  # their deadlines continue while other robots have work
+                more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
+                floor = replace(floor, robots=sharing, rounds=(more,) * len(team.members))
+                plan = answers.more(floor, joint, len(state.over), charges, state.time)
+                if plan is not None:
+                    self._decide(now.Planned(plan))
+            return None  # these robots have nothing left to do
+        duties = control.found.duties
+        helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
+        floor = replace(floor, helping=tuple(helping.items())) if helping else floor
+        if leaves:
+            # The plan left all to robots with strategies: only their chosen helpers act.
+            others = [(i, role) for i, role in enumerate(control.roles) if i not in sharing]
+            only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
+            floor = replace(floor, barred=floor.barred | only)
+        out = [i for i, robot in enumerate(state.robots) if not robot.active]
+        answer = answers.plan(floor, joint, served, len(state.over), charges, state.time)
+        if answer is None and all(state.obstacles[floor.gates[g]].asked for g in served):
+            # The search took too long. The mission may not need requests of robots.
+            without = answers.plan(floor, joint, (), len(state.over), charges, state.time)
+            answer = Unserved(served) if isinstance(without, Found) else None
+        empty = tuple(g for g in served if team.obstacles[floor.gates[g]].battery_of in out)
+        if empty and (answer is None or isinstance(answer, Deadlock)):
+            # Robots that get a battery return to service, and then no longer stand in the way.
+            brings = replace(floor, rounds=(0,) * len(team.members))
+            brought = answers.plan(brings, joint, empty, len(state.over), charges, state.time)
+            answer = brought if isinstance(brought, Found) else answer
+        match answer:
+            case Found(plan, first):
+                for i, memory in first:
+                    self._decide(now.Turned(i, memory))
+                self._decide(now.Planned(plan))
+            case Unserved(gates):
+                self._decide(now.SetAside(tuple(floor.gates[g] for g in gates)))
+            case Deadlock() | None if any(charged(team, state, i) for i in out):
+                return None  # it returns to service
+            case Deadlock():  # a robot out of service may stand in the way
+                return _without(team, state, out) if out else deadlocked(team, state, answer)
+            case None:
+                why = "search budget exhausted while planning a joint plan; no verdict"
+                left = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
+                return _without(team, state, left, why) if left else End("search_limit", why)
+        return None
 
 
 def _values(team: Team, i: int, mine: Controller | None, node: int | None) -> now.Values | None:
@@ -171,18 +360,6 @@ def first_controllers(
     return {team.members[i].name: made[i] for i in wanted}
 
 
-def _again(
-    team: Team,
-    state: State,
-    control: Control,
-    answers: Answers,
-    decided: list[now.Event],
-    coming: Coming,
-) -> tuple[Control, list[now.Event]]:
-    after, more = coordinate(team, state, control, answers, coming)
-    return replace(after, new=control.new + after.new), decided + more
-
-
 def _question(team: Team, state: State) -> Hashable:
     known = (Is.OPEN, Is.SEALED)
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
@@ -199,119 +376,14 @@ def _is_astray(robot: RobotNow) -> bool:
     return robot.active and robot.to is None and robot.node is None
 
 
-def _give_up(team: Team, state: State, decide: Decide) -> None:
-    """Make obstacles permanent whose next need no robots can ever fulfil."""
-    while True:
-        sets = hopeful(team, state, given_up=False)
-        closure = solve.closure_of(sets)
-        for g in closure.stuck:
-            decide(event := now.GaveUp(sets.floor.gates[g]))
-            state = apply(team, state, event)
-        if not closure.stuck:
-            return
-
-
-def _settled(
-    team: Team,
-    state: State,
-    before: Control,
-    answers: Answers,
-    coming: Coming,
-) -> Control:
-    """Return duties, roles and strategies: Algorithm 1, lines 10 to 14 and 20. Raises Pending."""
-    plain, here = without_memory(team, state)
-    floor = floor_now(plain, here)
-    stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
-    helping: dict[int, tuple[int, ...]] = {}
-    for i, role in enumerate(before.roles):
-        if role.helps in floor.gates:
-            g = floor.gates.index(role.helps)
-            helping[g] = (*helping.get(g, ()), i)
-    aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
-    lone = frozenset(range(len(poses))).difference(team.sharing)
-    pairs = ((i, k) for i in team.sharing for k in before.left)
-    fewer = replace(floor, barred=floor.barred.union(pairs)) if before.left else floor
-    found = solve.settle(solve.Solver(fewer), poses, stages, aside, helping, lone)
-    if found.hopeless and before.left:
-        found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
-    never: End | None = None
-    if found.hopeless:
-        out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        all_, rest = (hopeful(plain, here, given_up=False, serving=n) for n in (False, True))
-        if not out:
-            never = infeasible(plain, here, solve.around(floor, poses, stages))
-        elif len(out) == len(poses) or any(solve.Solver(n.floor).feasible(n) for n in (all_, rest)):
-            never = _without(team, state, out)  # only its absence stops other robots
-        else:  # with the whole team, or else without what robots out of service do
-            lives = enumerate(solve.closure_of(all_).live)
-            lame = any(not live and i not in out for i, live in lives)
-            never = infeasible(plain, here, all_ if lame else rest)
-    roles = before.roles or tuple(Role(member.objective) for member in team.members)
-    if never is None:
-        roles = Roles(plain, here, floor, stages, found).all()
-    elif before.roles:
-        stands = Control(None, found, roles, before.controllers, (), never)
-        anywhere = replace(found, safe=(None,) * len(poses))
-        others = Roles(plain, here, floor, stages, anywhere)
-        return _meanwhile(team, state, stands, others, answers) if coming() else stands
-    controllers, asked = list(before.controllers or (None,) * len(poses)), dict[int, Role]()
-    for i, role in enumerate(roles):
-        mine = controllers[i]
-        if not state.robots[i].active:
-            continue
-        # A joint plan is the controller of the others.
-        planned = i not in lone and (before.roles or pursues(team, floor, here, i))
-        if (mine is None and not planned) or (
-            mine is not None
-            and i in lone
-            and (not mine.realizable or outdated(team, state, i, role, mine))
-        ):
-            asked[i] = role
-    for i, found_one in synthesized(team, state, asked, answers).items():
-        controllers[i] = found_one
-    new = [*asked]
-    end = never
-    if failed := [(i, c) for i in new if (c := controllers[i]) and not c.realizable]:
-        end = no_strategy(team, state, failed, begun=bool(before.roles))
-        helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
-        vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
-        if vain:  # formulas have memory that the decision ignores
-            kept = replace(before, question=None, failed=tuple(c for _, c in failed))
-            return replace(kept, vain=vain)
-        proves = end.outcome == "operator_needed" and floor.open(stages)
-        if proves and not any(map(_is_a_game, failed)):
-            whole = floor_now(team, state)
-            joint = joint_now(state, whole)._replace(stages=stages_of(whole, state))
-            proven = lost(whole, joint, [i for i, _ in failed])
-            if proven is not None:  # a robot out of service might have resolved what is open
-                out = [i for i, robot in enumerate(state.robots) if not robot.active]
-                dead = _without(team, state, out) if out else deadlocked(team, state, proven)
-                links = (*end.links, *(dead.links or (dead.explanation,)))
-                end = replace(dead, explanation="; ".join(links), links=links)
-    return Control(None, found, roles, tuple(controllers), tuple(new), end)
+def _is_feasible(now: solve.Sets) -> bool:
+    return solve.Solver(now.floor).feasible(now)
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:
     """Return whether others or inputs may keep a robot from its objective."""
     objective = failed[1].task.objective
     return objective.formulas is not None or (objective.strict and objective.literal)
-
-
-def _meanwhile(
-    team: Team, state: State, control: Control, roles: Roles, answers: Answers
-) -> Control:
-    """Return the objectives of robots that wait for help, while the team waits for a change."""
-    asked = {i for each in state.obstacles if each.known for i, _ in each.asked}
-    found = {i: role for i in sorted(asked) if (role := roles.meanwhile(i)) is not None}
-    found = {i: role for i, role in found.items() if state.robots[i].active}
-    made = synthesized(team, state, found, answers)
-    made = {i: each for i, each in made.items() if each.realizable}
-    return replace(
-        control,
-        roles=tuple(found[i] if i in made else each for i, each in enumerate(control.roles)),
-        controllers=tuple(made.get(i, each) for i, each in enumerate(control.controllers)),
-        new=tuple(made),
-    )
 
 
 def _helped(team: Team, control: Control) -> frozenset[int]:
@@ -333,81 +405,6 @@ def _left(team: Team, state: State, control: Control) -> frozenset[int]:
     open_ = {floor.gates[g]: g for g in floor.open(stages)}
     lone = frozenset(team.lone)
     return frozenset(k for k in waits if k in open_ and lone & {*floor.able(open_[k], stages)})
-
-
-def _planned(
-    team: Team, state: State, control: Control, answers: Answers, decide: Decide
-) -> End | None:
-    """Give the robots that share a floor a plan if they need one; return the end of the run if
-    there is none. Raises Pending."""
-    if not team.sharing:
-        return None
-    helped = _helped(team, control)
-    goes_on = orders_ahead(team, state) or not is_complete(team, state, control)
-    starves = goes_on and starving(team, state)
-    ends = state.plan is None or (
-        at_end(state, team.sharing) and all(state.robots[i].acting is None for i in team.sharing)
-    )
-    if not starves and not ends and not stuck(team, state, helped):
-        return None
-    sharing = driven(team, state)
-    if not sharing:
-        return None
-    floor = floor_now(team, state)
-    joint, served = joint_now(state, floor), control.found.served
-    open_ = {floor.gates[g] for g in served}
-    leaves = state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing)
-    for_others = open_ if leaves else helped
-    foreseen = frozenset[int]() if state.plan is None else state.plan.foreseen
-    if not starves and open_ & helped and open_ <= foreseen & for_others:
-        return None  # robots with strategies are still to resolve them
-    charges = charges_now(team, state)
-    alone = helped.difference(control.roles[i].helps for i in sharing)
-    if not starves and open_ <= alone and floor.completed(joint, frozenset(), sharing):
-        timed = [i for i in sharing if team.members[i].robot.within is not None]
-        if goes_on and timed and not open_:  # their deadlines continue while other robots have work
-            more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
-            floor = replace(floor, robots=sharing, rounds=(more,) * len(team.members))
-            plan = answers.more(floor, joint, len(state.over), charges, state.time)
-            if plan is not None:
-                decide(now.Planned(plan))
-        return None  # these robots have nothing left to do
-    duties = control.found.duties
-    helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
-    floor = replace(floor, helping=tuple(helping.items())) if helping else floor
-    if leaves:
-        # The plan left all to robots with strategies: only their chosen helpers act.
-        others = [(i, role) for i, role in enumerate(control.roles) if i not in sharing]
-        only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
-        floor = replace(floor, barred=floor.barred | only)
-    out = [i for i, robot in enumerate(state.robots) if not robot.active]
-    answer = answers.plan(floor, joint, served, len(state.over), charges, state.time)
-    if answer is None and all(state.obstacles[floor.gates[g]].asked for g in served):
-        # The search took too long. The mission may not need requests of robots.
-        without = answers.plan(floor, joint, (), len(state.over), charges, state.time)
-        answer = Unserved(served) if isinstance(without, Found) else None
-    empty = tuple(g for g in served if team.obstacles[floor.gates[g]].battery_of in out)
-    if empty and (answer is None or isinstance(answer, Deadlock)):
-        # Robots that get a battery return to service, and then no longer stand in the way.
-        brings = replace(floor, rounds=(0,) * len(team.members))
-        brought = answers.plan(brings, joint, empty, len(state.over), charges, state.time)
-        answer = brought if isinstance(brought, Found) else answer
-    match answer:
-        case Found(plan, first):
-            for i, memory in first:
-                decide(now.Turned(i, memory))
-            decide(now.Planned(plan))
-        case Unserved(gates):
-            decide(now.SetAside(tuple(floor.gates[g] for g in gates)))
-        case Deadlock() | None if any(charged(team, state, i) for i in out):
-            return None  # it returns to service
-        case Deadlock():  # a robot out of service may stand in the way
-            return _without(team, state, out) if out else deadlocked(team, state, answer)
-        case None:
-            why = "search budget exhausted while planning a joint plan; no verdict"
-            left = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
-            return _without(team, state, left, why) if left else End("search_limit", why)
-    return None
 
 
 def _out_of_service(team: Team, state: State, control: Control) -> End | None:
