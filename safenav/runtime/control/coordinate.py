@@ -12,15 +12,8 @@ from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock, Found, Unserved, lost
 from safenav.plan.order import at_end, awaited, charges_now, joint_now, starving, stuck
+from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
-from safenav.runtime.control.ends import (
-    End,
-    deadlocked,
-    hopeful,
-    infeasible,
-    no_strategy,
-    what_is_left,
-)
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.solve import solve
@@ -53,7 +46,7 @@ class Control(Struct, frozen=True):
     roles: tuple[Role, ...] = ()
     controllers: tuple[Controller | None, ...] = ()
     new: tuple[int, ...] = ()
-    end: End | None = None
+    end: ends.End | None = None
     pending: frozenset[int] = frozenset()
     asked: Hashable | None = None
     thinks: bool = False
@@ -106,7 +99,7 @@ class Decision:
                 del self.decided[begun:]
                 return replace(control, pending=wait.robots, asked=question)
             except solve.BudgetError:
-                spent = End("search_limit", "search budget exhausted")
+                spent = ends.End("search_limit", "search budget exhausted")
                 return replace(before, question=question, end=spent)
             if control.vain:
                 self._decide(now.SetAside(control.vain))
@@ -138,7 +131,7 @@ class Decision:
     def _give_up(self) -> None:
         """Make obstacles permanent whose next need no robots can ever fulfil."""
         while True:
-            sets = hopeful(self.team, self.state, given_up=False)
+            sets = ends.hopeful(self.team, self.state, given_up=False)
             closure = solve.closure_of(sets)
             for g in closure.stuck:
                 self._decide(now.GaveUp(sets.floor.gates[g]))
@@ -191,18 +184,20 @@ class Decision:
         found = solve.settle(solve.Solver(fewer), poses, stages, aside, helping, lone)
         if found.hopeless and before.left:
             found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
-        never: End | None = None
+        never: ends.End | None = None
         if found.hopeless:
             out = [i for i, robot in enumerate(state.robots) if not robot.active]
-            all_, rest = (hopeful(plain, here, given_up=False, serving=n) for n in (False, True))
+            all_, rest = (
+                ends.hopeful(plain, here, given_up=False, serving=n) for n in (False, True)
+            )
             if not out:
-                never = infeasible(plain, here, solve.around(floor, poses, stages))
+                never = ends.infeasible(plain, here, solve.around(floor, poses, stages))
             elif len(out) == len(poses) or any(_is_feasible(each) for each in (all_, rest)):
                 never = _without(team, state, out)  # only its absence stops other robots
             else:  # with the whole team, or else without what robots out of service do
                 lives = enumerate(solve.closure_of(all_).live)
                 lame = any(not live and i not in out for i, live in lives)
-                never = infeasible(plain, here, all_ if lame else rest)
+                never = ends.infeasible(plain, here, all_ if lame else rest)
         roles = before.roles or tuple(Role(member.objective) for member in team.members)
         if never is None:
             roles = Roles(plain, here, floor, stages, found).all()
@@ -229,7 +224,7 @@ class Decision:
         new = [*asked]
         end = never
         if failed := [(i, c) for i in new if (c := controllers[i]) and not c.realizable]:
-            end = no_strategy(team, state, failed, begun=bool(before.roles))
+            end = ends.no_strategy(team, state, failed, begun=bool(before.roles))
             helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
             vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
             if vain:  # formulas have memory that the decision ignores
@@ -242,7 +237,9 @@ class Decision:
                 proven = lost(whole, joint, [i for i, _ in failed])
                 if proven is not None:  # a robot out of service might have resolved what is open
                     out = [i for i, robot in enumerate(state.robots) if not robot.active]
-                    dead = _without(team, state, out) if out else deadlocked(team, state, proven)
+                    dead = (
+                        _without(team, state, out) if out else ends.deadlocked(team, state, proven)
+                    )
                     links = (*end.links, *(dead.links or (dead.explanation,)))
                     end = replace(dead, explanation="; ".join(links), links=links)
         return Control(None, found, roles, tuple(controllers), tuple(new), end)
@@ -261,7 +258,7 @@ class Decision:
             new=tuple(made),
         )
 
-    def _planned(self, control: Control) -> End | None:
+    def _planned(self, control: Control) -> ends.End | None:
         """Give the robots that share a floor a plan if they need one; return the end of the run if
         there is none. Raises Pending."""
         team, state, answers = self.team, self.state, self.answers
@@ -270,11 +267,11 @@ class Decision:
         helped = _helped(team, control)
         goes_on = orders_ahead(team, state) or not is_complete(team, state, control)
         starves = goes_on and starving(team, state)
-        ends = state.plan is None or (
+        over = state.plan is None or (
             at_end(state, team.sharing)
             and all(state.robots[i].acting is None for i in team.sharing)
         )
-        if not starves and not ends and not stuck(team, state, helped):
+        if not starves and not over and not stuck(team, state, helped):
             return None
         sharing = driven(team, state)
         if not sharing:
@@ -330,11 +327,11 @@ class Decision:
             case Deadlock() | None if any(charged(team, state, i) for i in out):
                 return None  # it returns to service
             case Deadlock():  # a robot out of service may stand in the way
-                return _without(team, state, out) if out else deadlocked(team, state, answer)
+                return _without(team, state, out) if out else ends.deadlocked(team, state, answer)
             case None:
                 why = "search budget exhausted while planning a joint plan; no verdict"
                 left = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
-                return _without(team, state, left, why) if left else End("search_limit", why)
+                return _without(team, state, left, why) if left else ends.End("search_limit", why)
         return None
 
 
@@ -407,7 +404,7 @@ def _left(team: Team, state: State, control: Control) -> frozenset[int]:
     return frozenset(k for k in waits if k in open_ and lone & {*floor.able(open_[k], stages)})
 
 
-def _out_of_service(team: Team, state: State, control: Control) -> End | None:
+def _out_of_service(team: Team, state: State, control: Control) -> ends.End | None:
     """Return the end if only robots out of service have not met their objectives."""
     robots, out = state.robots, [i for i, r in enumerate(state.robots) if not r.active]
     if control.found.served or not out or any(r.acting for r in robots):
@@ -419,12 +416,12 @@ def _out_of_service(team: Team, state: State, control: Control) -> End | None:
     return _without(team, state, left)
 
 
-def _without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
+def _without(team: Team, state: State, robots: Sequence[int], left: str = "") -> ends.End:
     """Return the end of a run that cannot continue without robots out of service. ``left``: the
     reason why it is not completed, if known."""
     names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
-    left = left or what_is_left(team, state, (), live=team.live)
-    return End("operator_needed", f"{names} out of service; {left}", "out_of_service")
+    left = left or ends.what_is_left(team, state, (), live=team.live)
+    return ends.End("operator_needed", f"{names} out of service; {left}", "out_of_service")
 
 
 def _why_out(team: Team, state: State, i: int) -> str:

@@ -11,26 +11,11 @@ from safenav.plan.ask import Deadlock
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, walls_of
 from safenav.scenario.objective import Word, describe
-from safenav.solve.reasons import (
-    Shortfall,
-    cause_of,
-    crowd_words,
-    shortfall_words,
-    shortfalls,
-    without_room,
-)
+from safenav.solve import reasons
 from safenav.solve.solve import Sets, Settlement, Step, around, closure_of, dead_end, fits
 from safenav.spec.task import Memory, Task
+from safenav.team import floor as floors
 from safenav.team.apply import done, rounds, stands
-from safenav.team.floor import (
-    barred,
-    floor_now,
-    floor_of,
-    gates_of,
-    inside,
-    laden,
-    stages_of,
-)
 from safenav.team.state import Is, State
 from safenav.team.team import Team, without_memory
 from safenav.trace.vocabulary import OperatorCause, Proof
@@ -63,21 +48,27 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
-    gates = (*gates_of(state), *again)
-    loads, closed = laden(team, state, sealed), barred(team, state)
-    floor = floor_of(team, gates, sealed, inside(team, state), barred=closed, laden=loads)
+    gates = (*floors.gates_of(state), *again)
+    loads, closed = floors.laden(team, state, sealed), floors.barred(team, state)
+    floor = floors.floor_of(
+        team, gates, sealed, floors.inside(team, state), barred=closed, laden=loads
+    )
     if serving:
-        here, free = floor_now(team, state), enumerate(floor.floors)
-        floors = tuple(each if i in here.robots else here.floors[i] for i, each in free)
-        floor = replace(floor, robots=here.robots, standing=here.standing, floors=floors)
-    return around(floor, tuple(robot.next for robot in state.robots), stages_of(floor, state))
+        here, free = floors.floor_now(team, state), enumerate(floor.floors)
+        within = tuple(each if i in here.robots else here.floors[i] for i, each in free)
+        floor = replace(floor, robots=here.robots, standing=here.standing, floors=within)
+    return around(
+        floor, tuple(robot.next for robot in state.robots), floors.stages_of(floor, state)
+    )
 
 
-def lacks_of(team: Team, state: State) -> dict[str, Shortfall]:
+def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:
     """Return the shortfalls of the known obstacles that are never resolved, some of them because
     others are given up."""
     views = [hopeful(team, state, given_up=again) for again in (False, True)]
-    return {each.obstacle: each for now in views for each in shortfalls(now, closure_of(now))}
+    return {
+        each.obstacle: each for now in views for each in reasons.shortfalls(now, closure_of(now))
+    }
 
 
 def infeasible(team: Team, state: State, now: Sets) -> End:
@@ -93,9 +84,11 @@ def infeasible(team: Team, state: State, now: Sets) -> End:
         active = (i for i, robot in enumerate(state.robots) if robot.active)
         stuck = [i for i in active if not closure.live[i]]
         sentences += [_why_stuck(team, state, i, chosen=bool(steps)) for i in stuck]
-        missed += shortfalls(now, closure)
-    links = tuple(dict.fromkeys((*sentences, *(shortfall_words(each, word) for each in missed))))
-    cause = cause_of(missed) if missed and not steps else OperatorCause.UNREALIZABLE
+        missed += reasons.shortfalls(now, closure)
+    links = tuple(
+        dict.fromkeys((*sentences, *(reasons.shortfall_words(each, word) for each in missed)))
+    )
+    cause = reasons.cause_of(missed) if missed and not steps else OperatorCause.UNREALIZABLE
     stuck_names = tuple(team.members[i].name for i in stuck)
     return End("operator_needed", "; ".join(links), cause.value, None, (), links, stuck_names)
 
@@ -112,7 +105,7 @@ def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) 
             sentences.append(_TRAPPED)
     if left:
         return sentences
-    return sentences + ((without_room(now, word) if lossless else []) or [_TRAPPED])
+    return sentences + ((reasons.without_room(now, word) if lossless else []) or [_TRAPPED])
 
 
 def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
@@ -193,9 +186,7 @@ def completed(team: Team, state: State, found: Settlement) -> End:
     why, undone = f"every robot has met its objective for {counted(team.rounds, 'round')}", []
     for k, each in enumerate(state.obstacles):
         if team.obstacles[k].ordered and each.known:
-            lacks = lacks_of(team, state).get(team.obstacles[k].name) if each.given_up else None
-            short = shortfall_words(lacks, team.world.word, "it") if lacks is not None else None
-            undone.append(left_words(team, state, found, k, short))
+            undone.append(left_words(team, state, found, k))
     return End("completed", why + (f"; still open: {', '.join(undone)}" if undone else ""))
 
 
@@ -246,8 +237,8 @@ class Request:
     def __init__(self, team: Team, state: State, found: Settlement, k: int) -> None:
         team, state = without_memory(team, state)
         self.team, self.state, self.found, self.k = team, state, found, k
-        self.floor = floor_now(team, state)
-        self.stages, self.g = stages_of(self.floor, state), self.floor.gates.index(k)
+        self.floor = floors.floor_now(team, state)
+        self.stages, self.g = floors.stages_of(self.floor, state), self.floor.gates.index(k)
         self.need = self.floor.need(self.g, self.stages)
         self.poses = tuple(robot.next for robot in state.robots)
 
@@ -300,12 +291,12 @@ class Request:
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
         strays = self.floor.gate(self.g).strays[self.stages[self.g].need]
-        reasons: dict[str, list[int]] = {}
+        others: dict[str, list[int]] = {}
         for i in self._skilled():
             ticks, duty = bids.get(self.team.members[i].name), self.found.duties.get(i)
             if i in helpers:
                 continue
-            if (i, self.k) in barred(self.team, self.state):
+            if (i, self.k) in floors.barred(self.team, self.state):
                 why = "has failed"
             elif not self.state.robots[i].active:
                 why = "is out of service"
@@ -321,9 +312,9 @@ class Request:
                 why = "has a longer way to the later needs"
             else:
                 continue
-            reasons.setdefault(why, []).append(i)
+            others.setdefault(why, []).append(i)
         parts, plural = [], {"has": "have", "is": "are"}
-        for why, who in reasons.items():
+        for why, who in others.items():
             verb, what = why.split(" ", 1)
             several = plural.get(verb, verb) if len(who) > 1 else verb
             parts.append(f"{self._names(who)} {several} {what}")
@@ -355,7 +346,9 @@ class Request:
         regions = 0
         for i, there in near.items():
             regions |= self.floor.graphs[i].regions_of(there)
-        return crowd_words([self.team.members[i].name for i in near], regions, self.team.world.word)
+        return reasons.crowd_words(
+            [self.team.members[i].name for i in near], regions, self.team.world.word
+        )
 
     def _returns(self, i: int) -> bool:
         """Return whether a robot could return to its pose after it has fulfilled the next need."""
@@ -374,12 +367,15 @@ class Request:
         return obstacle_words(self.floor.gate(g).name, self.team.world.word)
 
 
-def left_words(team: Team, state: State, found: Settlement, k: int, lacks: str | None) -> str:
-    """Describe an order that is still open when the mission is completed, and why. ``lacks``: the
-    words for what it lacks, if it is given up."""
-    name, why = obstacle_words(team.obstacles[k].name, team.world.word), lacks
-    if why is None and k in state.requests:
+def left_words(team: Team, state: State, found: Settlement, k: int) -> str:
+    """Describe an order that is still open when the mission is completed, and why."""
+    word, why = team.world.word, None
+    lacks = lacks_of(team, state) if state.obstacles[k].given_up else {}
+    if team.obstacles[k].name in lacks:
+        why = reasons.shortfall_words(lacks[team.obstacles[k].name], word, "it")
+    elif k in state.requests:
         why = Request(team, state, found, k).why_nobody()
+    name = obstacle_words(team.obstacles[k].name, word)
     return f"{name} ({why})" if why else name
 
 

@@ -16,19 +16,10 @@ from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
 from safenav.scenario.objective import Objective, Word, describe, formulas_in
 from safenav.spec import assignable
+from safenav.spec import task as tasks
 from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
 from safenav.spec.compile import compile_task
 from safenav.spec.guarantees import values_of
-from safenav.spec.task import (
-    Known,
-    Memory,
-    ObjectiveForm,
-    Observed,
-    Task,
-    Weakening,
-    concession,
-    forms,
-)
 from safenav.synthesis.slugs import SynthesisResult
 from safenav.team import state as now
 from safenav.team.floor import Floor, stages_of
@@ -45,9 +36,9 @@ class Controller(Struct, frozen=True, eq=False):
     """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``node``:
     the first one."""
 
-    task: Task
+    task: tasks.Task
     asked: Objective
-    rung: ObjectiveForm
+    rung: tasks.ObjectiveForm
     result: SynthesisResult
 
     @property
@@ -58,12 +49,12 @@ class Controller(Struct, frozen=True, eq=False):
     def form(self) -> Form:
         if self.rung.objective != self.asked:
             return Form.ALTERNATION
-        return Form.OTHER_MEMORY if self.rung.weakening is Weakening.TURNED else Form.LITERAL
+        return Form.OTHER_MEMORY if self.rung.weakening is tasks.Weakening.TURNED else Form.LITERAL
 
     def allows(self, word: Word) -> str | None:
         """Return what its form allows beyond the objective, with the reason; None for the strongest
         form."""
-        return concession(self.asked, self.rung, word)
+        return tasks.concession(self.asked, self.rung, word)
 
     def words(self, word: Word) -> str:
         """Return the objective in the requested form, in the user's words."""
@@ -92,7 +83,7 @@ class Controller(Struct, frozen=True, eq=False):
         return tuple(sorted((name, found[name]) for name in names))
 
 
-Candidate = tuple[Task, ObjectiveForm]
+Candidate = tuple[tasks.Task, tasks.ObjectiveForm]
 """A task, and the form of its robot's objective in it."""
 
 
@@ -128,7 +119,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
     walls = walls_of(team, state, i, role.avoid)
     turn = robot.own.memory if own and role.objective.in_turn else 0
-    for rung in forms(
+    for rung in tasks.forms(
         role.objective,
         robot.own.memory if role.objective.strict else turn,
         pose,
@@ -139,10 +130,10 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
     ):
         kept, names = dict(robot.values), role.objective.memory
         values = {name: kept[name] for name in names if names.keys() <= kept.keys()}
-        memory = Memory(rung.turn if role.objective.strict else turn, values)
+        memory = tasks.Memory(rung.turn if role.objective.strict else turn, values)
         inputs = (each for each in team.scenario.inputs if each.name in role.objective.inputs)
         yield (
-            Task(
+            tasks.Task(
                 member.robot,
                 pose,
                 rung.objective,
@@ -198,12 +189,12 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
     return not walls <= known or not role.forbidden <= controller.task.forbidden
 
 
-def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[Known, ...]:
+def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[tasks.Known, ...]:
     """Return the regions other than walls that are closed in a robot's specification, each with its
     reason."""
     robot = team.members[i].robot
     found = [
-        Known(r, f"robots.{robot.name}.objective.avoid", f"{robot.name} avoids it")
+        tasks.Known(r, f"robots.{robot.name}.objective.avoid", f"{robot.name} avoids it")
         for r in robot.objective.avoid
     ]
     for k, each in enumerate(state.obstacles):
@@ -212,10 +203,12 @@ def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[K
             continue
         if each.state is Is.SEALED:
             why = _sealed_words(team, state, k)
-            found.append(Known(obstacle.region, f"obstacles.{obstacle.name}", why))
+            found.append(tasks.Known(obstacle.region, f"obstacles.{obstacle.name}", why))
         elif each.state is Is.OPEN and k in avoid:
             found.append(
-                Known(obstacle.region, f"obstacles.{obstacle.name}", "found, and not resolved yet")
+                tasks.Known(
+                    obstacle.region, f"obstacles.{obstacle.name}", "found, and not resolved yet"
+                )
             )
     return tuple(sorted(found, key=lambda known: known.region))
 
@@ -242,7 +235,7 @@ def enough(team: Team, k: int) -> bool:
     )
 
 
-def observed(team: Team, state: State, i: int) -> Iterator[Observed]:
+def observed(team: Team, state: State, i: int) -> Iterator[tasks.Observed]:
     """Yield the knowledge of a robot with a strategy about the robots that it tracks."""
     known, me = dict(state.robots[i].known), team.members[i]
     for j, member in enumerate(team.members if not me.planned else ()):
@@ -251,7 +244,7 @@ def observed(team: Team, state: State, i: int) -> Iterator[Observed]:
             here = other.next % team.size
             found = known.get(j, here)
             seen, belief = (here, found) if isinstance(found, frozenset) else (found, None)
-            yield Observed(member.name, seen, belief=belief)
+            yield tasks.Observed(member.name, seen, belief=belief)
 
 
 def standing(team: Team, state: State) -> frozenset[int]:
@@ -260,7 +253,7 @@ def standing(team: Team, state: State) -> frozenset[int]:
     return frozenset(obstacle.region for obstacle, each in pairs if each.state in known)
 
 
-def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
+def heard(team: Team, state: State, i: int, task: tasks.Task) -> dict[str, int]:
     """Return the present inputs of a robot's strategy."""
     robot, places = state.robots[i], {m.name: j for j, m in enumerate(team.members)}
     at = {each.name: state.robots[places[each.name]].pose % team.size for each in task.observed}
@@ -269,7 +262,7 @@ def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
     return found | {each.name: int(each.name in state.inputs) for each, _ in task.inputs}
 
 
-def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
+def looked(team: Team, state: State, i: int, task: tasks.Task) -> now.Looked | None:
     """Return the knowledge of a robot after it has looked around; None if its task tracks no
     robot."""
     if not task.observed:

@@ -1,9 +1,8 @@
 """Trace lines of moves, of joint plans, and of a synthesis with all data of its specification."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 
 from safenav.data import Place
-from safenav.plan.order import at_end
 from safenav.runtime.control.strategies import Controller
 from safenav.spec.assignable import assignable_regions
 from safenav.spec.belief import models
@@ -14,11 +13,9 @@ from safenav.team.acts import driven
 from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
-from safenav.trace.vocabulary import MovedBy, MoveEnd, PlanEndReason, Reason
+from safenav.trace.vocabulary import MovedBy, MoveEnd, Reason
 from safenav.world.map import RegionMap
 from safenav.world.poses import Pose
-
-Emit = Callable[[records.Record], None]
 
 
 def move_line(
@@ -73,35 +70,8 @@ def command_line(
     return records.Arrive(*who, *place, result, reason, regions)
 
 
-class PlanLines:
-    """``plan``: the joint plan that was recorded last; None: none is in force."""
-
-    def __init__(self, emit: Emit) -> None:
-        self._emit = emit
-        self.plan: Plan | None = None
-
-    def tell(self, tick: int, team: Team, state: State) -> None:
-        """Record a new plan."""
-        plan = state.plan
-        if plan is None or plan is self.plan:
-            return
-        self.ends(tick, PlanEndReason.CHANGED)
-        if not at_end(state, team.sharing):
-            self._emit(_plan_line(tick, team, state, plan))
-            self.plan = plan
-
-    def reached(self, tick: int, team: Team, state: State) -> None:
-        """End the plan that was recorded if every robot has completed its path in it."""
-        if at_end(state, team.sharing):
-            self.ends(tick, PlanEndReason.REACHED)
-
-    def ends(self, tick: int, reason: PlanEndReason) -> None:
-        if self.plan is not None:
-            self._emit(records.PlanEnd(tick, reason))
-            self.plan = None
-
-
-def _plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
+def plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
+    """Return the line of a joint plan, from the present waypoint of each robot on."""
     ways, orders = {}, []
     for i in driven(team, state):
         at, member, way = state.robots[i].at, team.members[i], plan.ways[i]

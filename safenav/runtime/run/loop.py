@@ -308,7 +308,7 @@ class Run(Situation):
         if self.control.new or self.control.question != intended.question:
             coming = self.world.coming(self) is not None
             self.recorder.settled(before, decided, self.state, self.control, coming=coming)
-        self.recorder.plan.tell(self.recorder.tick, self.team, self.state)
+        self.recorder.tell_plan(self.state)
         if self.control.end is not None and self.world.waits(self):
             self.recorder.waiting(self.control.end, self.world.until(self))
         thinks = self.control.thinks or self.control.pending or self.control.question is None

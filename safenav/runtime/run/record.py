@@ -2,19 +2,20 @@
 remembers only recorded facts: the stack, the helpers of each request, and the part of the plan.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
 from msgspec.structs import replace
 
 import safenav
 from safenav.errors import Outcome
+from safenav.plan.order import at_end
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import ASIDE, End, Request, lacks_of
 from safenav.runtime.control.strategies import enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
-from safenav.runtime.run.lines import Emit, PlanLines, command_line, move_line, synthesis_line
+from safenav.runtime.run.lines import command_line, move_line, plan_line, synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
 from safenav.spec.belief import automatic
@@ -22,7 +23,7 @@ from safenav.team import floor as floors
 from safenav.team import state as now
 from safenav.team.acts import participants, standing
 from safenav.team.apply import apply, goals, rounds
-from safenav.team.state import State
+from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import (
@@ -42,14 +43,14 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 class Recorder:
     """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
-    ``told``: the objectives in force as last recorded, ``looked``: beliefs to be recorded after the
-    move of their robot; ``why``: the last event of those that give a reason for syntheses;
-    ``makespan``: the end of the last command."""
+    ``told``: the objectives in force as last recorded; ``looked``: beliefs to be recorded after the
+    move of their robot; ``plan``: the joint plan in force as last recorded; ``why``: the last event
+    of those that give a reason for syntheses; ``makespan``: the end of the last command."""
 
     def __init__(
         self,
         team: Team,
-        listener: Emit,
+        listener: Callable[[records.Record], None],
         *,
         simulated: bool,
         live: bool,
@@ -61,7 +62,7 @@ class Recorder:
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.told: list[Objective | None] = [member.objective for member in team.members]
         self.looked: list[records.Belief] = []
-        self.plan = PlanLines(self.emit)
+        self.plan: Plan | None = None
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
         self.waited: tuple[float | None] | None = None
         self.makespan = 0.0
@@ -78,7 +79,7 @@ class Recorder:
 
     def kept(self) -> Memory:
         """Return the recorder's memory, for a checkpoint."""
-        stack, helpers, planned = tuple(self.stack), tuple(self.helpers.items()), self.plan.plan
+        stack, helpers, planned = tuple(self.stack), tuple(self.helpers.items()), self.plan
         about = self.tick, self.moved, stack, helpers, planned is not None
         return Memory(*about, tuple(self.ledger.dues.items()), tuple(self.ledger.late))
 
@@ -114,7 +115,10 @@ class Recorder:
             self.helpers = {k: who for k, who in self.helpers.items() if k in after.requests}
         dropped = before.plan is not None and after.plan is None
         if dropped and not isinstance(event, now.Met):
-            self.plan.ends(self.tick, PlanEndReason.CHANGED)
+            self._plan_ends(PlanEndReason.CHANGED)
+        backs = isinstance(event, now.Departed | now.Stayed) and event.by == "backtrack"
+        if isinstance(event, now.Departed | now.Stayed) and backs:
+            self._backtrack(event.robot, after.robots[event.robot].next)
         match event:  # the most frequent ones first
             case now.Turn():
                 return
@@ -125,27 +129,21 @@ class Recorder:
                 for goal, whole in goals(self.team, before, i, ticks, duty):
                     self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
             case now.Time(at):
-                self.plan.reached(self.tick, self.team, before)
+                self._plan_reached(before)
                 self.time, self.tick = at, self.tick + 1 if self.live else int(at)
                 return
-            case now.Goes():
-                self._moves(before, event, after)
-            case now.Departed(i, pose, by):
-                if by == "backtrack":
-                    self._backtrack(i, pose)
+            case now.Goes() | now.Departed():
                 self._moves(before, event, after)
             case now.Arrived() | now.Elsewhere() | now.Failed() | now.Lost():
                 self._moves(before, event, after)
                 if not isinstance(event, now.Arrived):
                     self.why = Reason.SERVICE
                 if not self.live:
-                    self.plan.reached(self.tick, self.team, after)
-            case now.Stayed(i, by):
-                if by == "backtrack":
-                    self._backtrack(i, after.robots[i].pose)
+                    self._plan_reached(after)
+            case now.Stayed():
                 self._moves(before, event, after)
-                if by == "backtrack" and after.plan is None:
-                    self.plan.ends(self.tick, PlanEndReason.VIOLATION)
+                if backs and after.plan is None:
+                    self._plan_ends(PlanEndReason.VIOLATION)
             case now.Astray(i, rules):
                 for rule in rules:
                     self.emit(records.Assumption(self.tick, self._robot(i), rule))
@@ -248,6 +246,25 @@ class Recorder:
         line = self._line(self.team, self.tick, before, event, after)
         if line is not None:
             self.emit(line)
+
+    def tell_plan(self, state: State) -> None:
+        """Record a new joint plan."""
+        plan = state.plan
+        if plan is not None and plan is not self.plan:
+            self._plan_ends(PlanEndReason.CHANGED)
+            if not at_end(state, self.team.sharing):
+                self.emit(plan_line(self.tick, self.team, state, plan))
+                self.plan = plan
+
+    def _plan_reached(self, state: State) -> None:
+        """End the plan if every robot has completed its path in it."""
+        if at_end(state, self.team.sharing):
+            self._plan_ends(PlanEndReason.REACHED)
+
+    def _plan_ends(self, reason: PlanEndReason) -> None:
+        if self.plan is not None:
+            self.emit(records.PlanEnd(self.tick, reason))
+            self.plan = None
 
     def _backtrack(self, i: int, pose: int) -> None:
         self.emit(records.Backtrack(self.tick, self._robot(i), pose % self.team.size))
@@ -466,7 +483,7 @@ class Recorder:
     def ends(self, state: State, end: End, answers: Answers, seconds: float) -> records.End:
         """Record the end of the run; ``seconds``: its wall time."""
         pairs = zip(self.team.members, state.robots, strict=True)
-        self.plan.reached(self.tick, self.team, state)
+        self._plan_reached(state)
         if end.outcome == Outcome.COMPLETED:
             self.ledger.completed(self.team)
         ended = records.End(

@@ -24,21 +24,8 @@ from safenav.runtime.worlds.protocol import Change
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld, Truth
 from safenav.scenario import model
 from safenav.scenario.model import switching
+from safenav.team import acts
 from safenav.team import state as now
-from safenav.team.acts import (
-    acts_on,
-    consequences,
-    joined,
-    met,
-    noticed,
-    number,
-    occupied,
-    participants,
-    resolved,
-    standing,
-    unknown,
-    vain,
-)
 from safenav.team.apply import charged
 from safenav.team.state import State
 from safenav.team.team import Team
@@ -144,7 +131,7 @@ class World:
                 yield now.Served(i, True, "battery")
         yield from self.operator.events(run, lambda: self.given_up(run))
         yield from self._heard(run)
-        for change in commands.changes(occupied(run.team, run.state)):
+        for change in commands.changes(acts.occupied(run.team, run.state)):
             yield from self._changed(run, change)
         if isinstance(commands, Commands):
             yield from self._reported(run, commands)
@@ -195,10 +182,10 @@ class World:
                 why = "the obstacle was opened later"
                 yield now.Late("sensed", why, self._named(run, sensed, "by"), name)
             elif sensed.there:
-                yield from noticed(run.team, run.state, sensed.obstacle)
+                yield from acts.noticed(run.team, run.state, sensed.obstacle)
             elif name in run.team.numbers:
                 self._opened[name] = commands.now()
-                yield now.Gone(number(run.team, run.state, sensed.obstacle), "world")
+                yield now.Gone(acts.number(run.team, run.state, sensed.obstacle), "world")
 
     def _arrived(self, run: Situation, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
         graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
@@ -212,10 +199,12 @@ class World:
             case protocol.Elsewhere(pose=pose):
                 end = now.Elsewhere(i, graph.strayed(here, pose))
             case protocol.Blocked(pose=pose, obstacle=obstacle):
-                obstacle = obstacle or unknown(run.team.members[i].robot, target % run.team.size)
+                obstacle = obstacle or acts.unknown(
+                    run.team.members[i].robot, target % run.team.size
+                )
                 if not self._is_open_to(run, i, obstacle):
                     yield now.Elsewhere(i, graph.strayed(here, pose), blocked=True)
-                    yield from met(run.team, run.state, i, obstacle, target)
+                    yield from acts.met(run.team, run.state, i, obstacle, target)
                     return
                 end = now.Failed(i, graph.strayed(here, pose), f"{obstacle.name} stops it")
             case protocol.Failed(pose=pose, reason=why, fatal=fatal):
@@ -223,12 +212,12 @@ class World:
             case protocol.Lost(regions=regions, reason=why):
                 end = now.Lost(i, frozenset(regions), why)
         yield end
-        yield from consequences(run.team, before, end)
+        yield from acts.consequences(run.team, before, end)
 
     def _is_open_to(self, run: Situation, i: int, obstacle: model.Obstacle) -> bool:
         """Return whether a robot tries to resolve a known obstacle by entering it."""
         known = obstacle.name in run.team.numbers
-        k = number(run.team, run.state, obstacle)
+        k = acts.number(run.team, run.state, obstacle)
         if not known or run.state.obstacles[k].state is not now.Is.OPEN:
             return False
         return closing(run.team, run.state, i, run.state.robots[i].next) is None
@@ -237,12 +226,12 @@ class World:
         cause = "user" if change.by_user else "scenario"
         if change.appeared:
             self._opened.pop(change.obstacle.name, None)
-            yield from joined(run.team, run.state, change.obstacle)
-            k = number(run.team, run.state, change.obstacle)
+            yield from acts.joined(run.team, run.state, change.obstacle)
+            k = acts.number(run.team, run.state, change.obstacle)
             yield now.Appeared(k, change.truth, change.another, cause)
         elif change.obstacle.name in run.team.numbers:
             self._opened[change.obstacle.name] = self.commands.now()
-            yield now.Gone(number(run.team, run.state, change.obstacle), cause)
+            yield now.Gone(acts.number(run.team, run.state, change.obstacle), cause)
 
     def _named(self, run: Situation, report: protocol.WorldEvent, key: str = "robot") -> int | None:
         names = [member.name for member in run.team.members]
@@ -283,14 +272,14 @@ class World:
             return None  # most turns
         if self.live and self.truth is not None:
             self.truth.excuse(run.state.robots)  # some may have returned in this instant
-        acts = self._acts(run, i)
-        expected = self._changes(run, i, acts)
+        among = self._acts(run, i)
+        expected = self._changes(run, i, among)
         asks = (self.truth is not None and not self.live) or i not in self._asked
         if not expected and not (asks and not self._is_busy(run, i)):  # only acting shows it
             return None
         self._asked.add(i)
         here = run.team.members[i].graph.pose(there.pose)
-        known = [k for k, _ in expected] if self.live else acts
+        known = [k for k, _ in expected] if self.live else among
         event = self.commands.act(robot, here, [run.team.obstacles[k].source for k in known])
         event = None if event is None else self._news(run, i, event)
         unnoticed = self.truth is not None and not self.live and self._unnoticed(run, i)
@@ -314,9 +303,11 @@ class World:
         one only from what the world reports."""
         begun = self._works.pop(i, None)
         for obstacle, _ in event.found:
-            yield from joined(run.team, run.state, obstacle)
+            yield from acts.joined(run.team, run.state, obstacle)
         team, truths = run.team, dict[int, bool | None]()
-        reported = {number(team, run.state, obstacle): result for obstacle, result in event.found}
+        reported = {
+            acts.number(team, run.state, obstacle): result for obstacle, result in event.found
+        }
         again = tuple(  # opened in passing, without a request
             k
             for k, result in reported.items()
@@ -325,12 +316,12 @@ class World:
             and result is ActResult.DONE
         )
         reported = {k: result for k, result in reported.items() if k not in again}
-        acts = self._acts(run, i)
+        among = self._acts(run, i)
         if begun:  # meanwhile it may have been sent for another load
             loads = [k for k in begun if run.state.obstacles[k].known and _takes(run, k)]
-            acts = [k for k in acts if not _takes(run, k)] + loads
-        stages = {k: stage for k, stage in self._changes(run, i, acts) if k not in again}
-        ready = {k for k, stage in stages.items() if resolved(team, k, stage)}
+            among = [k for k in among if not _takes(run, k)] + loads
+        stages = {k: stage for k, stage in self._changes(run, i, among) if k not in again}
+        ready = {k for k, stage in stages.items() if acts.resolved(team, k, stage)}
         if begun is not None:  # others came meanwhile
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
         stages |= self._unnoticed(run, i)
@@ -359,7 +350,7 @@ class World:
         yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why, again)
         cause = "scenario" if self.truth is not None else "world"
         yield from (now.Gone(k, cause) for k in gone)
-        yield from vain(run.team, before, run.state, i, failed)
+        yield from acts.vain(run.team, before, run.state, i, failed)
 
     def _news(self, run: Situation, i: int, event: protocol.Acted) -> protocol.Acted:
         """Return an action with the results that are new to the team: a world that repeats its
@@ -367,13 +358,13 @@ class World:
         if not event.found:
             return event
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
-        echoes, early, acts = list[str](), list[str](), dict(self._changes(run, i))
+        echoes, early, changes = list[str](), list[str](), dict(self._changes(run, i))
         for obstacle, result in event.found:
-            k, words = number(team, state, obstacle), f"{obstacle.name}: {result.value}"
+            k, words = acts.number(team, state, obstacle), f"{obstacle.name}: {result.value}"
             there = state.obstacles[k] if k < len(state.obstacles) else now.ObstacleNow()
             asked = there.known and there.state is not now.Is.SEEN
             if result is ActResult.FAILED:
-                tells = k in acts or (not asked and _shows(team, state, i, obstacle, there))
+                tells = k in changes or (not asked and _shows(team, state, i, obstacle, there))
             else:  # a sensed obstacle may be absent
                 again = result is ActResult.NOTHING or obstacle.name in self._opened
                 tells = there.known or not again
@@ -399,8 +390,8 @@ class World:
         among = self._acts(run, i) if among is None else among
         if not among:
             return ()
-        where = standing(run.team, run.state, moving=not self.live)
-        return acts_on(run.team, run.state, where, i, among)
+        where = acts.standing(run.team, run.state, moving=not self.live)
+        return acts.acts_on(run.team, run.state, where, i, among)
 
     def _unnoticed(self, run: Situation, i: int) -> dict[int, now.Stage]:
         """Return earlier needs of obstacles that no robot has encountered: a world may act on them,
@@ -409,7 +400,7 @@ class World:
         pairs = ((k, each) for k, each in enumerate(state.obstacles) if each.state is now.Is.HIDDEN)
         hidden = [k for k, each in pairs if not team.obstacles[k].needs[each.stage.need].takes]
         changes = self._changes(run, i, hidden)
-        return {k: stage for k, stage in changes if not resolved(team, k, stage)}
+        return {k: stage for k, stage in changes if not acts.resolved(team, k, stage)}
 
     def _acts(self, run: Situation, i: int) -> list[int]:
         """Return the known obstacles on which a robot acts. A robot that is sent for a load leaves
@@ -442,7 +433,7 @@ class World:
         at = [r.pose % team.size if r.idle and r.active else None for r in state.robots]
         for k, stage in self._changes(run, i):  # also in the needs that follow immediately
             for later in (None, *range(state.obstacles[k].stage.need + 1, stage.need)):
-                group |= {*participants(team, state, at, i, k, later)}
+                group |= {*acts.participants(team, state, at, i, k, later)}
         return tuple(sorted(group))
 
     # What may still help.

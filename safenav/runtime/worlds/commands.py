@@ -13,14 +13,6 @@ from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.lockstep import WorldError, asked, sensed
-from safenav.runtime.worlds.protocol import (
-    claimed,
-    is_time,
-    optional,
-    well_formed,
-    wrong_result,
-    wrong_step,
-)
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.team import pace_on
@@ -77,8 +69,11 @@ class Commands:
         self.scenario = scenario
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
-        self._expected, self._times = optional(world, "expected"), optional(world, "times")
-        self._changes = optional(world, "changes")
+        self._expected, self._times = (
+            protocol.optional(world, "expected"),
+            protocol.optional(world, "times"),
+        )
+        self._changes = protocol.optional(world, "changes")
         self.simulated = self._expected is not None and self._times is not None
         """Whether the world knows how long commands take."""
         self.pauses = self.simulated or bool(getattr(world, "pauses", False))
@@ -129,12 +124,12 @@ class Commands:
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """Notify a world that keeps poses that an operator has put a robot somewhere."""
-        if (placed := optional(self.world, "placed")) is not None:
+        if (placed := protocol.optional(self.world, "placed")) is not None:
             placed(robot, pose)
 
     def cleared(self, obstacle: Obstacle) -> None:
         """Notify a world that remembers obstacles that an operator has resolved one."""
-        if (cleared := optional(self.world, "cleared")) is not None:
+        if (cleared := protocol.optional(self.world, "cleared")) is not None:
             cleared(obstacle)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
@@ -197,7 +192,7 @@ class Commands:
     def _clock(self) -> float:
         """Return the seconds on the world's clock. Raises WorldError."""
         found = asked("now()", self.world.now)
-        if not is_time(found):
+        if not protocol.is_time(found):
             raise WorldError(f"World.now() returned {found!r}, not seconds")
         return float(found)
 
@@ -241,7 +236,7 @@ class Commands:
     def _take(self, event: protocol.WorldEvent) -> None:
         wrong, open_ = None, self._ended_by(event)
         try:
-            event = well_formed(event, self._names)
+            event = protocol.well_formed(event, self._names)
         except ValueError as error:
             wrong = str(error)
         if wrong is not None and open_ is None:
@@ -273,10 +268,12 @@ class Commands:
         in the report is unreliable. ``wrong``: the reason why it is malformed."""
         name, here, at = open_.robot.name, open_.start, self.zero + self.now()
         if open_.target is None:
-            wrong = wrong or wrong_result(event)
+            wrong = wrong or protocol.wrong_result(event)
             return event if wrong is None else open_.failed(at, wrong)
-        named: Collection[Region] = () if wrong is not None else claimed(event)
-        wrong = wrong or wrong_step(event, self.scenario.map, open_.robot, here, open_.target)
+        named: Collection[Region] = () if wrong is not None else protocol.claimed(event)
+        wrong = wrong or protocol.wrong_step(
+            event, self.scenario.map, open_.robot, here, open_.target
+        )
         if wrong is None:
             return event
         free = {region for region in named if self.scenario.map.is_free(region)}
