@@ -7,15 +7,14 @@ from safenav.errors import SynthesizerError
 from safenav.formula.parser import parse
 from safenav.formula.syntax import predicate
 from safenav.plan.order import next_step
-from safenav.runtime.control.coordinate import Control
+from safenav.runtime.control.coordinate import Situation
 from safenav.runtime.control.strategies import commanded, heard
 from safenav.scenario.objective import ruled
 from safenav.spec.guarantees import guarantees_of
 from safenav.spec.specification import Section
 from safenav.team.acts import is_reserved
 from safenav.team.floor import barred, turns_back
-from safenav.team.state import Is, State, Values
-from safenav.team.team import Team
+from safenav.team.state import Is, Values
 
 
 class Proposal(NamedTuple):
@@ -28,14 +27,15 @@ class Proposal(NamedTuple):
     values: Values | None = None
 
 
-def continues(team: Team, state: State, control: Control, i: int) -> bool:
+def continues(run: Situation, i: int) -> bool:
     """Return whether a robot moves while the team waits for help from outside: it can undo each of
     its steps alone and needs no help itself, or it has an objective for that time."""
+    team, state = run.team, run.state
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or member.objective.formulas is not None:
         return False
     asks = any(i in dict(each.asked) for each in state.obstacles if each.known)
-    asks = asks or (control.end is not None and member.name in control.end.stuck)
+    asks = asks or (run.control.end is not None and member.name in run.control.end.stuck)
     meanwhile = member.robot.while_waiting
     return robot.active and (
         (robot.objective == member.objective and not asks)
@@ -43,31 +43,33 @@ def continues(team: Team, state: State, control: Control, i: int) -> bool:
     )
 
 
-def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
+def propose(run: Situation, i: int) -> Proposal:
     """Return the driver's move: that of the joint plan for a robot with rivals, else of its
     strategy."""
+    team, state = run.team, run.state
     stay = Proposal(state.robots[i].pose, "stay")
-    if not state.robots[i].active or i in control.pending:
+    if not state.robots[i].active or i in run.control.pending:
         return stay
-    behind = way_back(team, state, i)
+    behind = way_back(run, i)
     if behind is not None:
         steps = team.members[i].graph.steps(stay.pose)
         back = next((pose for pose in steps if pose % team.size == behind), stay.pose)
         free = not is_reserved(team, state, i, behind)
         return Proposal(back, "backtrack") if free else stay
     if not team.members[i].planned:
-        return next(iter(_successors(team, state, control, i)), stay)
+        return next(iter(_successors(run, i)), stay)
     pose = next_step(team, state, i)
-    if pose is None or not _is_kept(team, state, i, pose):
+    if pose is None or not _is_kept(run, i, pose):
         return stay
     if is_reserved(team, state, i, pose % team.size):
         return stay
     return Proposal(pose, "plan")
 
 
-def _is_kept(team: Team, state: State, i: int, pose: int) -> bool:
+def _is_kept(run: Situation, i: int, pose: int) -> bool:
     """Return whether a step satisfies a robot's formulas with the present inputs, which plans do
     not foresee."""
+    team, state = run.team, run.state
     robot, graph = state.robots[i], team.members[i].graph
     formulas = team.members[i].objective.formulas
     if formulas is None or not formulas.inputs:
@@ -78,15 +80,16 @@ def _is_kept(team: Team, state: State, i: int, pose: int) -> bool:
     return guarantees_of(formulas).allows_with(places[0], dict(robot.values), places[1], after)
 
 
-def _successors(team: Team, state: State, control: Control, i: int) -> list[Proposal]:
-    controller, robot = control.controllers[i], state.robots[i]
+def _successors(run: Situation, i: int) -> list[Proposal]:
+    team, state = run.team, run.state
+    controller, robot = run.control.controllers[i], state.robots[i]
     if controller is None or robot.node is None or not controller.realizable:
         return []
     safe, graph, found = None, team.members[i].graph, []
-    if control.found.safe:  # else the team can never continue
-        safe = control.found.safe[i]
+    if run.control.found.safe:  # else the team can never continue
+        safe = run.control.found.safe[i]
     if controller.task.assignable:
-        steps = commanded(team, state, i, control.roles[i], controller, safe)
+        steps = commanded(team, state, i, run.control.roles[i], controller, safe)
     else:
         steps = controller.steps(robot.node, heard(team, state, i, controller.task))
     for region, heading, node in steps:
@@ -102,28 +105,25 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     return found
 
 
-def follows_others(state: State, control: Control, i: int) -> bool:
-    """Return whether a robot is in a node of a strategy that tracks others."""
-    controller = control.controller(i)
-    tracks = controller is not None and controller.realizable and controller.task.observed
-    return bool(tracks) and state.robots[i].node is not None
+def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | None, bool]:
+    """Return the node of a robot that stays, and whether it is astray. If a strategy that tracks
+    others decides nothing, its node is one as before, with what the robot observes now."""
+    controller, node = run.control.controller(i), run.state.robots[i].node
+    strategy = None if controller is None else controller.result.strategy
+    if step.node is not None or controller is None or strategy is None or node is None:
+        return step.node, False
+    if not controller.task.observed:
+        return None, False
+    now = strategy.values(node) | heard(run.team, run.state, i, controller.task)
+    found = next(iter(strategy.nodes_with(now)), None)
+    return found, found is None
 
 
-def node_while_staying(team: Team, state: State, control: Control, i: int) -> int | None:
-    """Return the node of a strategy that tracks others, for a robot that stays although its
-    strategy decides nothing: as before, with what the robot observes now; None if there is none."""
-    controller, node = control.controller(i), state.robots[i].node
-    assert controller is not None and node is not None, "it follows others"
-    strategy = controller.result.strategy
-    assert strategy is not None, "it is realizable"
-    now = strategy.values(node) | heard(team, state, i, controller.task)
-    return next(iter(strategy.nodes_with(now)), None)
-
-
-def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...]:
+def broken(run: Situation, i: int) -> tuple[str, ...]:
     """Return the assumptions of a robot's strategy that its observations violate, if the strategy
     has no successor for them."""
-    controller, node = control.controller(i), state.robots[i].node
+    team, state = run.team, run.state
+    controller, node = run.control.controller(i), state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if strategy is None or controller is None or node is None or team.members[i].planned:
         return ()
@@ -138,9 +138,10 @@ def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...
     return tuple(dict.fromkeys(rules))
 
 
-def closing(team: Team, state: State, i: int, pose: int) -> int | None:
+def closing(run: Situation, i: int, pose: int) -> int | None:
     """Return the known obstacle that a robot would enter by a move to a pose, or in which it stands
     and that it would leave on another side than the one of its entry."""
+    team, state = run.team, run.state
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size
     if region == here:
@@ -160,16 +161,18 @@ def closing(team: Team, state: State, i: int, pose: int) -> int | None:
     return None
 
 
-def way_back(team: Team, state: State, i: int) -> int | None:
+def way_back(run: Situation, i: int) -> int | None:
     """Return the region to which a robot leaves an obstacle that it has entered and cannot
     resolve."""
+    team, state = run.team, run.state
     robot = state.robots[i]
     here = (k for k, one in enumerate(team.obstacles) if one.region == robot.pose % team.size)
     return robot.behind if any(turns_back(team, state, i, k) for k in here) else None
 
 
-def others(team: Team, state: State, control: Control, i: int) -> list[Proposal]:
+def others(run: Situation, i: int) -> list[Proposal]:
     """Return the successors of the strategy's node, of which a robot takes a safe one instead."""
-    if team.members[i].planned or team.members[i].ticks > 1:
+    member = run.team.members[i]
+    if member.planned or member.ticks > 1:
         return []
-    return [step._replace(by="backtrack") for step in _successors(team, state, control, i)]
+    return [step._replace(by="backtrack") for step in _successors(run, i)]

@@ -156,12 +156,12 @@ class Run(Situation):
         if action is not None or not self.moves(i):
             self.take(i, decide.Proposal(self.state.robots[i].pose, "stay"), action)
         else:
-            step = decide.propose(self.team, self.state, self.control, i)  # NP
+            step = decide.propose(self, i)  # NP
             stays = step.by == "stay"
-            if stays and (rules := decide.broken(self.team, self.state, self.control, i)):
+            if stays and (rules := decide.broken(self, i)):
                 self.happens(now.Astray(i, rules))
                 self.settle()
-                step = decide.propose(self.team, self.state, self.control, i)
+                step = decide.propose(self, i)
             obstacle = self.characterize(i, step)  # EC
             here = self.state.robots[i].pose
             if obstacle is not None and self.state.obstacles[obstacle].state is now.Is.SEALED:
@@ -175,7 +175,7 @@ class Run(Situation):
     def characterize(self, i: int, step: decide.Proposal) -> int | None:
         """Return the obstacle that a robot would enter by a move: knowledge first, then the
         sensor."""
-        known = decide.closing(self.team, self.state, i, step.pose)
+        known = decide.closing(self, i, step.pose)
         region = step.pose % self.team.size
         if known is not None or region == self.state.robots[i].pose % self.team.size:
             return known
@@ -184,25 +184,23 @@ class Run(Situation):
             return None
         for event in noticed(self.team, self.state, obstacle):
             self.happens(event)
-        return decide.closing(self.team, self.state, i, step.pose)
+        return decide.closing(self, i, step.pose)
 
     def back_up(self, i: int) -> decide.Proposal:
         """Return another, safe successor of the strategy's node; if there is none, the stay, which
         keeps the node."""
         if not self.world.live:
-            for step in decide.others(self.team, self.state, self.control, i):
+            for step in decide.others(self, i):
                 if self.characterize(i, step) is None:
                     return step
         return decide.Proposal(self.state.robots[i].pose, "backtrack")
 
     def take(self, i: int, step: decide.Proposal, action: Action | None = None) -> None:
         if step.pose == self.state.robots[i].pose:
-            node, tracks = step.node, decide.follows_others(self.state, self.control, i)
-            if node is None and tracks:
-                node = decide.node_while_staying(self.team, self.state, self.control, i)
+            node, strays = decide.node_while_staying(self, i, step)
             self.happens(now.Stayed(i, step.by, node, step.values, int(not self.world.live)))
-            if node is None and tracks:
-                self.happens(now.Astray(i, ()))  # no node of its strategy has what it observes
+            if strays:
+                self.happens(now.Astray(i, ()))
         else:
             for event in self.world.start(self, i, step):
                 self.happens(event)
@@ -221,13 +219,13 @@ class Run(Situation):
         """Return whether a robot may move: while the team waits only some do."""
         if self.control.end is None:
             return True
-        return self.world.waits(self) and decide.continues(self.team, self.state, self.control, i)
+        return self.world.waits(self) and decide.continues(self, i)
 
     def action(self, i: int) -> Action | None:
         """Return the action of a robot where it stands. While the team waits for an operator, only
         robots that may continue have one."""
         operator = self.world.waits_for_operator(self)
-        may = not operator or decide.continues(self.team, self.state, self.control, i)
+        may = not operator or decide.continues(self, i)
         return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:

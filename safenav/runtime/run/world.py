@@ -220,7 +220,7 @@ class World:
         k = acts.number(run.team, run.state, obstacle)
         if not known or run.state.obstacles[k].state is not now.Is.OPEN:
             return False
-        return closing(run.team, run.state, i, run.state.robots[i].next) is None
+        return closing(run, i, run.state.robots[i].next) is None
 
     def _changed(self, run: Situation, change: Change) -> Iterator[now.Event]:
         cause = "user" if change.by_user else "scenario"
