@@ -16,7 +16,6 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.files import json_line
-from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import Due, Of
 from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Obstacle, Scenario
@@ -83,17 +82,15 @@ def text_of(header: records.Header) -> bytes:
 
 
 class Resumption(Struct, frozen=True):
-    """A run to continue: its team and state, the roles and the lines before it."""
+    """A run to continue: its team, the rest of it, and the lines before it."""
 
     team: Team
-    state: State
-    roles: tuple[Role, ...]
     kept: Kept
     lines: tuple[records.Record, ...]
 
     def standing(self, scenario: Scenario) -> Scenario:
         """Return the scenario with each robot placed where its last step began."""
-        rows = zip(scenario.robots, self.team.members, self.state.robots, strict=True)
+        rows = zip(scenario.robots, self.team.members, self.kept.state.robots, strict=True)
         robots = [replace(robot, start=m.graph.pose(at.pose)) for robot, m, at in rows]
         return replace(scenario, robots=tuple(robots))
 
@@ -125,16 +122,13 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     _compare(trace, scenario)
     team = _restored(scenario, kept)
     lines = trace.records[: max(0, count - 1)]
-    state = kept.state
-    pairs = zip(state.robots, kept.helps, strict=True)
-    roles = tuple(Role(robot.objective, helps) for robot, helps in pairs)
     recorded = replace(trace.header.scenario, limits=scenario.limits)
     header = replace(trace.header, scenario=recorded)
     first = text_of(header)  # it may have other limits
     begun = (
         sealed(each, first) if isinstance(each, records.Checkpoint) else each for each in lines
     )
-    return Resumption(team, state, roles, kept, (header, *begun))
+    return Resumption(team, kept, (header, *begun))
 
 
 def _compare(trace: Trace, scenario: Scenario) -> None:

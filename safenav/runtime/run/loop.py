@@ -77,7 +77,7 @@ class Run(Situation):
     def resume(self, begun: Resumption) -> None:
         """Continue a run that was interrupted. Commands that were under way in a live run have
         ended where they began; strategies are synthesized where the robots are."""
-        kept, self.team, self.state = begun.kept, begun.team, begun.state
+        kept, self.team, self.state = begun.kept, begun.team, begun.kept.state
         self.recorder.team = self.team
         self.world.operator.resume(self.state.time, begun.lines)
         for line in begun.lines:
@@ -92,25 +92,24 @@ class Run(Situation):
                 self.happens(now.Elsewhere(i, robot.pose))
             elif robot.acting == i:
                 self.happens(now.Acted(i, (), (), why="the run was interrupted"))
-        self.control = Control(roles=begun.roles, controllers=(None,) * len(begun.roles))
+        pairs = zip(self.state.robots, kept.helps, strict=True)
+        roles = tuple(Role(robot.objective, helps) for robot, helps in pairs)
+        self.control = Control(roles=roles, controllers=(None,) * len(roles))
         self.settle()
 
     def step(self) -> None:
         """Run a pass: a tick, or a moment at which something happens. The team makes one decision
         for all changes of this moment."""
         changed = happened = False
-        strayed = list[int]()
         for event in self.world.wait(self):  # reports of the world, and turns
             self.check()
             happened = True
             if isinstance(event, now.Change | now.Strayed):
                 self.happens(event)
-                if not isinstance(event, now.Change):
-                    strayed.append(event.robot)
                 changed = True
                 continue
             if changed:
-                self.settle_after(strayed)
+                self.respond()
                 changed = False
                 if self.world.live and self.control.end is not None and self.is_complete():
                     break  # the run is complete, and only has to end
@@ -119,20 +118,16 @@ class Run(Situation):
             if isinstance(event, now.Turn | now.Arrived | now.Goes):
                 self.look(event.robot)
             if isinstance(event, now.Turn):
-                if self.drains(event.robot):
-                    self.settle()
                 self.execute_controller(event.robot)  # 6 to 8
             elif isinstance(event, now.Arrived | now.Goes):
                 self.act(event.robot)  # 17, 18
             self.count(before, event)
-            if isinstance(event, now.Turn | now.Ended):
-                self.drains(event.robot)
-            self.settle()  # 9 to 16, 19 to 21
+            self.respond()  # 9 to 16, 19 to 21
             self.recorder.ledger.turn_ends(self.team, self.state)
             if self.has_ended(event):
                 break
         if changed:
-            self.settle_after(strayed)
+            self.respond()
         if happened:
             self.answers.forget()
 
@@ -245,34 +240,33 @@ class Run(Situation):
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
-    def settle_after(self, strayed: list[int]) -> None:
-        """Decide after changes. Robots that a failure has put out of service request no battery."""
-        while strayed:
-            self.drains(strayed.pop(0))
+    def respond(self) -> None:
+        """Decide after changes, or a turn. First, each robot off the chargers whose charge does not
+        suffice for a step is out of service until it gets another battery."""
+        for i in self.team.charged:
+            robot, energy = self.state.robots[i], self.team.members[i].energy
+            if energy is None or not (robot.active and robot.to is None):
+                continue
+            if energy.is_flat(robot.charge, robot.pose):
+                self.happens(now.Flat(i, self.empty_battery(i)))
         self.settle()
 
-    def drains(self, i: int) -> bool:
-        """If the charge of a robot off the chargers does not suffice for a step, put it out of
-        service until it gets another battery. Return whether that is so."""
-        robot, energy = self.state.robots[i], self.team.members[i].energy
+    def empty_battery(self, i: int) -> int | None:
+        """Return the number of a new obstacle, the empty battery of a robot; None if it is there
+        already, or the scenario has none."""
         kind = self.team.scenario.flat
-        if energy is None or not (robot.active and robot.to is None):
-            return False
-        flat = energy.is_flat(robot.charge, robot.pose)
-        if flat:
-            region, k = robot.pose % self.team.size, None
-            pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
-            there = any(o.battery_of == i and each.state in _THERE for o, each in pairs)
-            if kind is not None and not there:
-                k = len(self.team.obstacles)
-                source = Obstacle(kind, region, appears=int(self.state.time))
-                while source.name in self.team.numbers:
-                    source = replace(source, number=source.number + 1)
-                if self.world.truth is not None:
-                    self.world.truth.place(source)
-                self.happens(now.Introduced(source, i))
-            self.happens(now.Flat(i, k))
-        return flat
+        pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
+        there = any(o.battery_of == i and each.state in _THERE for o, each in pairs)
+        if kind is None or there:
+            return None
+        region = self.state.robots[i].pose % self.team.size
+        source = Obstacle(kind, region, appears=int(self.state.time))
+        while source.name in self.team.numbers:
+            source = replace(source, number=source.number + 1)
+        if self.world.truth is not None:
+            self.world.truth.place(source)
+        self.happens(now.Introduced(source, i))
+        return len(self.team.obstacles) - 1
 
     def happens(self, event: now.Event) -> None:
         if isinstance(event, now.Introduced):
@@ -340,9 +334,7 @@ class Run(Situation):
             return completed(self.team, state, self.control.found)
         if end is not None and not self.world.waits(self):
             return None if self.acts() or self.arrives() else end
-        if end is not None:
-            self.recorder.waiting(end, self.world.until(self))
-        elif (still := self.still()) is not None:
+        if (still := self.still()) is not None:
             if not self.may_hear():
                 return still
             self.recorder.waiting(still, None)
