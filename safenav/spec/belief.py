@@ -100,6 +100,15 @@ class Tracker:
         belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
         return Prospect(seen, belief)
 
+    def look(self, own: Region, other: Region, known: Knowledge) -> Knowledge:
+        """Return the knowledge after an observation from region ``own`` while the tracked robot is
+        in ``other``, which only decides whether it is seen. If it is out of sight although every
+        region that it can have reached is in sight, the belief is all cells."""
+        if self.visibility.mask(own) >> other & 1:
+            return other
+        belief = self.update(own, known).belief
+        return frozenset(range(len(self.cells))) if belief is None else belief
+
     @cached_method
     def outlook(self, knowledge: Knowledge) -> Outlook:
         """Return the prospects from all free regions."""

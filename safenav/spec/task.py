@@ -104,6 +104,14 @@ class Task(Struct, frozen=True):
         together = any(one & other for one, other in zip(targets, following, strict=True))
         return objective.strict or objective.settles or self.assignable or together
 
+    @property
+    def begins(self) -> dict[str, int] | None:
+        """The memory variables with their values at the start; None if there are none."""
+        if self.remembers:
+            first = self.objective.begin(self.pose.region, self.memory.index)
+            return {self.objective.turn: first}
+        return dict(self.memory.values) or None
+
 
 class Weakening(StrEnum):
     """Reasons for a weaker form of an objective, in words."""

@@ -30,7 +30,6 @@ from safenav.formula.parser import parse
 from safenav.formula.syntax import Predicate, predicate
 from safenav.judge.bundle.strategies import sees
 from safenav.judge.world import World
-from safenav.runtime.control.strategies import after_look
 from safenav.scenario.model import RobotModel
 from safenav.scenario.objective import Visit
 from safenav.spec import belief
@@ -175,7 +174,7 @@ def test_the_other_robot_is_always_in_its_believed_region(
             assert all(formula(state, None) for formula in begins)
         for _ in range(data.draw(st.integers(0, 6 if task.live else 1))):
             other = data.draw(st.sampled_from(oracle.beside(other) or [other]))
-        knowledge = after_look(watch, own, other, knowledge)
+        knowledge = watch.look(own, other, knowledge)
         assert other in watch.possible(knowledge)
         assert (knowledge == other) == oracle.sees(own, other)
         after = data.draw(st.sampled_from(oracle.steps(own)))
@@ -187,8 +186,8 @@ def test_the_other_robot_is_always_in_its_believed_region(
 def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
     world = RegionMap.from_grid(["......"])
     here = watch(world, in_order([[0, 1, 2], [3, 4, 5]]), 2.0)
-    assert after_look(here, 1, 5, 1) == {0, 1}
-    assert after_look(here, 1, 3, 1) == 3
+    assert here.look(1, 5, 1) == {0, 1}
+    assert here.look(1, 3, 1) == 3
 
 
 def test_too_many_beliefs_are_refused_with_a_hint(monkeypatch: pytest.MonkeyPatch) -> None:

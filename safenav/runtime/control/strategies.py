@@ -17,7 +17,7 @@ from safenav.runtime.control.roles import Role
 from safenav.scenario.objective import Objective, Word, describe, formulas_in
 from safenav.spec import assignable
 from safenav.spec import task as tasks
-from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
+from safenav.spec.belief import known_of, observe, watch_for
 from safenav.spec.compile import compile_task
 from safenav.spec.guarantees import values_of
 from safenav.synthesis.slugs import SynthesisResult
@@ -273,19 +273,9 @@ def looked(team: Team, state: State, i: int, task: tasks.Task) -> now.Looked | N
     for other in task.observed:
         j = names.index(other.name)
         there, known = state.robots[j].pose % team.size, before.get(j, known_of(other))
-        found.append((j, after_look(watch, own, there, known)))
+        found.append((j, watch.look(own, there, known)))
     places = tuple(frozenset(watch.possible(known)) for _, known in found)
     return now.Looked(i, tuple(found), places)
-
-
-def after_look(watch: Tracker, own: Region, other: Region, known: Knowledge) -> Knowledge:
-    """Return the knowledge after an observation from region ``own`` while the tracked robot is in
-    ``other``, which only decides whether it is seen. If it is out of sight although every region
-    that it can have reached is in sight, the belief is all cells."""
-    if watch.visibility.mask(own) >> other & 1:
-        return other
-    belief = watch.update(own, known).belief
-    return frozenset(range(len(watch.cells))) if belief is None else belief
 
 
 MOST_STEPS = 40

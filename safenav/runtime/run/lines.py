@@ -7,7 +7,6 @@ from safenav.runtime.control.strategies import Controller
 from safenav.spec.assignable import assignable_regions
 from safenav.spec.belief import models
 from safenav.spec.compile import assumption_names
-from safenav.spec.task import Task
 from safenav.team import state as now
 from safenav.team.acts import driven
 from safenav.team.state import Plan, State
@@ -105,7 +104,7 @@ def synthesis_line(
         node=found.node,
         region=task.pose.region,
         heading=task.pose.facing,
-        memory=_memory(task),
+        memory=task.begins,
         inputs={each.name: on for each, on in task.inputs} or None,
         closed=tuple((known.region, known.item) for known in task.blocked),
         knowledge={
@@ -128,11 +127,3 @@ def synthesis_line(
 def _ordered(poses: Collection[Pose]) -> tuple[Place, ...]:
     ordered = sorted(poses, key=lambda pose: (pose.region, pose.heading or 0))
     return tuple(pose.place for pose in ordered)
-
-
-def _memory(task: Task) -> dict[str, int] | None:
-    """Return the memory variables, and their values at the start."""
-    objective, values = task.objective, task.memory.values
-    if task.remembers:
-        return {objective.turn: objective.begin(task.pose.region, task.memory.index)}
-    return dict(values) or None
