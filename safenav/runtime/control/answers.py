@@ -101,14 +101,11 @@ class Answers:
         """Return the joint plan for the remaining mission, or the reason why there is none."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         key = floor.team, *about, floor.helping, floor.laden, joint, served, seed
-
-        def charged(check: Check) -> Found | None:
-            return ask_charged(floor, joint, served, seed, charges, time, check)
-
+        charged = partial(ask_charged, floor, joint, served, seed, charges, time)
         first = charges and len(floor.robots) > FEW
         if first and (found := self._ask((*key, charges, time), charged)) is not None:
             return found
-        plain = self._ask(key, lambda check: ask(floor, joint, served, seed, check))
+        plain = self._ask(key, partial(ask, floor, joint, served, seed))
         if first or not charges or isinstance(plain, Deadlock | Unserved):
             return plain  # impossible with any charge: the proof is quick
         return self._ask((*key, charges, time), charged) or plain
@@ -121,13 +118,9 @@ class Answers:
         about = floor.team, floor.floors, floor.robots, floor.rounds, seed
         if about in self._vain:
             return None
-
-        def searched(check: Check) -> Found | Deadlock | Unserved | None:
-            if charges:
-                return ask_charged(floor, joint, (), seed, charges, time, check)
-            return ask(floor, joint, (), seed, check)
-
-        found = self._ask((about, joint), searched)
+        plain = partial(ask, floor, joint, (), seed)
+        charged = partial(ask_charged, floor, joint, (), seed, charges, time)
+        found = self._ask((about, joint), charged if charges else plain)
         if isinstance(found, Found) and not found.first:
             return found.plan
         self._vain.add(about)

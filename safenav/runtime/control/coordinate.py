@@ -420,7 +420,7 @@ def _without(team: Team, state: State, robots: Sequence[int], left: str = "") ->
     """Return the end of a run that cannot continue without robots out of service. ``left``: the
     reason why it is not completed, if known."""
     names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
-    left = left or ends.what_is_left(team, state, (), live=team.live)
+    left = left or ends.what_is_left(team, state, ())
     return ends.End("operator_needed", f"{names} out of service; {left}", "out_of_service")
 
 

@@ -190,9 +190,9 @@ def completed(team: Team, state: State, found: Settlement) -> End:
     return End("completed", why + (f"; still open: {', '.join(undone)}" if undone else ""))
 
 
-def what_is_left(team: Team, state: State, roles: Sequence[Role], *, live: bool) -> str:
+def what_is_left(team: Team, state: State, roles: Sequence[Role]) -> str:
     """Return the reasons why the run is not completed yet."""
-    after = seconds_words(state.time) if live else counted(round(state.time), "tick")
+    after = seconds_words(state.time) if team.live else counted(round(state.time), "tick")
     what = "; ".join(_left(team, state, roles)) or "an action is under way"
     return f"not completed after {after}: {what}"
 

@@ -368,7 +368,7 @@ class Run(Situation):
 
     def left(self) -> str:
         """Return the reason why the run is not completed yet, in words."""
-        return what_is_left(self.team, self.state, self.control.roles, live=self.world.live)
+        return what_is_left(self.team, self.state, self.control.roles)
 
     def orders_to_come(self) -> bool:
         if orders_ahead(self.team, self.state):

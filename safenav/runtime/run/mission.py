@@ -96,7 +96,7 @@ class Mission:
         self._asked, self._begun_at, team = "", time.monotonic(), team_of(scenario)
         synthesizer = synthesizer or default_synthesizer(scenario)
         answers = Answers(synthesizer, self._check, progress)
-        recorder = Recorder(team, self._tell, simulated=self._world.simulated, live=live)
+        recorder = Recorder(team, self._tell, simulated=self._world.simulated)
         self._begun = begun
         self._checkpoints = Checkpoints(recorder.emit) if checkpoints else None
         self._run = Run(team, self._world, answers, recorder, self._check)

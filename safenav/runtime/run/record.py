@@ -48,15 +48,10 @@ class Recorder:
     of those that give a reason for syntheses; ``makespan``: the end of the last command."""
 
     def __init__(
-        self,
-        team: Team,
-        listener: Callable[[records.Record], None],
-        *,
-        simulated: bool,
-        live: bool,
+        self, team: Team, listener: Callable[[records.Record], None], *, simulated: bool
     ) -> None:
-        self.team, self._listen, self.simulated, self.live = team, listener, simulated, live
-        self._line = command_line if live else move_line
+        self.team, self._listen, self.simulated = team, listener, simulated
+        self._line = command_line if team.live else move_line
         self.time = 0.0
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
@@ -130,7 +125,7 @@ class Recorder:
                     self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
             case now.Time(at):
                 self._plan_reached(before)
-                self.time, self.tick = at, self.tick + 1 if self.live else int(at)
+                self.time, self.tick = at, self.tick + 1 if self.team.live else int(at)
                 return
             case now.Goes() | now.Departed():
                 self._moves(before, event, after)
@@ -138,7 +133,7 @@ class Recorder:
                 self._moves(before, event, after)
                 if not isinstance(event, now.Arrived):
                     self.why = Reason.SERVICE
-                if not self.live:
+                if not self.team.live:
                     self._plan_reached(after)
             case now.Stayed():
                 self._moves(before, event, after)
@@ -165,7 +160,7 @@ class Recorder:
                 who = tuple(map(self._robot, group)), tuple(map(self._name, obstacles))
                 self.emit(records.Act(self.tick, command, self._robot(i), *who))
             case now.Acted():
-                if self.live or event.failed:
+                if self.team.live or event.failed:
                     self._action_ends(before, event, after)
                 self._acted(before, event)
                 for k in event.again:
@@ -201,7 +196,7 @@ class Recorder:
             case now.Declared(k):
                 self.emit(self._blocked(k, BlockReason.OPERATOR))
                 self.why = Reason.BLOCKED
-            case now.Intervened(what, i, k, pose, objective) if self.live:
+            case now.Intervened(what, i, k, pose, objective) if self.team.live:
                 robot = None if i is None else self._robot(i)
                 obstacle = None if k is None else self._name(k)
                 place = (None, None) if pose is None else pose.place
@@ -220,7 +215,7 @@ class Recorder:
                 self.waited = None
 
         moved = now.Departed | now.Stayed | now.Goes | now.Arrived
-        at_once = isinstance(event, now.Departed) and not self.live and event.due is None
+        at_once = isinstance(event, now.Departed) and not self.team.live and event.due is None
         while self.looked and isinstance(event, moved) and not at_once:
             self.emit(self.looked.pop(0))
 
@@ -228,7 +223,7 @@ class Recorder:
         """Send a line, in a live run with its time."""
         if isinstance(line, records.Move):
             self.moved = self.tick
-        line = replace(line, t=round(self.time, 9)) if self.live else line
+        line = replace(line, t=round(self.time, 9)) if self.team.live else line
         self._ends(line)
         self._listen(line)
 
@@ -271,12 +266,12 @@ class Recorder:
 
     def _action_ends(self, before: State, event: now.Acted, after: State) -> None:
         results = {self._name(k): ActResult.FAILED for k in event.failed}
-        for k, truth in event.truths if self.live else ():
+        for k, truth in event.truths if self.team.live else ():
             results[self._name(k)] = ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE
         results |= {self._name(k): ActResult.NOTHING for k in event.gone}
         late = floors.barred(self.team, after) - floors.barred(self.team, before)
         left = tuple(self._name(k) for i, k in sorted(late)) or None
-        who = self.tick, event.command if self.live else 0, self._robot(event.robot)
+        who = self.tick, event.command if self.team.live else 0, self._robot(event.robot)
         self.emit(records.ActionEnd(*who, results, left, event.why or None))
 
     def _acted(self, before: State, event: now.Acted) -> None:
@@ -332,7 +327,7 @@ class Recorder:
         later = None if number == stage.need else number
         group = [*sorted({i, *(stage.done if later is None else ())})]
         if need.together:
-            at = standing(self.team, state, moving=not (self.live and self.simulated))
+            at = standing(self.team, state, moving=not (self.team.live and self.simulated))
             group = [*participants(self.team, state, at, i, k, later)]
             acting = [j for j in group if state.robots[j].acting == i]
             group = acting if len(acting) >= need.robots else group  # else unknown to the team
@@ -491,7 +486,7 @@ class Recorder:
             Outcome(end.outcome),
             end.explanation,
             {member.name: rounds(member.objective, robot.own) for member, robot in pairs},
-            self.tick if self.live else self.moved,
+            self.tick if self.team.live else self.moved,
             round(seconds, 6),
             answers.count,
             round(answers.seconds, 6),
@@ -500,7 +495,7 @@ class Recorder:
             unrealizable=dict(end.unrealizable) or None,
             late=self.ledger.missed,
             refused=end.refused,
-            makespan=self.makespan if self.live else None,
+            makespan=self.makespan if self.team.live else None,
         )
         self.emit(ended)
         return ended
