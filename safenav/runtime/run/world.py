@@ -282,8 +282,8 @@ class World:
         known = [k for k, _ in expected] if self.live else among
         event = self.commands.act(robot, here, [run.team.obstacles[k].source for k in known])
         event = None if event is None else self._news(run, i, event)
-        unnoticed = self.truth is not None and not self.live and self._unnoticed(run, i)
-        told = expected or unnoticed or event is None or event.found or event.reason
+        parts = self.truth is not None and not self.live and self.truth.parts(robot)
+        told = expected or parts or event is None or event.found or event.reason
         return self._results(run, i, event) if told else None
 
     def _results(self, run: Situation, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
@@ -324,7 +324,14 @@ class World:
         ready = {k for k, stage in stages.items() if acts.resolved(team, k, stage)}
         if begun is not None:  # others came meanwhile
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
-        stages |= self._unnoticed(run, i)
+        if self.truth is not None:
+            stages = {k: stages[k] for k in stages if k in ready} | {
+                acts.number(run.team, run.state, obstacle): stage
+                for obstacle, stage in self.truth.parts(team.members[i].robot)
+                if self.truth.stands(obstacle)  # else it has disappeared in this instant
+            }
+        else:
+            stages |= self._unnoticed(run, i)
         results = dict.fromkeys(ready, ActResult.FAILED) | reported
         failed = tuple(k for k in stages | reported if results.get(k) is ActResult.FAILED)
         for k, result in reported.items():

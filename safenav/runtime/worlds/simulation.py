@@ -41,8 +41,7 @@ class SimulatedWorld:
     """The scenario's own obstacles with their truths: a ``BlockingWorld``.
 
     ``cleared``: names of the loads that the team knows, which robots take; ``absent``: robots
-    that do not act where they stand; ``changed``: names of the obstacles that the last action
-    changed."""
+    that do not act where they stand."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._team = team_of(scenario)
@@ -59,7 +58,7 @@ class SimulatedWorld:
             self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
         self.absent: Collection[int] = ()
-        self.changed: Collection[str] = ()
+        self._parts: dict[str, tuple[tuple[Obstacle, Stage], ...]] = {}
         self._brought: set[int] = set()
 
     def kept(self) -> Truth:
@@ -97,12 +96,18 @@ class SimulatedWorld:
         )
         if stages:
             self._state = apply(team, self._state, now.Acted(i, stages, over))
-        self.changed = {team.obstacles[k].name for k, _ in stages}
+        open_ = (pair for pair in stages if not resolved(team, *pair))
+        self._parts[robot.name] = tuple((team.obstacles[k].source, stage) for k, stage in open_)
         return [(team.obstacles[k].source, truth) for k, truth in over]
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
         """Let robots out of service take part in no further action, as in a live run."""
         self.absent = {i for i, r in enumerate(robots) if not r.active and r.acting is None}
+
+    def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
+        """Return the obstacles that a robot's last action changed without resolving them, at their
+        stages."""
+        return self._parts.get(robot.name, ())
 
     # Simulation of durations.
 
@@ -371,7 +376,8 @@ class LiveSimulation:
                 (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
                 for obstacle, truth in self.truth.act(robot)
             ]
-            self._face(facing, [each for each in works if each[0].name in self.truth.changed])
+            changed = {obstacle.name for obstacle, _ in (*self.truth.parts(robot), *found)}
+            self._face(facing, [each for each in works if each[0].name in changed])
             found += [(obstacle, ActResult.NOTHING) for obstacle in missing]
             return replace(event, at=self._now, found=tuple(found))
         else:
