@@ -116,7 +116,7 @@ def test_no_branch_tests_the_type_of_a_feature() -> None:
     }
     assert asked == {
         ("safenav.runtime.run.mission", "Scenario"),
-        ("safenav.runtime.worlds.lockstep", "Obstacle"),
+        ("safenav.runtime.worlds.protocol", "Obstacle"),
     }
 
 

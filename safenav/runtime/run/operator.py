@@ -20,8 +20,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.runtime.control.coordinate import Situation
 from safenav.runtime.control.ends import GIVEN_UP, End, Stopped
-from safenav.runtime.worlds.commands import Commands
-from safenav.runtime.worlds.lockstep import Lockstep
+from safenav.runtime.worlds.commands import Commands, Lockstep
 from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import Coordination, Obstacle, Scenario, name_parts
 from safenav.scenario.objective import Objective

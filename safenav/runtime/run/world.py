@@ -18,8 +18,7 @@ from safenav.runtime.control.ends import GIVEN_UP, End
 from safenav.runtime.run.decide import Proposal, closing
 from safenav.runtime.run.operator import Operator
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.commands import Commands
-from safenav.runtime.worlds.lockstep import Lockstep, inputs_of
+from safenav.runtime.worlds.commands import Commands, Lockstep
 from safenav.runtime.worlds.protocol import Change
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld, Truth
 from safenav.scenario import model
@@ -64,7 +63,7 @@ class World:
         self.operator = Operator(scenario, self.truth, self.commands)
         self.still = False
         self.passes = 0
-        self._inputs = truth
+        self._world, self._inputs = world, truth
         self._set: frozenset[str] = frozenset()
         self._stands: object = None
         self._stood: list[State] = []
@@ -158,7 +157,7 @@ class World:
         """Return the inputs that are on now, as set by an operator or else by the world."""
         names = [each.name for each in run.team.scenario.inputs]
         found = {name: name in run.state.inputs for name in names}
-        found |= inputs_of(self._inputs if names else None, int(self.commands.now()))
+        found |= protocol.inputs_of(self._inputs if names else None, int(self.commands.now()))
         found |= self.operator.inputs
         return frozenset(name for name in names if found[name])
 
@@ -247,7 +246,8 @@ class World:
 
     def sense(self, run: Situation, i: int, region: int) -> model.Obstacle | None:
         """Return the obstacle that a robot notices in a region beside it."""
-        return self.commands.sense(run.team.members[i].robot, region)
+        robot, floor = run.team.members[i].robot, run.team.world
+        return protocol.sensed(self._world, robot, region, floor)
 
     def start(self, run: Situation, i: int, step: Proposal) -> Iterator[now.Event]:
         """Command a step: its departure, and its end if it takes no time."""

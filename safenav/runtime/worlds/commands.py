@@ -1,25 +1,25 @@
-"""The commands of a live run to its world, and the events that end them, each checked before it is
-used.
+"""The commands of a run to its world, in ticks or live, and the events that end them, each checked
+before it is used.
 
-An event that cannot be true counts as a fatal failure of its robot; one that ends no open command
-is dropped. Neither changes the run otherwise.
+Live, an event that cannot be true counts as a fatal failure of its robot; one that ends no open
+command is dropped. Neither changes the run otherwise.
 """
 
 import queue
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from typing import Any
 
 from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.lockstep import WorldError, asked, sensed
-from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.team import pace_on
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region
-from safenav.world.poses import Pose
+from safenav.world.poses import Mobility, Pose
 
 SLICE = 0.05
 """Seconds between checks for posted events and finished syntheses during a wait for a real
@@ -36,6 +36,123 @@ SOONEST = 1.0
 """Least time limit of a step, in seconds, without a ``timeout``: the median of a mock-up, or of
 steps that take no time by the world's clock, may be shorter than a pause of the operating
 system."""
+
+
+class Lockstep:
+    """The commands of a run to a blocking world: each has ended when it returns, except steps of
+    several ticks, which only a simulation makes when they end. Raises WorldError for impossible
+    results."""
+
+    live = simulated = pauses = idle = False
+    zero = 0.0
+
+    def __init__(self, world: protocol.BlockingWorld, scenario: Scenario) -> None:
+        self._world, self._scenario, self._tick = world, scenario, 0
+        self._simulated = world if isinstance(world, SimulatedWorld) else None
+        self._changes = protocol.optional(world, "changes")
+        self._ended: dict[str, protocol.Ended] = {}
+
+    def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
+        """Continue after a tick."""
+        del poses, last
+        self._tick = int(time)
+
+    def times(self) -> Sequence[float]:
+        """Return the ticks at which a simulation changes something."""
+        return [] if self._simulated is None else [float(t) for t in self._simulated.times()]
+
+    def now(self) -> float:
+        return float(self._tick)
+
+    def number(self, name: str) -> int:
+        """Return 0: commands have no numbers."""
+        del name
+        return 0
+
+    def expected(self, robot: Robot) -> float | None:
+        """Return None: steps have no duration in seconds."""
+
+    def hear(self, due: float | None, changed: bool) -> bool:
+        """Begin the next tick."""
+        del due, changed
+        self._tick += 1
+        return True
+
+    def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
+        """Send a robot to ``pose``; return the end of its step, if it has already ended."""
+        if pose.region == here.region or robot.model.timing == 1:
+            return self._moved(robot, pose)
+        if self._simulated is None:
+            self._ended[robot.name] = self._moved(robot, pose)
+        return None
+
+    def ended(self, robot: Robot, to: Pose) -> protocol.Ended:
+        """Return the end of a robot's step of several ticks, in its turn when it is due."""
+        return self._ended.pop(robot.name, None) or self._moved(robot, to)
+
+    def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
+        """Return the obstacles that the robot has resolved, each checked to be one that it can."""
+        if self._simulated is not None:  # other worlds resolve all that the robot can
+            self._simulated.cleared = {obstacle.name for obstacle in obstacles}
+        call = f"act({robot.name!r})"
+        entries = protocol.asked(call, lambda: list(self._world.act(robot)))
+        results = [self._resolved(call, robot, here.region, entry) for entry in entries]
+        found = tuple(
+            (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
+            for obstacle, truth in results
+        )
+        return protocol.Acted(self.now(), robot.name, found)
+
+    def acted(self, robot: Robot) -> protocol.Acted | None:
+        """Return None: no action is under way."""
+
+    def changes(self, occupied: Collection[Region]) -> list[protocol.Change]:
+        """Return the obstacles that appeared or disappeared; none in a world without changes."""
+        listed, tick = self._changes, self._tick
+        if listed is None:
+            return []
+        call = f"changes({tick})"
+        changes = []
+        for each in protocol.asked(call, lambda: list(listed(tick, occupied))):
+            change = protocol.part(call, each, protocol.Change)
+            obstacle = protocol.checked(call, change.obstacle, self._scenario.map)
+            if change.appeared and obstacle.region in occupied and not obstacle.ordered:
+                raise protocol.wrong(call, f"{obstacle.name} appears where a robot is")
+            changes.append(change)
+        return changes
+
+    def _moved(self, robot: Robot, pose: Pose) -> protocol.Ended:
+        """Return the end of a step, with the pose that the world reports, checked to be
+        possible."""
+        call = f"move({robot.name!r}, {pose.region})"
+        found = protocol.asked(call, lambda: self._world.move(robot, pose))
+        found = pose if found is None else found
+        found = protocol.part(call, found, Pose)
+        if not self._scenario.map.is_free(found.region):
+            raise protocol.wrong(call, f"region {found.region} is a wall or off the map")
+        if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
+            raise protocol.wrong(
+                call, f"{robot.name} is a robot of {robot.model.mobility} mobility"
+            )
+        if found == pose:
+            return protocol.Arrived(self.now(), robot.name)
+        return protocol.Elsewhere(self.now(), robot.name, found)
+
+    def _resolved(
+        self, call: str, robot: Robot, here: Region, entry: Any
+    ) -> tuple[Obstacle, bool | None]:
+        named, truth = protocol.part(call, entry, tuple[Obstacle, bool | None])
+        obstacle = protocol.checked(call, named, self._scenario.map)
+        last = len(obstacle.needs) - 1
+        if obstacle.needs[last].action not in robot.capabilities:
+            action = obstacle.needs[last].action
+            raise protocol.wrong(call, f"{robot.name} cannot '{action}' {obstacle.name}")
+        places = obstacle.resolution_regions(self._scenario.map, last)
+        if here not in places:
+            where = ", ".join(map(str, places)) or "nowhere"
+            where = f"{robot.name} is at {here}; {obstacle.name} can be resolved at {where}"
+            raise protocol.wrong(call, where)
+        return obstacle, truth
 
 
 class OpenCommand(Struct):
@@ -132,11 +249,6 @@ class Commands:
         if (cleared := protocol.optional(self.world, "cleared")) is not None:
             cleared(obstacle)
 
-    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return the obstacle in ``region``, according to the world's sensors. Raises
-        WorldError."""
-        return sensed(self.world, robot, region, self.scenario.map)
-
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
         """Send a robot to ``pose``; return the end of its step, if it has already ended."""
         number = self._begin(robot, here, pose, ())
@@ -174,7 +286,7 @@ class Commands:
             timeout = 0.0
         elif not self.simulated:
             timeout = SLICE if timeout is None else min(timeout, SLICE)
-        for event in asked(f"wait({timeout})", lambda: list(self.world.wait(timeout))):
+        for event in protocol.asked(f"wait({timeout})", lambda: list(self.world.wait(timeout))):
             self._take(event)
             heard = True
         self._cancel_overdue()
@@ -191,9 +303,9 @@ class Commands:
 
     def _clock(self) -> float:
         """Return the seconds on the world's clock. Raises WorldError."""
-        found = asked("now()", self.world.now)
+        found = protocol.asked("now()", self.world.now)
         if not protocol.is_time(found):
-            raise WorldError(f"World.now() returned {found!r}, not seconds")
+            raise protocol.WorldError(f"World.now() returned {found!r}, not seconds")
         return float(found)
 
     def _begin(

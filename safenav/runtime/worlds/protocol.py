@@ -10,16 +10,19 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import pairwise
 from math import isfinite
 from numbers import Real
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.errors import ExitCode, SafenavError
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mobility, Pose
+
+T = TypeVar("T")
 
 
 class DatedEvent(Struct, frozen=True):
@@ -279,3 +282,71 @@ def wrong_result(event: WorldEvent) -> str | None:
     if isinstance(event, Failed):
         return event.reason
     return f"{type(event).__name__} ends no action"
+
+
+# Calls of worlds.
+
+
+class WorldError(SafenavError):
+    """A world returned an impossible value, or failed. The message names the call."""
+
+    exit_code = ExitCode.INTERNAL
+
+
+def asked(call: str, ask: Callable[[], T]) -> T:
+    """Return the result of a call to a world. Raises WorldError if the call fails."""
+    try:
+        return ask()
+    except Exception as error:
+        raise WorldError(f"World.{call} failed: {type(error).__name__}: {error}") from error
+
+
+def inputs_of(world: object, tick: int) -> dict[str, bool]:
+    """Return the inputs that a world sets in a tick. Raises WorldError, also for a value such as
+    "off"."""
+    inputs = optional(world, "inputs")
+
+    def read() -> dict[str, bool]:
+        values = {} if inputs is None else inputs(tick)
+        for name, value in values.items():
+            if value not in (False, True):
+                raise ValueError(f"{name} is {value!r}, not True or False")
+        return {name: bool(value) for name, value in values.items()}
+
+    return asked(f"inputs({tick})", read)
+
+
+def sensed(
+    world: BlockingWorld | World, robot: Robot, region: Region, floor: RegionMap
+) -> Obstacle | None:
+    """Return the obstacle in ``region``, according to a world's sensors. Raises WorldError."""
+    call = f"sense({robot.name!r}, {region})"
+    found = asked(call, lambda: world.sense(robot, region))
+    if found is not None and checked(call, found, floor).region != region:
+        raise wrong(call, f"{found.name} is not in the requested region")
+    return found
+
+
+def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
+    """Return an obstacle that a call returned. Raises WorldError if it cannot be one."""
+    if not isinstance(found, Obstacle):
+        raise wrong(call, f"{found!r} is not an Obstacle")
+    try:
+        obstacle = checked_obstacle(found)
+    except ValueError as error:
+        raise wrong(call, str(error)) from error
+    if not world.is_free(obstacle.region):
+        raise wrong(call, f"{obstacle.name} is in a wall or off the map")
+    return obstacle
+
+
+def part(call: str, found: Any, kind: Any) -> Any:
+    """Return the result of a call converted to a type. Raises WorldError if that is impossible."""
+    try:
+        return fitted(found, kind)
+    except ValueError as error:
+        raise wrong(call, f"it returned {found!r}, which {error}") from error
+
+
+def wrong(call: str, found: str) -> WorldError:
+    return WorldError(f"World.{call}: {found}")
