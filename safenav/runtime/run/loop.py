@@ -214,13 +214,13 @@ class Run(Situation):
         """Return whether a robot may move: while the team waits only some do."""
         if self.control.end is None:
             return True
-        return self.world.waits(self) and decide.continues(self, i)
+        return self.world.pause(self) is not None and decide.continues(self, i)
 
     def action(self, i: int) -> Action | None:
         """Return the action of a robot where it stands. While the team waits for an operator, only
         robots that may continue have one."""
-        operator = self.world.waits_for_operator(self)
-        may = not operator or decide.continues(self, i)
+        pause = self.world.pause(self)
+        may = pause is None or pause[1] is not None or decide.continues(self, i)
         return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:
@@ -301,8 +301,8 @@ class Run(Situation):
             coming = self.world.coming(self) is not None
             self.recorder.settled(before, decided, self.state, self.control, coming=coming)
         self.recorder.tell_plan(self.state)
-        if self.control.end is not None and self.world.waits(self):
-            self.recorder.waiting(self.control.end, self.world.until(self))
+        if (pause := self.world.pause(self)) is not None:
+            self.recorder.waiting(*pause)
         thinks = self.control.thinks or self.control.pending or self.control.question is None
         final = not (decided or thinks or self.control.end)
         self.settled = (self.team, self.state, self.control) if final else None
@@ -312,12 +312,9 @@ class Run(Situation):
         robots stand."""
         if self.recorder.ledger.stops:
             return True
-        ended = isinstance(event, now.Turn | now.Arrived)
-        return (
-            ended
-            and self.control.end is not None
-            and not (self.world.waits(self) or self.arrives())
-        )
+        if self.control.end is None or not isinstance(event, now.Turn | now.Arrived):
+            return False
+        return self.world.pause(self) is None and not self.arrives()
 
     def arrives(self) -> bool:
         """Return whether a robot whose absence would end the run is in transit: it may act where it
@@ -332,7 +329,7 @@ class Run(Situation):
             return End("late", f"a deadline was missed: {' and '.join(ledger.missed or ())}")
         if self.is_complete():
             return completed(self.team, state, self.control.found)
-        if end is not None and not self.world.waits(self):
+        if end is not None and self.world.pause(self) is None:
             return None if self.acts() or self.arrives() else end
         if (still := self.still()) is not None:
             if not self.may_hear():

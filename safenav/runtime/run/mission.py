@@ -213,7 +213,8 @@ class Mission:
         run = self._run
         if run.may_hear() and (still := run.still()) is not None:
             return still
-        return run.control.end if self._world.waits_for_operator(run) else None
+        pause = self._world.pause(run)
+        return pause[0] if pause is not None and pause[1] is None else None
 
     @property
     def lacks(self) -> tuple[Shortfall, ...]:
@@ -223,10 +224,9 @@ class Mission:
     @property
     def still(self) -> bool:
         """Whether no robot has a command, except robots that continue while the team waits."""
-        return all(
-            robot.idle or (self._world.waits(self._run) and self._run.moves(i))
-            for i, robot in enumerate(self._run.state.robots)
-        )
+        run = self._run
+        moves = [run.control.end is not None and run.moves(i) for i in range(len(run.state.robots))]
+        return all(robot.idle or moves[i] for i, robot in enumerate(run.state.robots))
 
     def _tell(self, record: Record) -> None:
         if self._checkpoints is not None:

@@ -240,7 +240,8 @@ class World:
     def stands(self, run: Situation) -> bool:
         """Return whether time stands still until an operator intervenes."""
         idle = self.commands.simulated and self.commands.idle
-        return self.attended and idle and self.waits_for_operator(run)
+        pause = self.pause(run) if self.attended and idle else None
+        return pause is not None and pause[1] is None
 
     # Commands.
 
@@ -445,23 +446,14 @@ class World:
 
     # What may still help.
 
-    def waits(self, run: Situation) -> bool:
-        """Return whether a change to come, or an operator, may still help the team, which waits for
-        it."""
+    def pause(self, run: Situation) -> tuple[End, float | None] | None:
+        """Return the end of the run that a change to come, or an operator, may avert, and the time
+        of that change (None: only an operator can); None if the team does not wait for help."""
         end = run.control.end
         if end is None or end.outcome not in HELPED:
-            return False
-        return self.attended or self.until(run) is not None
-
-    def waits_for_operator(self, run: Situation) -> bool:
-        """Return whether only an operator can help the team, which waits for one."""
-        return self.waits(run) and self.until(run) is None
-
-    def until(self, run: Situation) -> float | None:
-        """Return when a coming change of the scenario may help; None: only an operator can."""
-        end = run.control.end
-        helped = end is not None and end.outcome == "operator_needed"
-        return self.awaited(run) if helped else None
+            return None
+        until = self.awaited(run) if end.outcome == "operator_needed" else None
+        return (end, until) if self.attended or until is not None else None
 
     def awaited(self, run: Situation) -> float | None:
         """Return when the scenario changes something; None if the run waits only for an
