@@ -277,7 +277,7 @@ def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
 def closed(team: Team, state: State, i: int) -> frozenset[int]:
     """Return the regions of known obstacles that a robot must not enter now."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
-    known = ((one, each) for one, each in pairs if each.state in (Is.OPEN, Is.SEALED))
+    known = ((one, each) for one, each in pairs if each.stands)
     return frozenset(one.region for one, each in known if one.closes(i, each))
 
 

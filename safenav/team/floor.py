@@ -401,7 +401,7 @@ def inside(team: Team, state: State) -> frozenset[Inside]:
     found = set[Inside]()
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
-        if each.state not in (Is.OPEN, Is.SEALED):
+        if not each.stands:
             continue
         for i in obstacle.blocks:
             robot, back = state.robots[i], turns_back(team, state, i, k)

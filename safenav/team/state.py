@@ -58,6 +58,11 @@ class ObstacleNow(Struct, frozen=True):
         """Whether the team knows it as unresolved, so that robots act on it."""
         return self.state in (Is.OPEN, Is.SEEN) or self.given_up
 
+    @property
+    def stands(self) -> bool:
+        """Whether the team has encountered it, or has ordered it, and it is still there."""
+        return self.state in (Is.OPEN, Is.SEALED)
+
 
 Values = tuple[tuple[str, int], ...]
 """Values of the memory of formulas, and of inputs."""

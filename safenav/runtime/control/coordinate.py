@@ -21,7 +21,7 @@ from safenav.team import state as now
 from safenav.team.acts import FAILURE, driven
 from safenav.team.apply import apply, charged, done, initial, on_own, orders_ahead, stands
 from safenav.team.floor import floor_now, stages_of
-from safenav.team.state import Is, RobotNow, State
+from safenav.team.state import RobotNow, State
 from safenav.team.team import Team, without_memory
 from safenav.trace.words import listed
 
@@ -358,8 +358,7 @@ def first_controllers(
 
 
 def _question(team: Team, state: State) -> Hashable:
-    known = (Is.OPEN, Is.SEALED)
-    obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.state in known)
+    obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.stands)
     out = tuple([(i, robot.next) for i, robot in enumerate(state.robots) if not robot.active])
     astray = tuple([i for i in team.lone if _is_astray(state.robots[i])])
     order = [i for i in team.lone if team.members[i].pursuit.settles] if state.requests else []

@@ -249,8 +249,8 @@ def observed(team: Team, state: State, i: int) -> Iterator[tasks.Observed]:
 
 def standing(team: Team, state: State) -> frozenset[int]:
     """Return the regions of the known obstacles, which block the view."""
-    known, pairs = (Is.OPEN, Is.SEALED), zip(team.obstacles, state.obstacles, strict=True)
-    return frozenset(obstacle.region for obstacle, each in pairs if each.state in known)
+    pairs = zip(team.obstacles, state.obstacles, strict=True)
+    return frozenset(obstacle.region for obstacle, each in pairs if each.stands)
 
 
 def heard(team: Team, state: State, i: int, task: tasks.Task) -> dict[str, int]:

@@ -252,11 +252,11 @@ class Run(Situation):
         self.settle()
 
     def empty_battery(self, i: int) -> int | None:
-        """Return the number of a new obstacle, the empty battery of a robot; None if it is there
-        already, or the scenario has none."""
+        """Return the number of a new obstacle, the empty battery of a robot; None if the robot has
+        one already, or the scenario has none."""
         kind = self.team.scenario.flat
         pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
-        there = any(o.battery_of == i and each.state in _THERE for o, each in pairs)
+        there = any(o.battery_of == i and each.stands for o, each in pairs)
         if kind is None or there:
             return None
         region = self.state.robots[i].pose % self.team.size
@@ -377,9 +377,6 @@ class Run(Situation):
         return undone and self.world.coming(self) is not None
 
 
-_THERE = (now.Is.OPEN, now.Is.SEALED)
-
-
 def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
     """Return the robot that may have other paths on the map after an event: it has other rules, was
     put elsewhere, or leaves a region that it avoids."""
@@ -396,7 +393,7 @@ def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
     help."""
     match event:
         case now.Gone(k):
-            return ended or state.obstacles[k].state in (now.Is.OPEN, now.Is.SEALED)
+            return ended or state.obstacles[k].stands
         case now.Served(_, active):
             return ended or active
         case now.Appeared() | now.Inputs() | now.Declared() | now.Elsewhere() | now.Lost():

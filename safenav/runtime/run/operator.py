@@ -322,8 +322,7 @@ def _serves(run: Situation, i: int, active: bool, cause: str) -> Iterator[now.Ev
 
 def _known(run: Situation) -> list[int]:
     """Return the obstacles known to the team."""
-    known = (Is.SEEN, Is.OPEN, Is.SEALED)
-    return [k for k, each in enumerate(run.state.obstacles) if each.state in known]
+    return [k for k, each in enumerate(run.state.obstacles) if each.known or each.stands]
 
 
 def _met(run: Situation, name: str) -> int:

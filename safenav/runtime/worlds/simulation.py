@@ -208,7 +208,7 @@ class SimulatedWorld:
         """Remove an obstacle immediately; return whether it was there."""
         found = False
         for k, each in enumerate(self._state.obstacles):
-            if self._team.obstacles[k].name == name and each.state in (Is.OPEN, Is.SEALED):
+            if self._team.obstacles[k].name == name and each.stands:
                 found = True
                 self._put(k, Is.OVER)
         return found
