@@ -178,7 +178,7 @@ class Decision:
                 g = floor.gates.index(role.helps)
                 helping[g] = (*helping.get(g, ()), i)
         aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
-        lone = frozenset(range(len(poses))).difference(team.sharing)
+        lone = frozenset(team.lone)
         pairs = ((i, k) for i in team.sharing for k in before.left)
         fewer = replace(floor, barred=floor.barred.union(pairs)) if before.left else floor
         found = solve.settle(solve.Solver(fewer), poses, stages, aside, helping, lone)
@@ -206,24 +206,17 @@ class Decision:
             anywhere = replace(found, safe=(None,) * len(poses))
             others = Roles(plain, here, floor, stages, anywhere)
             return self._meanwhile(stands, others) if self.coming() else stands
-        controllers, asked = list(before.controllers or (None,) * len(poses)), dict[int, Role]()
-        for i, role in enumerate(roles):
-            mine = controllers[i]
-            if not state.robots[i].active:
-                continue
-            # A joint plan is the controller of the others.
-            planned = i not in lone and (before.roles or pursues(team, floor, here, i))
-            if (mine is None and not planned) or (
-                mine is not None
-                and i in lone
-                and (not mine.realizable or outdated(team, state, i, role, mine))
-            ):
+        held, asked = before.controllers or (None,) * len(poses), dict[int, Role]()
+        for i, (role, mine) in enumerate(zip(roles, held, strict=True)):
+            if i in lone:
+                asks = mine is None or outdated(team, state, i, role, mine)
+            else:  # a joint plan is its controller
+                asks = not before.roles and not pursues(team, floor, here, i)
+            if asks and state.robots[i].active:
                 asked[i] = role
-        for i, found_one in synthesized(team, state, asked, self.answers).items():
-            controllers[i] = found_one
-        new = [*asked]
-        end = never
-        if failed := [(i, c) for i in new if (c := controllers[i]) and not c.realizable]:
+        made, end = synthesized(team, state, asked, self.answers), never
+        controllers = tuple(made.get(i, each) for i, each in enumerate(held))
+        if failed := [(i, each) for i, each in made.items() if not each.realizable]:
             end = ends.no_strategy(team, state, failed, begun=bool(before.roles))
             helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
             vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
@@ -237,12 +230,11 @@ class Decision:
                 proven = lost(whole, joint, [i for i, _ in failed])
                 if proven is not None:  # a robot out of service might have resolved what is open
                     out = [i for i, robot in enumerate(state.robots) if not robot.active]
-                    dead = (
-                        _without(team, state, out) if out else ends.deadlocked(team, state, proven)
-                    )
+                    dead = ends.deadlocked(team, state, proven)
+                    dead = _without(team, state, out) if out else dead
                     links = (*end.links, *(dead.links or (dead.explanation,)))
                     end = replace(dead, explanation="; ".join(links), links=links)
-        return Control(None, found, roles, tuple(controllers), tuple(new), end)
+        return Control(None, found, roles, controllers, tuple(asked), end)
 
     def _meanwhile(self, control: Control, roles: Roles) -> Control:
         """Return the objectives of robots that wait for help, while the team waits for a change."""
