@@ -15,10 +15,11 @@ from msgspec import Struct
 
 from safenav.errors import ResourceLimitError, Verdict
 from safenav.plan.ask import Deadlock, Found, Unserved, ask, ask_charged
+from safenav.plan.order import charges_now
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Listener, SynthesisProgress, SynthesisResult, Synthesizer
 from safenav.team.floor import Floor, Joint
-from safenav.team.state import Plan
+from safenav.team.state import Plan, State
 from safenav.trace.words import seconds_words
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ FEW = 4
 
 Check = Callable[[], None]
 """Function that raises an exception if a search must end."""
+Search = Callable[[Check], Found | Deadlock | Unserved | None]
 
 
 class Pending(Exception):  # noqa: N818 - it is not an error
@@ -90,37 +92,31 @@ class Answers:
         return found
 
     def plan(
-        self,
-        floor: Floor,
-        joint: Joint,
-        served: tuple[int, ...],
-        seed: int,
-        charges: tuple[float, ...] = (),
-        time: float = 0,
+        self, floor: Floor, joint: Joint, served: tuple[int, ...], state: State
     ) -> Found | Deadlock | Unserved | None:
-        """Return the joint plan for the remaining mission, or the reason why there is none."""
+        """Return the joint plan for the remaining mission, or the reason why there is none.
+        ``state``: of the team, with its charges."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
-        key = floor.team, *about, floor.helping, floor.laden, joint, served, seed
-        charged = partial(ask_charged, floor, joint, served, seed, charges, time)
-        first = charges and len(floor.robots) > FEW
-        if first and (found := self._ask((*key, charges, time), charged)) is not None:
-            return found
-        plain = self._ask(key, partial(ask, floor, joint, served, seed))
-        if first or not charges or isinstance(plain, Deadlock | Unserved):
-            return plain  # impossible with any charge: the proof is quick
-        return self._ask((*key, charges, time), charged) or plain
+        key = floor.team, *about, floor.helping, floor.laden, joint, served, len(state.over)
+        plain, charged = _searches(floor, joint, served, state)
+        if charged is None:
+            return self._ask(key, plain)
+        with_charges = *key, charges_now(floor.team, state), state.time
+        if len(floor.robots) > FEW:
+            return self._ask(with_charges, charged) or self._ask(key, plain)
+        found = self._ask(key, plain)
+        if isinstance(found, Deadlock | Unserved):
+            return found  # impossible with any charge: the proof is quick
+        return self._ask(with_charges, charged) or found
 
-    def more(
-        self, floor: Floor, joint: Joint, seed: int, charges: tuple[float, ...], time: float
-    ) -> Plan | None:
+    def more(self, floor: Floor, joint: Joint, state: State) -> Plan | None:
         """Return a plan for rounds beyond the mission, if the charges suffice for one. The search
         runs once, since the joint state does not change while the robots stand."""
-        about = floor.team, floor.floors, floor.robots, floor.rounds, seed
+        about = floor.team, floor.floors, floor.robots, floor.rounds, len(state.over)
         if about in self._vain:
             return None
-        plain = partial(ask, floor, joint, (), seed)
-        charged = partial(ask_charged, floor, joint, (), seed, charges, time)
-        found = self._ask((about, joint), charged if charges else plain)
+        plain, charged = _searches(floor, joint, (), state)
+        found = self._ask((about, joint), charged or plain)
         if isinstance(found, Found) and not found.first:
             return found.plan
         self._vain.add(about)
@@ -195,6 +191,16 @@ class Answers:
                 self._progress(progress)
 
         return self._synthesizer.synthesize_all(specs, progress=hear)
+
+
+def _searches(
+    floor: Floor, joint: Joint, served: tuple[int, ...], state: State
+) -> tuple[Search, Search | None]:
+    """Return the search for a joint plan, and the one for which charges suffice (None: the team has
+    no batteries)."""
+    about, charges = (floor, joint, served, len(state.over)), charges_now(floor.team, state)
+    charged = partial(ask_charged, *about, charges, state.time) if charges else None
+    return partial(ask, *about), charged
 
 
 def _refuse_limit(result: SynthesisResult) -> None:

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock, Found, Unserved, lost
-from safenav.plan.order import at_end, awaited, charges_now, joint_now, starving, stuck
+from safenav.plan.order import at_end, awaited, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role, Roles
@@ -259,10 +259,8 @@ class Decision:
         helped = _helped(team, control)
         goes_on = orders_ahead(team, state) or not is_complete(team, state, control)
         starves = goes_on and starving(team, state)
-        over = state.plan is None or (
-            at_end(state, team.sharing)
-            and all(state.robots[i].acting is None for i in team.sharing)
-        )
+        acts = any(state.robots[i].acting is not None for i in team.sharing)
+        over = state.plan is None or (at_end(state, team.sharing) and not acts)
         if not starves and not over and not stuck(team, state, helped):
             return None
         sharing = driven(team, state)
@@ -276,17 +274,13 @@ class Decision:
         foreseen = frozenset[int]() if state.plan is None else state.plan.foreseen
         if not starves and open_ & helped and open_ <= foreseen & for_others:
             return None  # robots with strategies are still to resolve them
-        charges = charges_now(team, state)
         alone = helped.difference(control.roles[i].helps for i in sharing)
         if not starves and open_ <= alone and floor.completed(joint, frozenset(), sharing):
             timed = [i for i in sharing if team.members[i].robot.within is not None]
-            if (
-                goes_on and timed and not open_
-            ):  # their deadlines continue while other robots have work
+            if goes_on and timed and not open_:  # others still have work: deadlines continue
                 more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
                 floor = replace(floor, robots=sharing, rounds=(more,) * len(team.members))
-                plan = answers.more(floor, joint, len(state.over), charges, state.time)
-                if plan is not None:
+                if (plan := answers.more(floor, joint, state)) is not None:
                     self._decide(now.Planned(plan))
             return None  # these robots have nothing left to do
         duties = control.found.duties
@@ -298,16 +292,16 @@ class Decision:
             only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
             floor = replace(floor, barred=floor.barred | only)
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        answer = answers.plan(floor, joint, served, len(state.over), charges, state.time)
+        answer = answers.plan(floor, joint, served, state)
         if answer is None and all(state.obstacles[floor.gates[g]].asked for g in served):
             # The search took too long. The mission may not need requests of robots.
-            without = answers.plan(floor, joint, (), len(state.over), charges, state.time)
+            without = answers.plan(floor, joint, (), state)
             answer = Unserved(served) if isinstance(without, Found) else None
         empty = tuple(g for g in served if team.obstacles[floor.gates[g]].battery_of in out)
         if empty and (answer is None or isinstance(answer, Deadlock)):
             # Robots that get a battery return to service, and then no longer stand in the way.
             brings = replace(floor, rounds=(0,) * len(team.members))
-            brought = answers.plan(brings, joint, empty, len(state.over), charges, state.time)
+            brought = answers.plan(brings, joint, empty, state)
             answer = brought if isinstance(brought, Found) else answer
         match answer:
             case Found(plan, first):
