@@ -68,13 +68,18 @@ class Situation:
         self.answers = answers
 
 
+Decided = tuple[State, now.Event]
+"""The state before a decision, and that decision."""
+
+
 def coordinate(
     team: Team, state: State, before: Control, answers: Answers, coming: Coming
-) -> tuple[Control, list[now.Event]]:
-    """Return the intentions of the team now, and the decisions that lead there, in order.
-    ``coming``: whether a change is to come, for which a team waits if it can do nothing else."""
+) -> tuple[Control, list[Decided], State]:
+    """Return the intentions of the team now, the decisions that lead there, in order, and the state
+    after them. ``coming``: whether a change is to come, for which a team waits if it can do nothing
+    else."""
     decision = Decision(team, state, answers, coming)
-    return decision.control(before), decision.decided
+    return decision.control(before), decision.decided, decision.state
 
 
 class Decision:
@@ -82,12 +87,12 @@ class Decision:
 
     def __init__(self, team: Team, state: State, answers: Answers, coming: Coming) -> None:
         self.team, self.state, self.answers, self.coming = team, state, answers, coming
-        self.decided: list[now.Event] = []
+        self.decided: list[Decided] = []
 
     def control(self, before: Control) -> Control:
         """Return the intentions that follow from those before."""
         control = replace(before, new=(), thinks=False, failed=(), vain=())
-        question, begun = _question(self.team, self.state), len(self.decided)
+        question, begun, state = _question(self.team, self.state), len(self.decided), self.state
         if question != before.question:
             if question == before.asked and not self.answers.ready:
                 self.answers.keep()
@@ -96,7 +101,7 @@ class Decision:
             try:
                 control = replace(self._settled(before), left=before.left)
             except Pending as wait:
-                del self.decided[begun:]
+                self.decided, self.state = self.decided[:begun], state
                 return replace(control, pending=wait.robots, asked=question)
             except solve.BudgetError:
                 spent = ends.End("search_limit", "search budget exhausted")
@@ -125,7 +130,7 @@ class Decision:
         return replace(after, new=control.new + after.new, failed=failed, vain=vain)
 
     def _decide(self, event: now.Event) -> None:
-        self.decided.append(event)
+        self.decided.append((self.state, event))
         self.state = apply(self.team, self.state, event)
 
     def _give_up(self) -> None:

@@ -292,14 +292,12 @@ class Run(Situation):
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
-        self.control, decided = coordinate(
+        self.control, decided, self.state = coordinate(
             self.team, before, intended, self.answers, lambda: self.world.awaited(self) is not None
         )
-        for event in decided:
-            self.state = apply(self.team, self.state, event)
         if self.control.new or self.control.question != intended.question:
             coming = self.world.coming(self) is not None
-            self.recorder.settled(before, decided, self.state, self.control, coming=coming)
+            self.recorder.settled(decided, self.state, self.control, coming=coming)
         self.recorder.tell_plan(self.state)
         if (pause := self.world.pause(self)) is not None:
             self.recorder.waiting(*pause)

@@ -10,7 +10,7 @@ import safenav
 from safenav.errors import Outcome
 from safenav.plan.order import at_end
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import Control
+from safenav.runtime.control.coordinate import Control, Decided
 from safenav.runtime.control.ends import ASIDE, End, Request, lacks_of
 from safenav.runtime.control.strategies import enough
 from safenav.runtime.run.checkpoint import Memory
@@ -22,7 +22,7 @@ from safenav.spec.belief import automatic
 from safenav.team import floor as floors
 from safenav.team import state as now
 from safenav.team.acts import participants, standing
-from safenav.team.apply import apply, goals, rounds
+from safenav.team.apply import goals, rounds
 from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -344,26 +344,20 @@ class Recorder:
     # Decisions.
 
     def settled(
-        self,
-        before: State,
-        decided: Sequence[now.Event],
-        after: State,
-        control: Control,
-        *,
-        coming: bool,
+        self, decided: Sequence[Decided], after: State, control: Control, *, coming: bool
     ) -> None:
         """Record a decision: given-up obstacles, the stack, strategies, goals met where robots
         stand. ``coming``: the scenario still changes something."""
-        state = before
-        for event in decided:
+        gives_up = False
+        for state, event in decided:
             if isinstance(event, now.GaveUp):
+                gives_up = True
                 self._given_up(state, event.obstacle, control, coming=coming)
-            state = apply(self.team, state, event)
         if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
             self._pops(after)
             self._stack(after, control)
             self._told(after, control.new)
-        elif any(isinstance(event, now.GaveUp) for event in decided):
+        elif gives_up:
             self._pops(after, ended=True)
         why = self.why if self.tick else Reason.INITIAL
         for failed in control.failed:
@@ -372,12 +366,11 @@ class Recorder:
             controller = control.controllers[i]
             if controller is not None:
                 self.emit(synthesis_line(self.tick, why, controller, self.team.world))
-        for event in decided:
+        for state, event in decided:
             if isinstance(event, now.Counted):
                 i = event.robot  # of a duty that a later decision replaces, no line tells
-                kept = before.robots[i].objective == after.robots[i].objective
-                self.record(before, event if kept else replace(event, duty=False), after)
-            before = apply(self.team, before, event)
+                kept = state.robots[i].objective == after.robots[i].objective
+                self.record(state, event if kept else replace(event, duty=False), after)
 
     def _told(self, state: State, new: Collection[int]) -> None:
         """Record the objectives that no push, pop or synthesis (``new``) records: of planned and
