@@ -52,7 +52,7 @@ class World:
         truth = world.truth if isinstance(world, LiveSimulation) else world
         self.truth = truth if isinstance(truth, SimulatedWorld) else None
         self.simulated = type(world) in (LiveSimulation, SimulatedWorld)
-        kind = Lockstep if protocol.optional(world, "start") is None else Commands
+        kind = Commands if hasattr(world, "start") else Lockstep
         self.commands: Commands | Lockstep = kind(world, scenario)  # type: ignore[arg-type]
         self.live, limits = self.commands.live, scenario.limits
         self.limit = (float(limits.ticks), Outcome.TICK_LIMIT)

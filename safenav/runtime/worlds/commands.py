@@ -49,7 +49,7 @@ class Lockstep:
     def __init__(self, world: protocol.BlockingWorld, scenario: Scenario) -> None:
         self._world, self._scenario, self._tick = world, scenario, 0
         self._simulated = world if isinstance(world, SimulatedWorld) else None
-        self._changes = protocol.optional(world, "changes")
+        self._changes = protocol.optional(world, "changes", ())
         self._ended: dict[str, protocol.Ended] = {}
 
     def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
@@ -108,12 +108,8 @@ class Lockstep:
 
     def changes(self, occupied: Collection[Region]) -> list[protocol.Change]:
         """Return the obstacles that appeared or disappeared; none in a world without changes."""
-        listed, tick = self._changes, self._tick
-        if listed is None:
-            return []
-        call = f"changes({tick})"
-        changes = []
-        for each in protocol.asked(call, lambda: list(listed(tick, occupied))):
+        call, changes = f"changes({self._tick})", []
+        for each in protocol.asked(call, lambda: list(self._changes(self._tick, occupied))):
             change = protocol.part(call, each, protocol.Change)
             obstacle = protocol.checked(call, change.obstacle, self._scenario.map)
             if change.appeared and obstacle.region in occupied and not obstacle.ordered:
@@ -186,12 +182,12 @@ class Commands:
         self.scenario = scenario
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
-        self._expected, self._times = (
-            protocol.optional(world, "expected"),
-            protocol.optional(world, "times"),
-        )
-        self._changes = protocol.optional(world, "changes")
-        self.simulated = self._expected is not None and self._times is not None
+        self.expected: Callable[[Robot], float | None] = protocol.optional(world, "expected")
+        self.placed: Callable[[Robot, Pose], None] = protocol.optional(world, "placed")
+        self.cleared: Callable[[Obstacle], None] = protocol.optional(world, "cleared")
+        self.times: Callable[[], Sequence[float]] = protocol.optional(world, "times", ())
+        self._changes = protocol.optional(world, "changes", ())
+        self.simulated = hasattr(world, "expected") and hasattr(world, "times")
         """Whether the world knows how long commands take."""
         self.pauses = self.simulated or bool(getattr(world, "pauses", False))
         """Whether time passes only while the run waits."""
@@ -234,20 +230,6 @@ class Commands:
     def number(self, name: str) -> int:
         """Return the number of a robot's open command, or of its last one."""
         return self._open[name].command if name in self._open else self._count
-
-    def expected(self, robot: Robot) -> float | None:
-        """Return the expected duration of a robot's last command, if the world knows it."""
-        return None if self._expected is None else self._expected(robot)
-
-    def placed(self, robot: Robot, pose: Pose) -> None:
-        """Notify a world that keeps poses that an operator has put a robot somewhere."""
-        if (placed := protocol.optional(self.world, "placed")) is not None:
-            placed(robot, pose)
-
-    def cleared(self, obstacle: Obstacle) -> None:
-        """Notify a world that remembers obstacles that an operator has resolved one."""
-        if (cleared := protocol.optional(self.world, "cleared")) is not None:
-            cleared(obstacle)
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
         """Send a robot to ``pose``; return the end of its step, if it has already ended."""
@@ -293,13 +275,10 @@ class Commands:
         over = due is not None and self.now() >= due
         return self._drain() or heard or over or self.simulated
 
-    def times(self) -> Sequence[float]:
-        """Return the future times at which a simulation changes something."""
-        return () if self._times is None else self._times()
-
     def changes(self, occupied: Collection[Region]) -> Sequence[protocol.Change]:
         """Return the obstacles that have appeared or disappeared."""
-        return () if self._changes is None else self._changes(int(self.now()), occupied)
+        found: Sequence[protocol.Change] = self._changes(int(self.now()), occupied)
+        return found
 
     def _clock(self) -> float:
         """Return the seconds on the world's clock. Raises WorldError."""

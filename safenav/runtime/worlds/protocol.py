@@ -150,8 +150,8 @@ class BlockingWorld(Protocol):
         The mission derives earlier needs from the poses of the robots."""
 
 
-def optional(world: object, name: str) -> Callable[..., Any] | None:
-    """Return a method that a world need not have, or None:
+def optional(world: object, name: str, without: object = None) -> Callable[..., Any]:
+    """Return a method that a world need not have; one with the result ``without`` if it has none:
 
     - ``changes(tick, occupied)``: each ``Change`` by the beginning of a tick; nothing may appear in
       the ``occupied`` regions, in which robots stand or which they are entering.
@@ -164,7 +164,8 @@ def optional(world: object, name: str) -> Callable[..., Any] | None:
     - ``placed(robot, pose)``: an operator has put a robot without a command there.
     - ``cleared(obstacle)``: an operator has resolved it, so that earlier readings of it are void.
     """
-    return getattr(world, name, None)
+    found: Callable[..., Any] = getattr(world, name, lambda *_: without)
+    return found
 
 
 class Change(Struct, frozen=True):
@@ -304,10 +305,9 @@ def asked(call: str, ask: Callable[[], T]) -> T:
 def inputs_of(world: object, tick: int) -> dict[str, bool]:
     """Return the inputs that a world sets in a tick. Raises WorldError, also for a value such as
     "off"."""
-    inputs = optional(world, "inputs")
 
     def read() -> dict[str, bool]:
-        values = {} if inputs is None else inputs(tick)
+        values = optional(world, "inputs", {})(tick)
         for name, value in values.items():
             if value not in (False, True):
                 raise ValueError(f"{name} is {value!r}, not True or False")
