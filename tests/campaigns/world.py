@@ -230,7 +230,7 @@ class Nature(Uneven):
         event = replace(super()._happens(event, robot, missing), at=at)
         pose = self._poses[name]
         if name in self._dead:
-            self.truth.set_out(robot)
+            self.truth.move(robot, None)
         within = sorted(event.regions) if isinstance(event, Lost) else None
         kind = type(event).__name__.lower()
         self._write("end", robot=name, at=pose.region, how=kind, within=within)

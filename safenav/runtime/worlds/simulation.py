@@ -83,22 +83,21 @@ class SimulatedWorld:
         del robot
         return self.standing().get(region)
 
-    def move(self, robot: Robot, pose: Pose) -> None:
-        self._regions[self._number[robot.name]] = pose.region
+    def move(self, robot: Robot, pose: Pose | None) -> None:
+        """Move a robot; None: it has departed, and no longer acts in its former region."""
+        self._regions[self._number[robot.name]] = None if pose is None else pose.region
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         i, team = self._number[robot.name], self._team
         stages = self._changes(i)
-        over = tuple(
-            (k, team.obstacles[k].source.traversable)
-            for k, stage in stages
-            if resolved(team, k, stage)
-        )
+        done = [k for k, stage in stages if resolved(team, k, stage)]
+        sources = {k: team.obstacles[k].source for k, _ in stages}
         if stages:
+            over = tuple((k, sources[k].traversable) for k in done)
             self._state = apply(team, self._state, now.Acted(i, stages, over))
-        open_ = (pair for pair in stages if not resolved(team, *pair))
-        self._parts[robot.name] = tuple((team.obstacles[k].source, stage) for k, stage in open_)
-        return [(team.obstacles[k].source, truth) for k, truth in over]
+        parts = ((sources[k], stage) for k, stage in stages if k not in done)
+        self._parts[robot.name] = tuple(parts)
+        return [(sources[k], sources[k].traversable) for k in done]
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
         """Let robots out of service take part in no further action, as in a live run."""
@@ -110,10 +109,6 @@ class SimulatedWorld:
         return self._parts.get(robot.name, ())
 
     # Simulation of durations.
-
-    def set_out(self, robot: Robot) -> None:
-        """Record that a robot has departed: it no longer acts in its former region."""
-        self._regions[self._number[robot.name]] = None
 
     def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
         """Return the obstacles of which a robot can fulfil a need where it stands, with the robots
@@ -181,16 +176,13 @@ class SimulatedWorld:
         return found
 
     def bring(self, obstacle: Obstacle) -> None:
-        """Let an obstacle appear at its tick ``appears``, like one of the scenario."""
+        """Let an obstacle of a user appear at its tick ``appears``, like one of the scenario."""
         assert obstacle.appears is not None
         self._brought.add(len(self._team.obstacles))
-        self._add(obstacle, Is.AWAY)
+        self.place(obstacle, Is.AWAY)
 
-    def place(self, obstacle: Obstacle) -> None:
-        """Let an obstacle that blocks no robot appear now, also where a robot stands."""
-        self._add(obstacle, Is.OPEN)
-
-    def _add(self, obstacle: Obstacle, state: Is) -> None:
+    def place(self, obstacle: Obstacle, state: Is = Is.OPEN) -> None:
+        """Add an obstacle: by default one that appears now, also where a robot stands."""
         self._team = introduced(self._team, obstacle)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
         self.truths.setdefault(obstacle.name, obstacle.traversable)
@@ -302,7 +294,7 @@ class LiveSimulation:
             event = Blocked(end, name, here, obstacle, command=command)
         else:
             self._poses[name] = pose
-        self.truth.set_out(robot)
+        self.truth.move(robot, None)
         self._push(took, event, robot)
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
