@@ -146,7 +146,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Acts(leader, group):
             for i in group:
                 state = _robot(state, i, acting=leader)
-            return state
+            return _robot(state, leader, works=event.obstacles)
         case now.Acted():
             return _acted(team, state, event)
         case now.Met(i, k):
@@ -314,8 +314,8 @@ def _dropped(state: State, k: int) -> State:
 def _acted(team: Team, state: State, event: now.Acted) -> State:
     """End an action: stages change, resolved obstacles disappear or, if untraversable, become
     permanent, and rounds restart."""
-    for i, robot in enumerate(state.robots):
-        state = _robot(state, i, acting=None) if robot.acting == event.robot else state
+    for i in [i for i, robot in enumerate(state.robots) if robot.acting == event.robot]:
+        state = _robot(state, i, acting=None, works=())
     if event.failed:
         tried = (*state.attempts, *((event.robot, k) for k in event.failed))
         state = replace(state, attempts=tried, plan=None)

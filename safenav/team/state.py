@@ -78,7 +78,8 @@ class RobotNow(Struct, frozen=True):
     this step ends (lockstep). ``objective``: the one in force, with its progress ``task``; ``own``:
     progress with its own. ``node``: that of its strategy at its next pose. ``at``: its place in the
     joint plan; ``by``: the origin of the step under way; ``command``: the number of the last one
-    (live). ``acting``: the robot in whose action it takes part. ``active``: it is in service;
+    (live). ``acting``: the robot in whose action it takes part; ``works``: the obstacles of its own
+    action (live). ``active``: it is in service;
     ``failed``: the regions of the steps that failed since it arrived somewhere. ``fresh``: it has a
     new objective, of which it has counted nothing yet. Of formulas: ``values`` of the memory and
     the inputs at the pose of its next decision; ``came``: its pose and these values before its last
@@ -100,6 +101,7 @@ class RobotNow(Struct, frozen=True):
     by: str | None = None
     command: int = 0
     acting: int | None = None
+    works: tuple[int, ...] = ()
     fresh: bool = True
     active: bool = True
     failed: tuple[int, ...] = ()

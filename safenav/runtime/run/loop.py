@@ -70,9 +70,9 @@ class Run(Situation):
         own, within = (robot.objective for robot in robots), (robot.within for robot in robots)
         helps = tuple(role.helps for role in self.control.roles) or (None,) * len(robots)
         added = tuple((each.source, each.battery_of) for each in self.team.obstacles[listed:])
-        memory = self.recorder.kept()
-        about = tuple(own), tuple(within), helps, memory, added
-        return Kept(self.state, *about, self.world.kept())
+        about = tuple(own), tuple(within), helps, self.recorder.kept(), added
+        truth = None if self.world.truth is None else self.world.truth.kept()
+        return Kept(self.state, *about, truth)
 
     def resume(self, begun: Resumption) -> None:
         """Continue a run that was interrupted. Commands that were under way in a live run have

@@ -69,8 +69,6 @@ class World:
         self._stood: list[State] = []
         """The states since the last move of a robot or new strategy: strategies may repeat their
         nodes while robots stand."""
-        self._works: dict[int, tuple[int, ...]] = {}
-        """The obstacles on which robots act now."""
         self._acts_now = False
         """Whether a robot has acted since the last pass, so that another one may change more."""
         self._asked: set[int] = set()
@@ -79,15 +77,10 @@ class World:
         """The time at which each obstacle was last resolved or gone: earlier reports of it are
         late."""
 
-    def kept(self) -> Truth | None:
-        """Return the simulated world for a checkpoint."""
-        return None if self.truth is None else self.truth.kept()
-
     def resume(self, run: Situation, truth: Truth | None, last: int) -> None:
         """Continue where a run was interrupted. ``last``: the number of the last command."""
-        members, robots = run.team.members, run.state.robots
-        pairs = zip(members, robots, strict=True)
-        poses = {member.name: member.graph.pose(robot.pose) for member, robot in pairs}
+        robots = run.state.robots
+        poses = {m.name: m.graph.pose(robots[i].pose) for i, m in enumerate(run.team.members)}
         self.commands.resume(run.state.time, poses, last)
         if (self.truth is None) is not (truth is None):
             began = "a world of its own" if truth is None else "its simulation"
@@ -291,8 +284,6 @@ class World:
         """Yield the results of an action that has just begun; None: it is under way."""
         self._acts_now = True
         works = tuple(k for k, _ in self._changes(run, i))
-        if event is None:
-            self._works[i] = works
         if event is None or self.live:
             command = self.commands.number(run.team.members[i].name)
             yield now.Acts(i, self._group(run, i), command, works)
@@ -302,7 +293,7 @@ class World:
     def _acted(self, run: Situation, i: int, event: protocol.Acted) -> Iterator[now.Event]:
         """Yield the results of an action: earlier needs follow from where robots stand, the last
         one only from what the world reports."""
-        begun = self._works.pop(i, None)
+        begun = run.state.robots[i].works
         for obstacle, _ in event.found:
             yield from acts.joined(run.team, run.state, obstacle)
         team, truths = run.team, dict[int, bool | None]()
@@ -323,7 +314,7 @@ class World:
             among = [k for k in among if not _takes(run, k)] + loads
         stages = {k: stage for k, stage in self._changes(run, i, among) if k not in again}
         ready = {k for k, stage in stages.items() if acts.resolved(team, k, stage)}
-        if begun is not None:  # others came meanwhile
+        if self.live:  # others came meanwhile
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
         if self.truth is not None:
             stages = {k: stages[k] for k in stages if k in ready} | {
@@ -424,13 +415,13 @@ class World:
         """Return whether enough other robots act on an obstacle already."""
         stage = run.state.obstacles[k].stage
         need = run.team.obstacles[k].needs[stage.need]
-        others = sum(k in works for j, works in self._works.items() if j != i)
+        others = sum(k in each.works for j, each in enumerate(run.state.robots) if j != i)
         return others > 0 and (need.together or others + len(stage.done) >= need.robots)
 
     def _is_busy(self, run: Situation, i: int) -> bool:
         """Return whether a robot leaves an obstacle beside it to others that act on it; if they
         fail, it may act later."""
-        if not any(self._works.values()):
+        if not any(robot.works for robot in run.state.robots):
             return False
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
         return any(self._is_met(run, i, k) for k, _ in self._changes(run, i, known))
