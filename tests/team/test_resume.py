@@ -67,7 +67,7 @@ def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
     assert check_trace(lines).ok
     end = next(n for n, line in enumerate(lines) if json.loads(line)["type"] == "resumed")
     path.write_text("".join(lines[:end]))
-    assert resumption(read_trace(path), scenario).state.time > 0
+    assert resumption(read_trace(path), scenario).kept.state.time > 0
 
 
 def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:

@@ -101,15 +101,17 @@ class Run(Situation):
         """Run a pass: a tick, or a moment at which something happens. The team makes one decision
         for all changes of this moment."""
         changed = happened = False
+        strayed = list[int]()
         for event in self.world.wait(self):  # reports of the world, and turns
             self.check()
             happened = True
             if isinstance(event, now.Change | now.Strayed):
                 self.happens(event)
+                strayed += [] if isinstance(event, now.Change) else [event.robot]
                 changed = True
                 continue
             if changed:
-                self.respond()
+                self.settle_after(strayed)
                 changed = False
                 if self.world.live and self.control.end is not None and self.is_complete():
                     break  # the run is complete, and only has to end
@@ -118,16 +120,20 @@ class Run(Situation):
             if isinstance(event, now.Turn | now.Arrived | now.Goes):
                 self.look(event.robot)
             if isinstance(event, now.Turn):
+                if self.drains(event.robot):
+                    self.settle()
                 self.execute_controller(event.robot)  # 6 to 8
             elif isinstance(event, now.Arrived | now.Goes):
                 self.act(event.robot)  # 17, 18
             self.count(before, event)
-            self.respond()  # 9 to 16, 19 to 21
+            if isinstance(event, now.Turn | now.Ended):
+                self.drains(event.robot)
+            self.settle()  # 9 to 16, 19 to 21
             self.recorder.ledger.turn_ends(self.team, self.state)
             if self.has_ended(event):
                 break
         if changed:
-            self.respond()
+            self.settle_after(strayed)
         if happened:
             self.answers.forget()
 
@@ -240,33 +246,33 @@ class Run(Situation):
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
-    def respond(self) -> None:
-        """Decide after changes, or a turn. First, each robot off the chargers whose charge does not
-        suffice for a step is out of service until it gets another battery."""
-        for i in self.team.charged:
-            robot, energy = self.state.robots[i], self.team.members[i].energy
-            if energy is None or not (robot.active and robot.to is None):
-                continue
-            if energy.is_flat(robot.charge, robot.pose):
-                self.happens(now.Flat(i, self.empty_battery(i)))
+    def settle_after(self, strayed: list[int]) -> None:
+        """Decide after changes. Robots that a failure has put out of service request no battery."""
+        while strayed:
+            self.drains(strayed.pop(0))
         self.settle()
 
-    def empty_battery(self, i: int) -> int | None:
-        """Return the number of a new obstacle, the empty battery of a robot; None if the robot has
-        one already, or the scenario has none."""
-        kind = self.team.scenario.flat
+    def drains(self, i: int) -> bool:
+        """If the charge of a robot off the chargers does not suffice for a step, put it out of
+        service until it gets another battery. Return whether that is so."""
+        robot, energy = self.state.robots[i], self.team.members[i].energy
+        if energy is None or not (robot.active and robot.to is None):
+            return False
+        if not energy.is_flat(robot.charge, robot.pose):
+            return False
+        kind, k = self.team.scenario.flat, None
         pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
         there = any(o.battery_of == i and each.stands for o, each in pairs)
-        if kind is None or there:
-            return None
-        region = self.state.robots[i].pose % self.team.size
-        source = Obstacle(kind, region, appears=int(self.state.time))
-        while source.name in self.team.numbers:
-            source = replace(source, number=source.number + 1)
-        if self.world.truth is not None:
-            self.world.truth.place(source)
-        self.happens(now.Introduced(source, i))
-        return len(self.team.obstacles) - 1
+        if kind is not None and not there:
+            k = len(self.team.obstacles)
+            source = Obstacle(kind, robot.pose % self.team.size, appears=int(self.state.time))
+            while source.name in self.team.numbers:
+                source = replace(source, number=source.number + 1)
+            if self.world.truth is not None:
+                self.world.truth.place(source)
+            self.happens(now.Introduced(source, i))
+        self.happens(now.Flat(i, k))
+        return True
 
     def happens(self, event: now.Event) -> None:
         if isinstance(event, now.Introduced):
