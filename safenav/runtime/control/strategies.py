@@ -31,6 +31,9 @@ from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
 from safenav.world.poses import FAR, Mask, bits, region_mask
 
+Step = tuple[int, int]
+"""A pose, and the strategy's node there."""
+
 
 class Controller(Struct, frozen=True, eq=False):
     """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``node``:
@@ -66,12 +69,12 @@ class Controller(Struct, frozen=True, eq=False):
         strategy = self.result.strategy
         return None if strategy is None else strategy.find_initial(values_of(self.task.pose))
 
-    def steps(self, node: int, heard: Mapping[str, int]) -> list[tuple[int, int | None, int]]:
-        """Return the strategy's successors for these inputs: region, heading, node."""
+    def steps(self, node: int, heard: Mapping[str, int], size: int) -> list[Step]:
+        """Return the strategy's successors for these inputs. ``size``: that of the map."""
         strategy = self.result.strategy
         assert strategy is not None
         found = ((n, strategy.values(n)) for n in strategy.successors_for(node, heard))
-        return [(values["region"], values.get("heading"), n) for n, values in found]
+        return [(values["region"] + size * values.get("heading", 0), n) for n, values in found]
 
     def values(self, node: int | None) -> Values | None:
         """Return the values at a node of the memory of formulas, and of inputs that they name."""
@@ -281,8 +284,6 @@ def looked(team: Team, state: State, i: int, task: tasks.Task) -> now.Looked | N
 MOST_STEPS = 40
 """Number of steps of a strategy that ``leads`` follows: the strategy may first meet the goal that
 it pursued before."""
-Step = tuple[int, int | None, int]
-"""A region, a heading, and the strategy's node there."""
 
 
 def commanded(
@@ -300,10 +301,7 @@ def commanded(
     others, shut, here = heard(team, state, i, task), closed(team, state, i), before["region"]
 
     def steps(node: int, place: int) -> list[Step]:
-        return found.steps(node, others | {"assigned": place})
-
-    def number(step: Step) -> int:
-        return step[0] if step[1] is None else step[1] * team.size + step[0]
+        return found.steps(node, others | {"assigned": place}, team.size)
 
     free = member.floor & ~graph.on(shut) & (-1 if safe is None else safe)
     free_or_here = free | 1 << robot.pose  # it may stand in an obstacle
@@ -315,11 +313,11 @@ def commanded(
     def leads(step: Step | None, place: int) -> bool:
         """Return whether this step and the next ones of the strategy lead nearer to the goal."""
         for _ in range(MOST_STEPS):
-            if step is None or not free >> number(step) & 1:
+            if step is None or not free >> step[0] & 1:
                 return False
-            if field[number(step)] < field[robot.pose]:
+            if field[step[0]] < field[robot.pose]:
                 return True
-            step = next(iter(steps(step[2], place)), None)
+            step = next(iter(steps(step[1], place)), None)
         return False
 
     def alike() -> Iterator[int]:

@@ -91,9 +91,8 @@ def _successors(run: Situation, i: int) -> list[Proposal]:
     if controller.task.assignable:
         steps = commanded(team, state, i, run.control.roles[i], controller, safe)
     else:
-        steps = controller.steps(robot.node, heard(team, state, i, controller.task))
-    for region, heading, node in steps:
-        pose = region if heading is None else heading * team.size + region
+        steps = controller.steps(robot.node, heard(team, state, i, controller.task), team.size)
+    for pose, node in steps:
         if pose != robot.pose and pose not in graph.steps(robot.pose):
             here, there = (team.world.label(p % team.size) for p in (robot.pose, pose))
             raise SynthesizerError(
