@@ -262,7 +262,7 @@ class Decision:
         if not team.sharing:
             return None
         helped = _helped(team, control)
-        goes_on = orders_ahead(team, state) or not is_complete(team, state, control)
+        goes_on = not is_complete(team, state, control)
         starves = goes_on and starving(team, state)
         acts = any(state.robots[i].acting is not None for i in team.sharing)
         over = state.plan is None or (at_end(state, team.sharing) and not acts)
@@ -430,8 +430,10 @@ def _why_out(team: Team, state: State, i: int) -> str:
 
 def is_complete(team: Team, state: State, control: Control) -> bool:
     """Return whether every robot has met its objective, those that must stay at its last target are
-    there now, and no request is being served."""
-    return not control.found.served and all(
+    there now, and no request is being served or to come as an order."""
+    if control.found.served or orders_ahead(team, state):
+        return False
+    return all(
         done(team, state, i) and stands(team, state, i) and robot.mode is None
         for i, robot in enumerate(state.robots)
     )

@@ -31,7 +31,7 @@ from safenav.runtime.run.world import World
 from safenav.scenario.model import Obstacle
 from safenav.team import state as now
 from safenav.team.acts import noticed
-from safenav.team.apply import apply, on_own, orders_ahead
+from safenav.team.apply import apply, on_own
 from safenav.team.team import Team, assigned, based, introduced
 from safenav.trace.records import Act, Depart, Synthesis
 
@@ -346,9 +346,14 @@ class Run(Situation):
         return None
 
     def is_complete(self) -> bool:
-        """Return whether the mission is complete, and nothing more is to come or under way."""
-        complete = is_complete(self.team, self.state, self.control)
-        return complete and not self.acts() and not self.orders_to_come()
+        """Return whether the mission is complete, and nothing is under way. Orders that no robot
+        can serve yet wait for a change."""
+        if self.acts() or not is_complete(self.team, self.state, self.control):
+            return False
+        pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
+        ordered = [each for obstacle, each in pairs if obstacle.ordered]
+        undone = any(each.state is now.Is.OPEN or each.given_up for each in ordered)
+        return not undone or self.world.coming(self) is None
 
     def acts(self) -> bool:
         """Return whether an action is under way."""
@@ -370,15 +375,6 @@ class Run(Situation):
     def left(self) -> str:
         """Return the reason why the run is not completed yet, in words."""
         return what_is_left(self.team, self.state, self.control.roles)
-
-    def orders_to_come(self) -> bool:
-        if orders_ahead(self.team, self.state):
-            return True
-        pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
-        undone = any(
-            o.ordered and (each.state is now.Is.OPEN or each.given_up) for o, each in pairs
-        )
-        return undone and self.world.coming(self) is not None
 
 
 def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
