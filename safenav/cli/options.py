@@ -12,7 +12,6 @@ import json
 import math
 import os
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
@@ -78,7 +77,7 @@ def command(
 
         @wraps(function)
         def checked(**values: Any) -> int:
-            _check_outputs(click.get_current_context())
+            _check(click.get_current_context())
             return function(**values)
 
         return click.command(epilog=epilog, params=params)(checked)
@@ -132,21 +131,11 @@ def refuse(required: str, *names: str) -> None:
             raise UsageError(f"{max(off or param.opts, key=len)} requires {required}")
 
 
-class FiniteRange(click.FloatRange):
-    """A finite number in a range; ``name``: its unit, as help shows it."""
-
-    def __init__(self, name: str, least: float, most: float, *, beyond: bool = False) -> None:
-        """``beyond``: whether the least number is excluded."""
-        super().__init__(least, most, min_open=beyond)
-        self.name = name
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        number = float(super().convert(value, param, ctx))
-        if not math.isfinite(number):
-            self.fail(f"{value} is not a finite number", param, ctx)
-        return number
+def range_of(unit: str, least: float, most: float, *, beyond: bool = False) -> click.FloatRange:
+    """Return a range of numbers. ``unit``: as help shows it; ``beyond``: without the least one."""
+    found = click.FloatRange(least, most, min_open=beyond)
+    found.name = unit
+    return found
 
 
 BEGINNING = 5_000_000
@@ -199,17 +188,19 @@ class Output(click.Path):
         return self._folder and path.suffix not in self._endings
 
 
-def _check_outputs(context: click.Context) -> None:
-    """Raise UsageError for an output that cannot be written, or that another parameter names, too.
-    Devices and pipes may be named twice."""
+def _check(context: click.Context) -> None:
+    """Raise UsageError for a number that is none, for an output that cannot be written, and for one
+    that another parameter names, too. Devices and pipes may be named twice."""
     named = list[tuple[str, Path, click.Path]]()
     for param in context.command.params:
         value, kind = context.params[param.name or ""], param.type
+        option = isinstance(param, click.Option)
+        words = max(param.opts, key=len) if option else f"the {param.name}"
+        if isinstance(value, float) and math.isnan(value):
+            raise UsageError(f"{words} {value} is not a number")
         if param.name == "as_json" and value:
             value, kind = Path("-"), Output()
         if value and isinstance(kind, click.Path):
-            option = isinstance(param, click.Option)
-            words = max(param.opts, key=len) if option else f"the {param.name}"
             paths = value if isinstance(value, tuple) else (value,)
             named += [(words, Path(path), kind) for path in paths]
     for words, path, kind in named:
@@ -229,12 +220,11 @@ def _check_outputs(context: click.Context) -> None:
 
 INPUT = click.Path(path_type=Path)
 FOLDER = Output(folder=True)
-SECONDS = FiniteRange("s", 0, 1e9, beyond=True)
+SECONDS = range_of("s", 0, 1e9, beyond=True)
 """A duration, or a time of a run, in seconds."""
-METRES = FiniteRange("m", 0, 1e6, beyond=True)
 PIXELS = click.IntRange(100, 8000)
 COUNT = click.IntRange(min=1)
-HERTZ = FiniteRange("hz", 0.1, 10_000)
+HERTZ = range_of("hz", 0.1, 10_000)
 """Samples per second."""
 
 InputFile = Annotated[Path, INPUT]
@@ -251,32 +241,32 @@ MaxTicks = Annotated[
 Operator = Annotated[bool, "Prompt for interventions in a live run, also without a terminal."]
 Robot = Annotated[str | None, "--robot NAME", "Only this robot."]
 Rows = Annotated[int | None, COUNT, "--rows N", "Rows of a map file."]
-Share = Annotated[float | None, FiniteRange("x", 0, 1), "Blocked share of a wall."]
-Side = Annotated[float | None, METRES, "Side of a region in metres."]
+Share = Annotated[float | None, range_of("x", 0, 1), "Blocked share of a wall."]
+Side = Annotated[float | None, range_of("m", 0, 1e6, beyond=True), "Side of a region in metres."]
 TimeLimit = Annotated[float | None, SECONDS, "Stop after these seconds (of a live clock)."]
 Trace = Annotated[Lines, "Write the trace (JSON Lines)."]
 
 
 class GivenFile:
-    """An input file, recognized by its content. Standard input and pipes are read only once."""
+    """An input file, recognized by its content, which is read once: standard input and pipes have
+    no more. ``most``: maximum number of bytes."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, most: int = MOST_BYTES) -> None:
         self.path = path
         self.name = str(path)
-        self._content: bytes | None = None
-        beginning = b""
-        with suppress(OSError, InputError):  # its reader reports it
-            if self.name != "-" and path.is_file():
-                with path.open("rb") as stream:
-                    beginning = stream.read(BEGINNING)
-            elif self.name == "-" or path.exists():
-                beginning = self._content = read_input(path)
-        self.beginning = beginning[:BEGINNING].decode("utf-8", "replace")
+        self._content, self._failure = b"", None
+        try:
+            self._content = read_input(path, most)
+        except InputError as error:
+            self._failure = error
+        self.beginning = self._content[:BEGINNING].decode("utf-8", "replace")
         self.kind = kind_of(self.beginning)
 
-    def bytes(self, most: int = MOST_BYTES) -> bytes:
+    def bytes(self) -> bytes:
         """Return its content. Raises InputError."""
-        return read_input(self.path, most) if self._content is None else self._content
+        if self._failure is not None:
+            raise self._failure
+        return self._content
 
     def text(self) -> str:
         """Return its text. Raises InputError."""

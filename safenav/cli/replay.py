@@ -31,7 +31,7 @@ event (violation, request, push, resolved, blocked, pop, goal): its first tick.
 """
 
 FILE = options.Output(".html", ".svg", ".png", ".gif")
-SPEED = options.FiniteRange("x", 0.1, 100)
+SPEED = options.range_of("x", 0.1, 100)
 _READ_BY = {
     "at": (".svg", ".png"),
     "width": (".png", ".gif"),

@@ -56,7 +56,6 @@ class Synthesized(Struct, frozen=True):
     """A specification with its result, whose strategy is the environment's if it is
     unrealizable."""
 
-    name: str
     spec: Specification
     result: SynthesisResult
 
@@ -68,7 +67,7 @@ class Synthesized(Struct, frozen=True):
         """Return its figures; None where there is no strategy."""
         strategy = self.result.strategy
         return {
-            "robot": self.name,
+            "robot": self.spec.robot,
             "verdict": self.result.verdict.value,
             "states": self.result.states,
             "edges": None if strategy is None else strategy.edges,
@@ -88,10 +87,11 @@ class Synthesized(Struct, frozen=True):
     def files(self, of_robot: bool) -> Iterator[tuple[str, str | bytes]]:
         """Yield names and contents of its files. ``of_robot``: also the specification."""
         if of_robot:
-            yield f"{self.name}.structuredslugs", self.spec.to_structuredslugs()
+            yield f"{self.spec.robot}.structuredslugs", self.spec.to_structuredslugs()
             if (slugsin := slugsin_of(self.spec)) is not None:
-                yield f"{self.name}.slugsin", slugsin
-        stem = self.name if self.realizable else f"{self.name}.counterstrategy"
+                yield f"{self.spec.robot}.slugsin", slugsin
+        name = self.spec.robot
+        stem = name if self.realizable else f"{name}.counterstrategy"
         strategy, printed = self.result.strategy, self.result.strategy_json
         if strategy is not None and printed is not None:
             yield f"{stem}.json", printed
@@ -100,7 +100,7 @@ class Synthesized(Struct, frozen=True):
 
     def outdated(self) -> Iterator[str]:
         """Yield the names of its files that belong to an earlier verdict, if they exist."""
-        for stem in (self.name, f"{self.name}.counterstrategy"):
+        for stem in (self.spec.robot, f"{self.spec.robot}.counterstrategy"):
             yield from (f"{stem}{ending}" for ending in (".json", ".dot", ".graphml"))
 
 
@@ -120,7 +120,7 @@ def synth(
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
     specification of your own, in slugsin or structured slugs."""
-    given = options.GivenFile(scenario)
+    given = options.GivenFile(scenario, MOST_OF_A_TEXT)
     if given.kind == "specification":
         options.refuse("scenarios", "robot", "avoiding")
         return _of_specification(given, output, measures, as_json)
@@ -152,7 +152,7 @@ def synth(
             if output is not None:
                 other = listed(synthesizer.counterstrategy, spec)
                 result = other if other.verdict.proven else result
-        made.append(one := Synthesized(name, spec, result))
+        made.append(one := Synthesized(spec, result))
         notes += [f"{name}: {answer.words(plan.map.word)}"] if more["allows"] else []
         notes += [f"{name} assumes: {shortened(rule)}" for rule in more["assumptions"]]
         data.append(one.data() | more)
@@ -166,7 +166,7 @@ def _of_specification(
     """Synthesize a specification: write and print its strategy, or the environment's; return the
     exit code."""
     file, spec = given.path, specification_of(given)
-    one = Synthesized(spec.robot, spec, _proven(file, spec))
+    one = Synthesized(spec, _proven(file, spec))
     if measures is not None and output is not None:
         written = [(output / name).resolve() for name, _ in one.files(of_robot=False)]
         if measures.resolve() in written:
@@ -232,7 +232,7 @@ def listed(ask: Callable[[Specification], SynthesisResult], spec: Specification)
 def specification_of(given: options.GivenFile) -> Specification:
     """Return a specification, with the name of its file."""
     stem = given.path.stem if given.path.is_file() else "specification"
-    return specification_in(given.bytes(MOST_OF_A_TEXT), given.name, stem)
+    return specification_in(given.bytes(), given.name, stem)
 
 
 def _report(
@@ -344,7 +344,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
     from safenav.report.terminal.explanation_text import explanation_lines
     from safenav.review.postmortem import explain_team
 
-    given = options.GivenFile(scenario)
+    given = options.GivenFile(scenario, MOST_OF_A_TEXT)
     if given.kind == "specification":
         options.refuse("scenarios", "robot")
         return _explain_specification(given, as_json)
