@@ -183,7 +183,7 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
         yield [*own.targets[progress.turn or 0 :]]
         return
     if own.settles:  # each tick at its last target is a round, and it must be there at the end
-        away = progress.since is None
+        away = robot.bound is not None or robot.pose[0] not in own.last
         yield [own.last] * max(wanted - progress.rounds(own, tick), int(away))
         return
     left, turn = max(own.count * wanted - progress.goals, 0), progress.turn

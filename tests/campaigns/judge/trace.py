@@ -250,6 +250,8 @@ def broken_promises(trace: Sequence[Line]) -> list[str]:
                     found.append(f"plan: it ends in tick {line['tick']} without what it promises")
             case "goal":
                 rounds[line["robot"]] = line["round"]
+            case "objective":
+                ended, told = False, told - {line["robot"]}
             case "move" | "depart" | "arrive":
                 pass
             case kind:
