@@ -148,7 +148,6 @@ The page is served to this machine only, at an address with a token. Ctrl-C ends
 @options.command(STUDIO_EXAMPLES, "ended")
 def studio(
     file: Annotated[Path | None, click.Path(path_type=Path)],
-    *,
     folder: Annotated[
         Path | None,
         click.Path(path_type=Path, file_okay=False, exists=True),
@@ -156,7 +155,7 @@ def studio(
         "or the current one.",
     ],
     port: Annotated[int | None, click.IntRange(1, 65535), "Listen on this port."],
-    browser: Annotated[bool, "--browser/--no-browser", "Open the page in a browser."] = True,
+    no_browser: Annotated[bool, "Do not open the page in a browser."],
 ) -> int:
     """Draw a scenario in a browser, run it, and change its world during the run: close a door,
     assign an objective. FILE is opened, or created on the first save; a folder lists its
@@ -167,5 +166,5 @@ def studio(
     from safenav.studio.editor import Editor
     from safenav.studio.server import serve
 
-    serve(Editor.of_file(file, folder), port, browser=browser)
+    serve(Editor.of_file(file, folder), port, browser=not no_browser)
     return ExitCode.OK

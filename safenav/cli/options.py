@@ -127,8 +127,7 @@ def refuse(required: str, *names: str) -> None:
     for param in context.command.params:
         name = param.name or ""
         if name in names and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            off = param.secondary_opts if context.params[name] is False else ()
-            raise UsageError(f"{max(off or param.opts, key=len)} requires {required}")
+            raise UsageError(f"{max(param.opts, key=len)} requires {required}")
 
 
 def range_of(unit: str, least: float, most: float, *, beyond: bool = False) -> click.FloatRange:
@@ -234,10 +233,10 @@ AsJson = Annotated[bool, "--json", "Print the result as JSON."]
 Cols = Annotated[int | None, COUNT, "--cols N", "Columns of a map file."]
 Html = Annotated[Path | None, Output(".html"), "Write the replay as one HTML page."]
 Live = Annotated[bool, "Watch the run in a browser."]
-Maps = Annotated[bool, "--map/--no-map", "Draw the map of the start."]
 MaxTicks = Annotated[
     int | None, click.IntRange(1, 2**31 - 1), "--max-ticks N", "Stop after these ticks."
 ]
+NoMap = Annotated[bool, "Leave out the map of the start."]
 Operator = Annotated[bool, "Prompt for interventions in a live run, also without a terminal."]
 Robot = Annotated[str | None, "--robot NAME", "Only this robot."]
 Rows = Annotated[int | None, COUNT, "--rows N", "Rows of a map file."]

@@ -52,7 +52,6 @@ CLOCK = click.Choice(["live", "lockstep"])
 @options.command(RUN_EXAMPLES, AS_EXPECTED, NOT_AS_EXPECTED)
 def run(
     scenario: options.InputFile,
-    *,
     trace: options.Trace,
     html: options.Html,
     as_json: options.AsJson,
@@ -62,7 +61,7 @@ def run(
     clock: Annotated[str | None, CLOCK, "In seconds (live) or ticks."],
     operator: options.Operator,
     live: options.Live,
-    maps: options.Maps = True,
+    no_map: options.NoMap,
 ) -> int:
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
@@ -72,7 +71,7 @@ def run(
 
         if trace == PRINTED:
             raise UsageError("--trace - requires a run at the terminal, without --live")
-        unread = ("html", "as_json", "max_ticks", "time_limit", "operator", "maps")
+        unread = ("html", "as_json", "max_ticks", "time_limit", "operator", "no_map")
         options.refuse("a run at the terminal, without --live", *unread)
         serve(Studio.of_run(scenario, seed, trace, clock))
         return ExitCode.OK
@@ -81,7 +80,7 @@ def run(
     plan = plan if clock is None else replace(plan, clock=Clock(clock))
     plan = plan if seed is None else replace(plan, seed=seed)
     plan = _limited(plan, max_ticks, time_limit)
-    return _executed(plan, Files(scenario, trace, html, as_json, maps), operator)
+    return _executed(plan, Files(scenario, trace, html, as_json, no_map), operator)
 
 
 RESUME_EXAMPLES = """\
@@ -94,13 +93,12 @@ RESUME_EXAMPLES = """\
 @options.command(RESUME_EXAMPLES, AS_EXPECTED, NOT_AS_EXPECTED)
 def resume(
     trace: options.InputFile,
-    *,
     own: Annotated[options.Lines, "--trace", "Write the trace of the resumed run."],
     as_json: options.AsJson,
     max_ticks: options.MaxTicks,
     time_limit: options.TimeLimit,
     operator: options.Operator,
-    maps: options.Maps = True,
+    no_map: options.NoMap,
 ) -> int:
     """Continue the run of TRACE from its last checkpoint. Strategies are synthesized again where
     the robots are. The trace of the resumed run begins with the lines
@@ -109,7 +107,7 @@ def resume(
     if before.header.world == "external":
         raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
     plan = _limited(before.scenario, max_ticks, time_limit)
-    files = Files(trace, own, as_json=as_json, maps=maps)
+    files = Files(trace, own, as_json=as_json, no_map=no_map)
     return _executed(plan, files, operator, _continued(before, plan))
 
 
@@ -160,7 +158,7 @@ def drive(
     operator: options.Operator,
     live: options.Live,
     as_json: options.AsJson,
-    maps: options.Maps = True,
+    no_map: options.NoMap,
     time_limit: options.TimeLimit,
     patience: Annotated[float, options.SECONDS, "Longest wait for each robot."] = 10.0,
 ) -> int:
@@ -191,7 +189,7 @@ def drive(
             yield world
 
     plan = replace(plan, failures=stations.failures)
-    files = Files(scenario, trace, as_json=as_json, maps=maps)
+    files = Files(scenario, trace, as_json=as_json, no_map=no_map)
     drives = None if rehearse else connected
     if not live:
         return _executed(plan, files, operator, first, drives)
@@ -217,7 +215,7 @@ class Files(Struct, frozen=True):
     trace: Path | None = None
     html: Path | None = None
     as_json: bool = False
-    maps: bool = True
+    no_map: bool = False
 
     @property
     def printed(self) -> bool:
@@ -249,7 +247,7 @@ def _executed(
             from safenav.report.terminal.story import Story
 
             echo = partial(click.echo, err=files.printed)
-            listeners.append(Story(plan, echo, files.maps))
+            listeners.append(Story(plan, echo, not files.no_map))
         mission = Mission(
             plan,
             default_synthesizer(plan),
