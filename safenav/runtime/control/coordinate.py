@@ -21,7 +21,7 @@ from safenav.team import state as now
 from safenav.team.acts import FAILURE, driven
 from safenav.team.apply import apply, charged, done, initial, on_own, orders_ahead, stands
 from safenav.team.floor import floor_now, stages_of
-from safenav.team.state import RobotNow, State
+from safenav.team.state import State
 from safenav.team.team import Team, without_memory
 from safenav.trace.words import listed
 
@@ -154,11 +154,12 @@ class Decision:
             told = [i for i in made if (each := control.controllers[i]) and each.realizable]
         for i in told:
             role, mine, robot = control.roles[i], control.controllers[i], self.state.robots[i]
-            new = i in control.new
-            changes = role.objective != robot.objective or (new and not team.members[i].planned)
+            new, planned = i in control.new, team.members[i].planned
+            changes = role.objective != robot.objective or (new and not planned)
             if robot.active and changes:
                 node = mine.node if mine is not None and new else robot.node
-                self._decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
+                values = None if mine is None or planned else mine.values(node)
+                self._decide(now.Told(i, role.objective, node, values))
                 if mine and new and mine.form == "other_memory":  # else progress is restored
                     self._decide(now.Turned(i, mine.task.memory.index))
         for i in told:
@@ -326,11 +327,6 @@ class Decision:
         return None
 
 
-def _values(team: Team, i: int, mine: Controller | None, node: int | None) -> now.Values | None:
-    """Return the values with which a robot's formulas begin; None: those of its state."""
-    return None if mine is None or team.members[i].planned else mine.values(node)
-
-
 def first_controllers(
     team: Team, names: Collection[str], answers: Answers
 ) -> dict[str, Controller]:
@@ -351,16 +347,12 @@ def first_controllers(
 def _question(team: Team, state: State) -> Hashable:
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.stands)
     out = tuple([(i, robot.next) for i, robot in enumerate(state.robots) if not robot.active])
-    astray = tuple([i for i in team.lone if _is_astray(state.robots[i])])
+    lone = [(i, state.robots[i]) for i in team.lone]  # some in no node of their strategies
+    astray = tuple([i for i, r in lone if r.active and r.to is None and r.node is None])
     order = [i for i in team.lone if team.members[i].pursuit.settles] if state.requests else []
     next_ = tuple((i, state.robots[i].own.memory) for i in order)
     about = state.requests, obstacles, state.over, state.attempts
     return *about, out, astray, next_, team.objectives
-
-
-def _is_astray(robot: RobotNow) -> bool:
-    """Return whether a robot with a strategy is in none of the strategy's nodes."""
-    return robot.active and robot.to is None and robot.node is None
 
 
 def _is_feasible(now: solve.Sets) -> bool:

@@ -182,12 +182,17 @@ def deadlocked(team: Team, state: State, found: Deadlock) -> End:
 
 def completed(team: Team, state: State, found: Settlement) -> End:
     """Return the end of a run in which the mission is complete, with the orders that are still
-    open."""
-    why, undone = f"every robot has met its objective for {counted(team.rounds, 'round')}", []
+    open, and why."""
+    whole, undone = f"every robot has met its objective for {counted(team.rounds, 'round')}", []
     for k, each in enumerate(state.obstacles):
         if team.obstacles[k].ordered and each.known:
-            undone.append(left_words(team, state, found, k))
-    return End("completed", why + (f"; still open: {', '.join(undone)}" if undone else ""))
+            why, word, name = None, team.world.word, team.obstacles[k].name
+            if name in (lacks := lacks_of(team, state) if each.given_up else {}):
+                why = reasons.shortfall_words(lacks[name], word, "it")
+            elif k in state.requests:
+                why = Request(team, state, found, k).why_nobody()
+            undone.append(obstacle_words(name, word) + (f" ({why})" if why else ""))
+    return End("completed", whole + (f"; still open: {', '.join(undone)}" if undone else ""))
 
 
 def what_is_left(team: Team, state: State, roles: Sequence[Role]) -> str:
@@ -365,18 +370,6 @@ class Request:
 
     def _obstacle(self, g: int) -> str:
         return obstacle_words(self.floor.gate(g).name, self.team.world.word)
-
-
-def left_words(team: Team, state: State, found: Settlement, k: int) -> str:
-    """Describe an order that is still open when the mission is completed, and why."""
-    word, why = team.world.word, None
-    lacks = lacks_of(team, state) if state.obstacles[k].given_up else {}
-    if team.obstacles[k].name in lacks:
-        why = reasons.shortfall_words(lacks[team.obstacles[k].name], word, "it")
-    elif k in state.requests:
-        why = Request(team, state, found, k).why_nobody()
-    name = obstacle_words(team.obstacles[k].name, word)
-    return f"{name} ({why})" if why else name
 
 
 GIVEN_UP = End("interrupted", "given up")

@@ -41,7 +41,8 @@ class Roles:
     def role(self, i: int) -> Role:
         if i in self.found.duties:
             first = self._own(i) if self._meets_own_first(i) else None
-            return self._help(i) if first is None else replace(first, helps=self._served(i))
+            helps = self.floor.gates[self.found.duties[i].g]
+            return self._help(i) if first is None else replace(first, helps=helps)
         own = None if self.waits(i) else self._own(i)
         return own or self._wait(i)
 
@@ -70,9 +71,6 @@ class Roles:
         else:
             objective = rules.alternating(places, own)
         return self._toward(i, wanted, objective, k)
-
-    def _served(self, i: int) -> int:
-        return self.floor.gates[self.found.duties[i].g]
 
     def _meets_own_first(self, i: int) -> bool:
         """Return whether a robot must and can meet the next target of its ``once`` before its duty,

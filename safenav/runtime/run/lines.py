@@ -1,8 +1,8 @@
-"""Trace lines of moves, of joint plans, and of a synthesis with all data of its specification."""
+"""Trace lines of moves, joint plans, requests, and of a synthesis with all data of its
+specification."""
 
-from collections.abc import Collection
-
-from safenav.data import Place
+from safenav.runtime.control.coordinate import Control
+from safenav.runtime.control.ends import ASIDE, Request
 from safenav.runtime.control.strategies import Controller
 from safenav.spec.assignable import assignable_regions
 from safenav.spec.belief import models
@@ -14,7 +14,6 @@ from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import MovedBy, MoveEnd, Reason
 from safenav.world.map import RegionMap
-from safenav.world.poses import Pose
 
 
 def move_line(
@@ -82,12 +81,40 @@ def plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
     return records.Plan(tick, "the remaining mission", ways, tuple(orders))
 
 
+def request_line(
+    team: Team,
+    tick: int,
+    state: State,
+    k: int,
+    helpers: tuple[str, ...],
+    control: Control,
+    because: str | None = None,
+) -> records.Request:
+    """Return the line of a request with its helpers. ``because``: the reason, if it is known."""
+    request, there = Request(team, state, control.found, k), state.obstacles[k]
+    bids, helping = request.bids(), [i for i, r in enumerate(control.roles) if r.helps == k]
+    if because is None and there.aside and k not in control.vain:
+        because = ASIDE
+    elif because is None:
+        because = request.why_others(helping, bids) if helping else request.why_nobody()
+    return records.Request(
+        tick,
+        team.obstacles[k].name,
+        team.members[there.asked[-1][0]].name if there.asked else None,
+        bids,
+        helpers,
+        need=there.stage.need if len(team.obstacles[k].needs) > 1 else None,
+        because=because,
+    )
+
+
 def synthesis_line(
     tick: int, reason: Reason, found: Controller, world: RegionMap
 ) -> records.Synthesis:
     """Return the line of a synthesis."""
     task, result = found.task, found.result
     hashes = result.spec_sha256, result.strategy_sha256
+    forbidden = sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0))
     possible = assignable_regions(task, world) if task.assignable else None
     return records.Synthesis(
         tick,
@@ -118,12 +145,7 @@ def synthesis_line(
         or None,
         sight_closed=tuple(sorted(task.closed)) if task.observed else None,
         places=None if possible is None else tuple(sorted(possible.places)),
-        forbidden=_ordered(task.forbidden) or None,
+        forbidden=tuple(pose.place for pose in forbidden) or None,
         form=found.form,
         allows=found.allows(world.word),
     )
-
-
-def _ordered(poses: Collection[Pose]) -> tuple[Place, ...]:
-    ordered = sorted(poses, key=lambda pose: (pose.region, pose.heading or 0))
-    return tuple(pose.place for pose in ordered)

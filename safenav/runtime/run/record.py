@@ -11,11 +11,17 @@ from safenav.errors import Outcome
 from safenav.plan.order import at_end
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, Decided
-from safenav.runtime.control.ends import ASIDE, End, Request, lacks_of
+from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.strategies import enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
-from safenav.runtime.run.lines import command_line, move_line, plan_line, synthesis_line
+from safenav.runtime.run.lines import (
+    command_line,
+    move_line,
+    plan_line,
+    request_line,
+    synthesis_line,
+)
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
 from safenav.spec.belief import automatic
@@ -386,38 +392,10 @@ class Recorder:
         because = shortfall_words(lacks, self.team.world.word, "it")
         able = enough(self.team, k)
         if k not in self.helpers or not able:
-            self.emit(self._request(state, k, (), control, because))
+            self.emit(request_line(self.team, self.tick, state, k, (), control, because))
         reason = BlockReason.UNRESOLVABLE if able else BlockReason.NO_CAPABLE_ROBOT
         self.emit(self._blocked(k, reason, coming or None, because))
         self.helpers.pop(k, None)
-
-    def _request(
-        self,
-        state: State,
-        k: int,
-        helpers: tuple[str, ...],
-        control: Control,
-        because: str | None = None,
-    ) -> records.Request:
-        request = Request(self.team, state, control.found, k)
-        bids, there = request.bids(), state.obstacles[k]
-        if because is None:
-            helping = [i for i, role in enumerate(control.roles) if role.helps == k]
-            if there.aside and k not in control.vain:
-                because = ASIDE
-            elif helping:
-                because = request.why_others(helping, bids)
-            else:
-                because = request.why_nobody()
-        return records.Request(
-            self.tick,
-            self._name(k),
-            self._robot(there.asked[-1][0]) if there.asked else None,
-            bids,
-            helpers,
-            need=there.stage.need if len(self.team.obstacles[k].needs) > 1 else None,
-            because=because,
-        )
 
     def _pops(self, state: State, *, ended: bool = False) -> None:
         """Remove the entries of closed requests from the stack. ``ended``: no decision follows, so
@@ -443,7 +421,7 @@ class Recorder:
             )
             last = self.helpers.get(k)
             if last is None or helping not in ((), last) or (last and each.aside):
-                self.emit(self._request(state, k, helping, control))
+                self.emit(request_line(self.team, self.tick, state, k, helping, control))
                 self.helpers[k] = helping
             ordered: list[int | None] = [None] if self.team.obstacles[k].ordered else []
             for who in (*ordered, *(i for i, _ in each.asked)):
