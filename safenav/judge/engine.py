@@ -157,7 +157,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
         _memories(robot, here)
     if e.kind == "move":
         _stood(robot.name, s)
-    s.stand(robot, arrives=step.bound is None and step.at != here[0])
+    s.stand(robot)
 
 
 def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
@@ -256,17 +256,19 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
             served = robot.given.serves(own)
             progress.former = None if served else e.goal  # perhaps only of its duty
     if own.ends:
-        _stands(e, robot, s, arrives=not progress.stayed)
+        _stands(e, robot, s)
+    if robot.out and own.settles and (not own.ends or progress.ended(own)):
+        progress.stayed += 1  # as it arrives, or has acted
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
         s.kept |= {robot.name: s.dues[robot.name]} if robot.name in s.dues else {}
         s.restart(robot)
 
 
-def _stands(e: Line, robot: Robot, s: State, *, arrives: bool = False) -> None:
+def _stands(e: Line, robot: Robot, s: State) -> None:
     """Let a robot that gets an objective meet it where it stands, immediately and again in its
     turn."""
-    s.stand(robot, arrives=arrives)
+    s.stand(robot)
     if e.tick and robot.progress.since == e.tick == robot.begun:
         robot.progress.since -= 1
 

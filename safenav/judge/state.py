@@ -436,18 +436,17 @@ class State:
         every = self.obstacles.values()
         return [one.name for one in every if one.open and robot in one.rest.carriers()]
 
-    def stand(self, robot: Robot, *, arrives: bool = False) -> None:
-        """Begin, or end, to count the ticks of a robot at its last target. Out of service, it
-        counts only that in which it ``arrives``."""
+    def stand(self, robot: Robot) -> None:
+        """Begin, or end, to count the ticks of a robot in service at its last target."""
         progress, own = robot.progress, robot.own
         ends = own.settles and (not own.ends or progress.ended(own))
-        there = ends and robot.bound is None and robot.pose[0] in own.last and not robot.lost
-        progress.stayed += there and robot.out and arrives
-        there = there and not robot.out
+        there = ends and robot.bound is None and robot.pose[0] in own.last
+        there = there and not (robot.lost or robot.out)
         if there and progress.since is None:
             progress.since = self.tick
         elif not there and progress.since is not None:
-            progress.stayed += self.tick - progress.since
+            counted = robot.out and (self.live or robot.moved >= self.tick)
+            progress.stayed += self.tick - progress.since + counted
             progress.since = None
 
     def at_end(self, robot: Robot) -> bool:
