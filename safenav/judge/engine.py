@@ -59,8 +59,6 @@ def _begin_tick(tick: int, s: State) -> None:
         s.obstacles[name].late = True
     s.past = {of: due for of, due in s.dues.items() if due < tick}
     s.dues = {of: due for of, due in s.dues.items() if due >= tick}
-    for robot in s.robots.values():
-        robot.away = robot.away or robot.out or not robot.given.serves(robot.own)
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
@@ -135,6 +133,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     s.moves, s.strays = s.moves + (e.kind != "arrive"), s.strays + step.strays
     if robot.bound is None and step.bound is not None:
         robot.began = e.tick
+    robot.away = robot.away or robot.out or not robot.given.serves(robot.own)
     if robot.bound is None and robot.memories is not None:
         robot.memories, robot.heard = s.memories(robot), robot.hears(s.inputs)
     if robot.charge is not None:

@@ -85,7 +85,7 @@ class Ledger:
                         self._tell(team, of, due, verdict)
             case now.Turn(i) | now.Goes(i):
                 self.had = i + 1
-                self._look(team, before)
+                self._look(team, before, i)
             case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i):
                 self.had = max(self.had, i + 1)
             case now.Assigned(i):
@@ -114,7 +114,6 @@ class Ledger:
         for kind, k in sorted(self.dues):
             if kind == REQUEST and k not in state.requests:
                 self._ends(team, (kind, k), DeadlineVerdict.EXCUSED)
-        self._look(team, state)
         dues = (((REQUEST, k), state.obstacles[k].due) for k in state.requests)
         fresh = {of: Due(due) for of, due in dues if due is not None and of not in self.dues}
         if fresh or (self.had == len(team.members) and self._open()):
@@ -159,12 +158,11 @@ class Ledger:
         earliest = None if soonest >= NEVER else soonest
         self.emit(records.Deadline(self.tick, name, due.tick, verdict, earliest))
 
-    def _look(self, team: Team, state: State) -> None:
-        """Note the robots that do not pursue their own objective."""
-        for i, robot in enumerate(state.robots):
-            due = self.dues.get((ROUND, i))
-            if due is not None and not (robot.active and on_own(team, state, i)):
-                self.dues[ROUND, i] = replace(due, disturbed=True)
+    def _look(self, team: Team, state: State, i: int) -> None:
+        """Note whether a robot does not pursue its own objective in its turn."""
+        due = self.dues.get((ROUND, i))
+        if due is not None and not (state.robots[i].active and on_own(team, state, i)):
+            self.dues[ROUND, i] = replace(due, disturbed=True)
 
     def _soonest(self, bound: Bound, of: Of) -> int:
         """Return a tick before whose end a deadline cannot be met; 0 if there is no bound."""
