@@ -15,7 +15,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Glider, Mover, flown_through
 from safenav.motion.timing import actions_of, by_command, dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
-from safenav.pace.robot import ACTION, BOUNDS, KINDS, Figures
+from safenav.pace.robot import ACTION, BOUNDS, Figures
 from safenav.pace.robot import SIDE as SIDE
 from safenav.trace import records
 from safenav.trace.file import Trace
@@ -105,13 +105,9 @@ def mover(
 ) -> Mover:
     """Return the mover of a robot, at rest in a region.
 
-    Raises UsageError for an unknown kind, an impossible parameter, or a floor on which the robot
-    cannot move.
+    Raises UsageError for an impossible parameter, or a floor on which the robot cannot move.
     """
     kind, values = figures.kind, figures.values
-    if kind not in KINDS:
-        known = ", ".join(sorted(KINDS))
-        raise UsageError(f"{robot}: unknown kind of motion '{kind[:40]}'\n    known: {known}")
     for name, (least, most) in BOUNDS[kind].items():
         if not least <= values[name] <= most:
             limits = f"from {least:g} to {most:g}"
