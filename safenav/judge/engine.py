@@ -203,9 +203,11 @@ def _end_changes(e: Line, s: State) -> None:
 
 
 def _is_laden(name: str, but: Obstacle, s: State) -> bool:
-    """Return whether a robot carries another load, or a part of one."""
-    every = s.obstacles.values()
-    return any(name in one.rest.laden() for one in every if one.open and one is not but)
+    """Return whether a robot carries another load, or a part of one. With a strategy it may have
+    left its part of one in lockstep, where no line tells it, since it is sent for another."""
+    may_leave = not (s.live or s.is_planned(name))
+    others = (one.rest for one in s.obstacles.values() if one.open and one is not but)
+    return any(name in (rest.carriers() if may_leave else rest.laden()) for rest in others)
 
 
 def _acted(e: Line, robot: Robot, s: State) -> None:
