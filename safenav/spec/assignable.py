@@ -61,17 +61,20 @@ def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
     """Return the assignable regions of a task's robot."""
     blocked = frozenset(known.region for known in task.blocked)
     memory = tuple(sorted(task.memory.values.items()))
-    mobility = task.robot.model.mobility
-    return _assignable_regions(_Ground(mobility, task.pose, memory, task.objective, blocked, world))
+    mobility, own = task.robot.model.mobility, task.objective
+    first = task.memory.index if own.settles else 0
+    return _assignable_regions(_Ground(mobility, task.pose, memory, own, first, blocked, world))
 
 
 class _Ground(Struct, frozen=True):
-    """A robot's pose and memory, on which its paths depend."""
+    """A robot's pose and memory, on which its paths depend. ``first``: the first target that it has
+    still to meet."""
 
     mobility: Mobility
     start: Pose
     memory: Remembered
     objective: Objective
+    first: int
     blocked: frozenset[Region]
     world: RegionMap
 
@@ -103,7 +106,7 @@ class _Ground(Struct, frozen=True):
         forever."""
         if not isinstance(self.objective, Ltl):
             regions = {pose.region for pose, _ in members}
-            return all(target & regions for target in self.objective.targets)
+            return all(target & regions for target in self.objective.targets[self.first :])
         meets, inside = self.guarantees.meets_with, set(members)
         steps = [(one, to) for one in members for to in successors[one] if to in inside]
         return all(
