@@ -1,7 +1,12 @@
-"""Shorter plans: each robot's path in turn is replaced by its earliest one past other robots."""
+"""Shorter plans: each robot's path in turn is replaced by its earliest one past other robots.
+
+Searches count steps; of their plans, the one that takes the least time is followed.
+"""
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations, pairwise
+from math import inf
+from typing import NamedTuple
 
 from safenav.components import reached
 from safenav.plan.order import plan_of, preview
@@ -17,21 +22,30 @@ MOST_CELLS = 40_000
 MUCH, PATIENCE = 1.2, 3
 
 
+class Draft(NamedTuple):
+    """A plan, and the joint state after each tick of its execution in which each step takes one
+    (empty: it may not complete the mission). ``cost``: its time, and its number of steps."""
+
+    plan: Plan
+    ticks: list[Joint]
+    cost: tuple[float, int] = (inf, 0)
+
+
 def shortened(floor: Floor, answers: Iterable[Sequence[Joint]], served: frozenset[int]) -> Plan:
     """Return the plan of the first of these states, with fewer ticks and steps if these are found
     soon. While robots hinder each other much in it, the plans of the next states are tried, until a
     few of them are not better."""
-    best, plan = _shortened(floor, next(answers := iter(answers)), served)
+    best = _shortened(floor, next(answers := iter(answers)), served)
     vain = 0
-    while vain < PATIENCE and (best is None or _hindered(floor, best)):
+    while vain < PATIENCE and (not best.ticks or _hindered(floor, best)):
         states = next(answers, None)
         if states is None:
             break
-        ticks, other = _shortened(floor, states, served)
+        other = _shortened(floor, states, served)
         vain += 1
-        if ticks is not None and (best is None or _cost(ticks) < _cost(best)):
-            best, plan, vain = ticks, other, 0
-    return plan
+        if other.cost < best.cost:
+            best, vain = other, 0
+    return best.plan
 
 
 def _ways(ticks: Sequence[Joint]) -> list[list[int]]:
@@ -39,41 +53,39 @@ def _ways(ticks: Sequence[Joint]) -> list[list[int]]:
     return [[*way] for way in zip(*(joint.poses for joint in ticks), strict=True)]
 
 
-def _hindered(floor: Floor, best: list[Joint]) -> bool:
+def _hindered(floor: Floor, best: Draft) -> bool:
     """Return whether a few robots take much longer than each of them would if no robot were in
     its way. More robots often do, and other searches are expensive: on random halls with up to ten
     robots they took a quarter of the processor time for 0.7 % of the ticks."""
     if len(floor.robots) > FEWEST:
         return False
-    ways = _ways(best)
-    alone = (_earliest(floor, best, ways, i, None) for i in floor.robots)
-    slowest = max((_moves(way)[1] for way in alone if way is not None), default=0)
-    return len(best) > MUCH * (slowest + 1)
+    ways, times = _ways(best.ticks), _times(floor)
+    alone = ((i, _earliest(floor, best.ticks, ways, i, None)) for i in floor.robots)
+    slowest = max((times[i] * _moves(way)[1] for i, way in alone if way is not None), default=0)
+    return best.cost[0] > MUCH * (slowest + 1)
 
 
-def _shortened(
-    floor: Floor, states: Sequence[Joint], served: frozenset[int]
-) -> tuple[list[Joint] | None, Plan]:
-    best, plan = _shown(floor, states[0], [joint.poses for joint in states], served)
-    if best is None:
-        return None, plan
+def _shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> Draft:
+    best = _shown(floor, states[0], [joint.poses for joint in states], served)
+    if not best.ticks:
+        return best
     for _ in range(REPEATS):
-        ends = [_moves(way)[1] for way in _ways(best)]
+        ends = [_moves(way)[1] for way in _ways(best.ticks)]
         order = sorted(floor.robots, key=lambda i: -ends[i])
         before, together = best, [order]
         # also one by one: together they may disturb each other
         if len(order) <= FEW:
             together = [order, *([i] for i in order)]
         for group in together:
-            if (ways := _rerouted(floor, best, group)) is not None:
-                best, plan = _better(floor, best, ways, served) or (best, plan)
+            if (ways := _rerouted(floor, best.ticks, group)) is not None:
+                best = _better(floor, best, ways, served) or best
             elif group is order:
                 break  # nor does one of them alone find a better route
-        best, plan = _without_loops(floor, best, served) or (best, plan)
-        least = LITTLE * len(before) if len(order) > FEW else 0
-        if best is before or len(before) - len(best) < least:
+        best = _without_loops(floor, best, served) or best
+        least = LITTLE * before.cost[0] if len(order) > FEW else 0
+        if best is before or before.cost[0] - best.cost[0] < least:
             break
-    return best, plan
+    return best
 
 
 def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
@@ -85,9 +97,7 @@ def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
         left -= group.keys()
 
 
-def _without_loops(
-    floor: Floor, best: list[Joint], served: frozenset[int]
-) -> tuple[list[Joint], Plan] | None:
+def _without_loops(floor: Floor, best: Draft, served: frozenset[int]) -> Draft | None:
     """Return the plan in which robots, all or two of them, stay instead of leaving their poses and
     returning; None if that is not better. A search visits no joint state twice, but some robots may
     leave and return meanwhile."""
@@ -95,10 +105,10 @@ def _without_loops(
     for group in coupled(floor):
         pairs = combinations(group, 2) if len(group) <= FEW else ()
         for some in dict.fromkeys((group, *pairs)):
-            ways = _waiting(floor, best, some)
+            ways = _waiting(floor, best.ticks, some)
             better = ways and _better(floor, best, ways, served)
             if better:
-                found, best = better, better[0]
+                found = best = better
     return found
 
 
@@ -158,12 +168,12 @@ def _rerouted(floor: Floor, best: list[Joint], who: Sequence[int]) -> list[list[
 
 
 def _better(
-    floor: Floor, best: list[Joint], ways: Sequence[Sequence[int]], served: frozenset[int]
-) -> tuple[list[Joint], Plan] | None:
+    floor: Floor, best: Draft, ways: Sequence[Sequence[int]], served: frozenset[int]
+) -> Draft | None:
     """Return the plan with these poses of each robot by tick; None if it does not complete the
     mission, or costs as much as ``best``."""
-    found, plan = _shown(floor, best[0], list(zip(*ways, strict=True)), served)
-    return None if found is None or _cost(found) >= _cost(best) else (found, plan)
+    found = _shown(floor, best.ticks[0], list(zip(*ways, strict=True)), served)
+    return found if found.cost < best.cost else None
 
 
 def _shown(
@@ -173,18 +183,48 @@ def _shown(
     served: frozenset[int],
     *,
     again: bool = True,
-) -> tuple[list[Joint] | None, Plan]:
-    """Return the joint state after each tick of the execution of the plan with these joint poses,
-    if that and any other, with other durations, completes the mission; and the plan."""
+) -> Draft:
+    """Return the plan with these joint poses; without ticks unless its execution, and any other
+    with other durations, completes the mission."""
     plan, last = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
     if shown is None or not floor.completed(shown[-1], served):
-        return None, plan
+        return Draft(plan, [])
     if floor.completed(last, served):
-        return shown, plan
+        pairs = pairwise(joint.poses for joint in shown)
+        moves = sum(a != b for x, y in pairs for a, b in zip(x, y, strict=True))
+        return Draft(plan, shown, (_time(floor, plan, shown), moves))
     # The plan must keep the order in which this execution fulfils needs.
     order = [joint.poses for joint in shown]
-    return _shown(floor, first, order, served, again=False) if again else (None, plan)
+    return _shown(floor, first, order, served, again=False) if again else Draft(plan, [])
+
+
+def _times(floor: Floor) -> Sequence[float]:
+    """Return the time of each robot's step; 1 if all take the same."""
+    times = floor.team.step_times
+    return times if len({times[i] for i in floor.robots}) > 1 else (1,) * len(times)
+
+
+def _time(floor: Floor, plan: Plan, ticks: Sequence[Joint]) -> float:
+    """Return the time of the execution of a plan, without that of actions. ``ticks``: its joint
+    states if each step takes one tick."""
+    times, lockstep = _times(floor), not floor.team.live  # then in turns, in one tick
+    if {*times} == {1}:
+        return len(ticks)
+    arrives: list[list[float]] = [[0] for _ in times]
+    met = dict[tuple[int, int], float]()
+    for before, joint in pairwise(ticks):
+        moved = [i for i in floor.robots if before.poses[i] != joint.poses[i]]
+        for i in moved:
+            waypoint = plan.ways[i][len(arrives[i])]
+            waits = [arrives[j][place] - (j < i and lockstep) for j, place in waypoint.after]
+            waits += [met.get(need, 0) for need in waypoint.needs]
+            arrives[i].append(max(arrives[i][-1], *waits, 0) + times[i])
+        if joint.stages != before.stages:
+            now = max(arrives[i][-1] for i in moved)
+            pairs = zip(floor.gates, before.stages, joint.stages, strict=True)
+            met |= {(k, n + 1): now for k, a, b in pairs for n in range(a.need, b.need)}
+    return max(each[-1] for each in arrives)
 
 
 def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
@@ -197,11 +237,6 @@ def _moves(way: Sequence[int]) -> tuple[int, int]:
     """Return the number of steps, and the tick of the last one."""
     moves = [t for t in range(1, len(way)) if way[t] != way[t - 1]]
     return len(moves), moves[-1] if moves else 0
-
-
-def _cost(ticks: Sequence[Joint]) -> tuple[int, int]:
-    pairs = pairwise(ticks)
-    return len(ticks), sum(a != b for x, y in pairs for a, b in zip(x.poses, y.poses, strict=True))
 
 
 def _earliest(
