@@ -22,7 +22,7 @@ from safenav.team.acts import FAILURE, driven
 from safenav.team.apply import apply, charged, done, initial, on_own, orders_ahead, stands
 from safenav.team.floor import floor_now, stages_of
 from safenav.team.state import State
-from safenav.team.team import Team, without_memory
+from safenav.team.team import Member, Team, without_memory
 from safenav.trace.words import listed
 
 Coming = Callable[[], bool]
@@ -282,7 +282,7 @@ class Decision:
             return None  # robots with strategies are still to resolve them
         alone = helped.difference(control.roles[i].helps for i in sharing)
         if not starves and open_ <= alone and floor.completed(joint, frozenset(), sharing):
-            timed = [i for i in sharing if team.members[i].robot.within is not None]
+            timed = [i for i in sharing if _is_timed(team.members[i], joint.poses[i])]
             if goes_on and timed and not open_:  # others still have work: deadlines continue
                 more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
                 floor = replace(floor, robots=sharing, rounds=(more,) * len(team.members))
@@ -384,6 +384,13 @@ def _left(team: Team, state: State, control: Control) -> frozenset[int]:
     open_ = {floor.gates[g]: g for g in floor.open(stages)}
     lone = frozenset(team.lone)
     return frozenset(k for k in waits if k in open_ and lone & {*floor.able(open_[k], stages)})
+
+
+def _is_timed(member: Member, pose: int) -> bool:
+    """Return whether a robot that has completed the mission has to move for the deadlines of its
+    next rounds."""
+    stays = member.pursuit.settles or all(target >> pose & 1 for target in member.targets)
+    return member.robot.within is not None and not stays
 
 
 def _out_of_service(team: Team, state: State, control: Control) -> ends.End | None:

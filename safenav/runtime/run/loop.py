@@ -231,14 +231,15 @@ class Run(Situation):
 
     def count(self, before: now.State, event: now.Event) -> None:
         """Count the goals of a robot where it stands, at the end of its turn; a new objective was
-        already counted when the robot got it. An act ends a duty, but what a joint plan foresees
-        is counted beside it."""
+        already counted when the robot got it. An act ends a duty, but own goals that a joint plan,
+        or the strategy of an assignable robot, counts are counted beside it."""
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
             ended = isinstance(event, now.Acted) or self.control.end is not None
             if ended and not on_own(self.team, self.state, i):
-                if isinstance(event, now.Acted) and self.team.members[i].planned and robot.idle:
+                keeps = self.team.members[i].planned or self.team.assignable(i)
+                if isinstance(event, now.Acted) and keeps and robot.idle:
                     self.happens(now.Counted(i, duty=False))
                 return
             was = before.robots[i]  # perhaps new, and counted by the decision on its action
