@@ -14,10 +14,13 @@ def main() -> None:
     gc.set_threshold(200_000, 20, 100)
     ended: list[int] = []
     atexit.register(_leave, ended)  # registered first, so called last
-    from safenav.cli import main as command
-
     try:
+        from safenav.cli import main as command
+
         command()
+    except KeyboardInterrupt:  # while modules load; the command reports later ones
+        print("error: interrupted", file=sys.stderr)
+        sys.exit(130)
     except SystemExit as end:
         if isinstance(end.code, int):
             ended.append(end.code)
