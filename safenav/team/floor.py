@@ -401,9 +401,7 @@ def inside(team: Team, state: State) -> frozenset[Inside]:
     found = set[Inside]()
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
-        if not each.stands:
-            continue
-        for i in obstacle.blocks:
+        for i in obstacle.blocks if each.stands else ():
             robot, back = state.robots[i], turns_back(team, state, i, k)
             if (back or obstacle.closes(i, each)) and robot.next % team.size == obstacle.region:
                 behind = robot.behind if robot.to is None else robot.pose % team.size
@@ -414,10 +412,9 @@ def inside(team: Team, state: State) -> frozenset[Inside]:
 def turns_back(team: Team, state: State, i: int, k: int) -> bool:
     """Return whether a robot that has entered an obstacle to resolve it leaves it to where it came
     from: it has failed, or an operator has declared the obstacle permanent."""
-    each = state.obstacles[k]
-    if each.state is Is.SEALED and team.obstacles[k].lets_in(i, each):
-        return True
-    return each.known and i in team.obstacles[k].blocks and (i, k) in barred(team, state)
+    each, obstacle = state.obstacles[k], team.obstacles[k]
+    failed = each.known and i in obstacle.blocks and (i, k) in barred(team, state)
+    return failed or (each.state is Is.SEALED and obstacle.lets_in(i, each))
 
 
 def gates_of(state: State) -> tuple[int, ...]:

@@ -117,8 +117,7 @@ class Recorder:
         dropped = before.plan is not None and after.plan is None
         if dropped and not isinstance(event, now.Met):
             self._plan_ends(PlanEndReason.CHANGED)
-        backs = isinstance(event, now.Departed | now.Stayed) and event.by == "backtrack"
-        if isinstance(event, now.Departed | now.Stayed) and backs:
+        if isinstance(event, now.Departed | now.Stayed) and event.by == "backtrack":
             self._backtrack(event.robot, after.robots[event.robot].next)
         match event:  # the most frequent ones first
             case now.Turn():
@@ -141,9 +140,9 @@ class Recorder:
                     self.why = Reason.SERVICE
                 if not self.team.live:
                     self._plan_reached(after)
-            case now.Stayed():
+            case now.Stayed(_, by):
                 self._moves(before, event, after)
-                if backs and after.plan is None:
+                if by == "backtrack" and after.plan is None:
                     self._plan_ends(PlanEndReason.VIOLATION)
             case now.Astray(i, rules):
                 for rule in rules:
