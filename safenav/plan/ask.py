@@ -10,7 +10,7 @@ from itertools import chain, combinations, islice
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.charged import ChargedSearch, Charges, Part, charged_plan
+from safenav.plan.charged import ChargedSearch, Charges, Part, charged_plan, raced
 from safenav.plan.order import plan_of, preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import coupled, shortened
@@ -21,7 +21,7 @@ from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
 from safenav.world.poses import Mask
 
-WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 40_000
+WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 20_000
 """``CHARGED_LEAST``: where obstacles are open, so that the question will soon change."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
@@ -201,16 +201,16 @@ def _charged(
     guide = _guide(floor, wanted)
     work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
     for lasting, begins in (True, late), (True, charges), (False, charges):
-        start, answers = joint._replace(charges=begins), list[Sequence[Joint]]()
+        start = joint._replace(charges=begins)
         # If a charger is near, short stops cost least; if it is far, few stops.
-        for full in (False, True) if begins is late else (False,):
-            search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), check)
-            if not search.fits(start):
-                break
-            answers += [] if (answer := search.best()) is None else [answer]
-        if answers:
-            return min(answers, key=len)
-        work //= 4 if search.fits(start) else 1  # a weaker request is likely to fail as well
+        searches = [
+            ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), check)
+            for full in ((False, True) if begins is late else (False,))
+        ]
+        fits = searches[0].fits(start)
+        if fits and (found := raced(searches, work)) is not None:
+            return found
+        work //= 4 if fits else 1  # a weaker request is likely to fail as well
     return None
 
 

@@ -11,7 +11,7 @@ from itertools import cycle, islice, pairwise
 
 from safenav.data import cached_method
 from safenav.plan.order import plan_of
-from safenav.plan.search import FIRST_BUDGET, ORDERS, Answer, Exhausted, Goal, Guide, Search
+from safenav.plan.search import FIRST_BUDGET, ORDERS, ROUNDS, Answer, Exhausted, Goal, Guide, Search
 from safenav.scenario.model import DECIMALS
 from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint, Stages
@@ -73,22 +73,20 @@ class ChargedSearch(Search):
             spare = 0 if energy.charging(joint.poses[i]) else self._spare.get(i, 0)
             yield joint.charges[i] >= needed(self.floor, joint, i) + spare
 
-    def best(self) -> Answer:
-        """Return the plan with the fewest ticks of several."""
-        if self.goal(self.start):
-            return [self.start]
-        given, best = self.work, self.run()
-        enough = self.work - max(BETTER, given - self.work)
+    def bettered(self, best: list[Joint], spent: int) -> list[Joint]:
+        """Return the plan with the least time of several; ``spent``: the work for the first."""
+        enough = self.work - max(BETTER, spent)
         for how in islice(cycle(ORDERS), TRIES):
-            if best is None or self.work < enough:
+            if len(best) == 1 or self.work < enough:
                 break
             most = min(FIRST_BUDGET, len(best))
             found = self.deep(self.start, self.goal, most, how, self._order(how))
-            if found is not None and self._ticks(found) < self._ticks(best):
+            if found is not None and self.ticks(found) < self.ticks(best):
                 best = found
         return best
 
-    def _ticks(self, states: Sequence[Joint]) -> float:
+    def ticks(self, states: Sequence[Joint]) -> float:
+        """Return the time of a plan."""
         return sum(_duration(self.team.step_ticks, *each) for each in pairwise(states))
 
     def deep(
@@ -214,6 +212,20 @@ class ChargedSearch(Search):
         turn = energy.turn(joint.counts[i][0] + own)
         charge = joint.charges[i] - self._spare.get(i, 0)
         return energy.aim(allowed, goal, turn, (joint.poses[i], charge), self.how)
+
+
+def raced(searches: Sequence[ChargedSearch], work: int) -> list[Joint] | None:
+    """Return the best plan of searches with so much work each. They take turns until one turn after
+    the first plan: where one of them finds nothing, it costs as much as the others at most."""
+    found, until = list[list[Joint]](), ROUNDS
+    left = [*searches]
+    for turn in range(1, ROUNDS + 1):
+        for search in [*left] if turn <= until else ():
+            if (answer := search.run(turn)) is not None:
+                left.remove(search)
+                found.append(search.bettered(answer, work - search.work))
+                until = min(until, turn + 1)
+    return min(found, key=searches[0].ticks, default=None)
 
 
 def _duration(times: Sequence[float], before: Joint, joint: Joint) -> float:
