@@ -76,15 +76,15 @@ def _shortfall(now: Sets, closure: Closure, g: int) -> Shortfall:
 
 def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
     floor, gate, name = now.floor, now.floor.gate(g), now.floor.team.members[i].name
-    graph, number = floor.graphs[i], closure.left[g].need
-    regions, reach = gate.needs[number].regions, closure.reach[i]
+    graph, need = floor.graphs[i], floor.need(g, closure.left)
+    regions, reach = need.regions, closure.reach[i]
     if i not in floor.robots:
         return Helper(name, Hindrance.OUT_OF_SERVICE)
     if (i, floor.gates[g]) in floor.barred:
         return Helper(name, Hindrance.FAILED)
-    if gate.needs[number].takes and i in floor.carriers(closure.left):
+    if need.takes and i in floor.carriers(closure.left):
         return Helper(name, Hindrance.LADEN)
-    if i in gate.strays[number]:
+    if i in need.strays:
         return Helper(name, Hindrance.CUT_OFF)
     there = graph.poses_on(regions)
     if reach & there:
@@ -94,7 +94,7 @@ def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
     waits_for = tuple(
         other.name
         for other, stage in ((floor.gate(o), closure.left[o]) for o in closure.never)
-        if i in other.closed_to[stage.need]
+        if i in other.needs[stage.need].closed_to
         and border >> other.region & 1
         and graph.closure(graph.poses_on(1 << other.region), beyond) & there
     )

@@ -298,7 +298,7 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
         there = [bool(now.spots(i, need.regions)) for need in needs[begin : number + 1]]
         if begin == given[g].need < number and i in given[g].done:
             there[0] = True
-        elif i in floor.gate(g).strays[begin]:
+        elif i in needs[begin].strays:
             continue
         able += [i] if all(there) else []
     return len(able) >= floor.missing(g, stages)

@@ -113,9 +113,9 @@ class Bound:
         sealed = (obstacles[k] for k in self.state.sealed if obstacles[k].source.goes is None)
         closed = {each.region for each in sealed if i in each.blocks}
         for k, turns in self.times.items():
-            first, closing = self.state.obstacles[k].stage.need, obstacles[k].closed_to
+            first, needs = self.state.obstacles[k].stage.need, obstacles[k].needs
             opens = first
-            while opens < len(turns) and i in closing[opens]:
+            while opens < len(turns) and i in needs[opens].closed_to:
                 opens += 1
             if opens > first and turns[opens - 1] >= NEVER:
                 closed.add(obstacles[k].region)

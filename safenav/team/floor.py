@@ -82,7 +82,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         closed = [
             self.gate(g).region
             for g in self.open(stages)
-            if i in self.gate(g).closed_to[stages[g].need]
+            if i in self.need(g, stages).closed_to
             or (self.failed and (i, self.gates[g]) in self.failed and i in self.gate(g).blocks)
         ]
         found = self.floors[i] & ~self.graphs[i].on(closed)
@@ -122,9 +122,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def able(self, g: int, stages: Stages) -> tuple[int, ...]:
         """Return the robots that do their part of the next need when they are in its regions."""
-        out = stages[g].done
-        if self.need(g, stages).takes:
-            out = out | self.gate(g).strays[stages[g].need] | self.carriers(stages)
+        need, out = self.need(g, stages), stages[g].done
+        if need.takes:
+            out = out | need.strays | self.carriers(stages)
         return tuple(i for i in self.skilled(g, stages) if i not in out)
 
     @cached_method

@@ -29,7 +29,8 @@ class Need(Struct, frozen=True):
     """``robots`` distinct robots do ``action`` in ``regions``, at the same time if ``together``;
     with ``same``, robots that fulfilled the need before. ``skills``: all actions that they must
     have, up to the last need that the same robots fulfil; ``takes``: whether they carry a load from
-    then on."""
+    then on; ``strays``: the robots that do not take it, since no path leads them to where it is put
+    down. ``closed_to``: the robots that must not enter the obstacle while this need is the next."""
 
     action: str
     robots: int
@@ -38,20 +39,18 @@ class Need(Struct, frozen=True):
     same: bool
     skills: frozenset[str]
     takes: bool
+    strays: frozenset[int]
+    closed_to: frozenset[int]
 
 
 class Obstacle(Struct, frozen=True, eq=False):
-    """``closed_to``: for each need, the robots that must not enter while it is the next;
-    ``strays``: for each need, the robots that do not take its load, since no path leads them to
-    where it is put down. ``restarts``: whether resolving it restarts rounds; ``battery_of``: the
-    robot whose empty battery it is."""
+    """``restarts``: whether resolving it restarts rounds; ``battery_of``: the robot whose empty
+    battery it is."""
 
     name: str
     region: int
     needs: tuple[Need, ...]
     blocks: frozenset[int]
-    closed_to: tuple[frozenset[int], ...]
-    strays: tuple[frozenset[int], ...]
     source: model.Obstacle
     restarts: bool
     battery_of: int | None = None
@@ -64,12 +63,12 @@ class Obstacle(Struct, frozen=True, eq=False):
         """Return whether a robot must not enter its region, in this state of the obstacle."""
         if now.state is Is.SEALED:  # perhaps after its last need
             return i in self.blocks
-        return now.state not in (Is.AWAY, Is.OVER) and i in self.closed_to[now.stage.need]
+        return now.state not in (Is.AWAY, Is.OVER) and i in self.needs[now.stage.need].closed_to
 
     def lets_in(self, i: int, now: ObstacleNow) -> bool:
         """Return whether a robot that it blocks may enter its region to fulfil its next need."""
         need = now.stage.need
-        return need < len(self.needs) and i in self.blocks and i not in self.closed_to[need]
+        return need < len(self.needs) and i in self.blocks - self.needs[need].closed_to
 
 
 Zone = tuple[frozenset[int], Mask]
@@ -250,24 +249,26 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
 def team_of(scenario: model.Scenario) -> Team:
     """Return the team of a scenario."""
-    robots, members = scenario.robots, list[Member]()
-    for robot in robots:
-        others = (k for k, o in enumerate(robots) if o is not robot and robot.conflicts(o))
-        about = frozenset(others), tuple(_zones(scenario, robot)), robot.start
-        members.append(_member(scenario, robot, *about))
+    members = tuple(_member(scenario, robot, robot.start) for robot in scenario.robots)
     obstacles = (_obstacle(each, members, scenario) for each in scenario.obstacles)
-    return Team(scenario, tuple(members), tuple(obstacles))
+    return Team(scenario, members, tuple(obstacles))
 
 
 def _member(
-    scenario: model.Scenario,
-    robot: model.Robot,
-    rivals: frozenset[int],
-    zones: tuple[Zone, ...],
-    base: Pose,
-    *,
-    remember: bool = True,
+    scenario: model.Scenario, robot: model.Robot, base: Pose, *, remember: bool = True
 ) -> Member:
+    """Return a robot of a scenario, perhaps with another objective; ``remember``: its states hold
+    the memory of its formulas, if joint plans drive it."""
+    every, name = [*enumerate(scenario.robots)], robot.name
+    rivals = frozenset(k for k, o in every if o.name != name and robot.conflicts(o))
+    zones = tuple(
+        (
+            frozenset(k for k, o in every if o.name in each.robots - {name}),
+            region_mask(each.regions),
+        )
+        for each in scenario.never_together
+        if name in each.robots
+    )
     objective, battery, energy = robot.objective, robot.model.battery, None
     planned = bool(rivals or zones or battery)
     graph = graph_of(robot, scenario.map, shared=planned and remember)
@@ -276,7 +277,7 @@ def _member(
         energy = Energy(graph, chargers, battery, targets, objective.settles, bool(robot.when))
     floor, goals = graph.outside(objective.avoid), targets_of(objective, graph)
     how = objective.pursuit, rivals, zones, base
-    return Member(robot.name, robot, graph, floor, goals, *how, energy)
+    return Member(name, robot, graph, floor, goals, *how, energy)
 
 
 @lru_cache(maxsize=16)
@@ -284,11 +285,9 @@ def _posed(team: Team) -> Team:
     """Return the team without the memory of formulas, as decisions about obstacles see it."""
     if not any(member.graph.remembers for member in team.members):
         return team
-    members = (
-        assigned(team, i, m.objective, m.robot.within, remember=False).members[i]
-        for i, m in enumerate(team.members)
-    )
-    return replace(team, members=tuple(members))
+    pairs = ((member.robot, member.base) for member in team.members)
+    members = tuple(_member(team.scenario, *pair, remember=False) for pair in pairs)
+    return replace(team, members=members)
 
 
 def without_memory(team: Team, state: State) -> tuple[Team, State]:
@@ -305,29 +304,17 @@ def without_memory(team: Team, state: State) -> tuple[Team, State]:
     return plain, replace(state, robots=tuple(robots))
 
 
-def _zones(scenario: model.Scenario, robot: model.Robot) -> Iterator[Zone]:
-    numbers = {each.name: i for i, each in enumerate(scenario.robots)}
-    for each in scenario.never_together:
-        if robot.name in each.robots:
-            others = each.robots - {robot.name}
-            yield frozenset(numbers[name] for name in others), region_mask(each.regions)
-
-
 def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None) -> Team:
     """Return the team with one more obstacle, which the scenario does not list."""
-    new = replace(_obstacle(source, team.members, team.scenario), battery_of=battery_of)
+    new = _obstacle(source, team.members, team.scenario, battery_of)
     return replace(team, obstacles=(*team.obstacles, new))
 
 
-def assigned(
-    team: Team, i: int, objective: Objective, within: int | None, *, remember: bool = True
-) -> Team:
+def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Team:
     """Return the team in which a robot has another objective of its own, each round due ``within``
     this number of ticks. ``based`` then finds out who can deliver loads."""
-    member = team.members[i]
-    robot = replace(member.robot, objective=objective, within=within)
-    about = member.rivals, member.zones, member.base
-    new = _member(team.scenario, robot, *about, remember=remember)
+    robot = replace(team.members[i].robot, objective=objective, within=within)
+    new = _member(team.scenario, robot, team.members[i].base)
     return replace(team, members=(*team.members[:i], new, *team.members[i + 1 :]))
 
 
@@ -336,44 +323,39 @@ def based(team: Team, poses: Mapping[int, Pose]) -> Team:
     pairs = enumerate(team.members)
     members = tuple(replace(each, base=poses.get(i, each.base)) for i, each in pairs)
     obstacles = (
-        replace(each, strays=_strays(each.source, members, team.scenario))
+        replace(each, needs=tuple(_needs(each.source, members, team.scenario)))
         for each in team.obstacles
     )
     return replace(team, members=members, obstacles=tuple(obstacles))
 
 
 def _obstacle(
-    source: model.Obstacle, members: Sequence[Member], scenario: model.Scenario
+    source: model.Obstacle,
+    members: Sequence[Member],
+    scenario: model.Scenario,
+    battery_of: int | None = None,
 ) -> Obstacle:
-    listed, found = source.needs, list[Need]()
-    for k, need in enumerate(listed):
-        regions = region_mask(source.resolution_regions(scenario.map, k))
-        skills, takes = model.actions_of(listed, k), model.takes(listed, k)
-        how = need.together, need.same
-        found.append(Need(need.action, need.robots, regions, *how, skills, takes))
     blocks = frozenset(i for i, member in enumerate(members) if source.blocks(member.robot))
-    closed_to = tuple(
-        frozenset(i for i, member in enumerate(members) if source.closed_to(member.robot, k))
-        for k in range(len(listed))
-    )
-    strays, restarts = _strays(source, members, scenario), scenario.restarts_rounds(source.name)
-    about = blocks, closed_to, strays, source, restarts
-    return Obstacle(source.name, source.region, tuple(found), *about)
+    needs, restarts = _needs(source, members, scenario), scenario.restarts_rounds(source.name)
+    about = tuple(needs), blocks, source, restarts
+    return Obstacle(source.name, source.region, *about, battery_of)
 
 
-def _strays(
+def _needs(
     source: model.Obstacle, members: Sequence[Member], scenario: model.Scenario
-) -> tuple[frozenset[int], ...]:
-    """Return for each need of an obstacle the robots that cannot deliver the load that they take by
-    it."""
-    listed, strays = source.needs, []
+) -> Iterator[Need]:
+    listed = source.needs
+    places = [source.resolution_regions(scenario.map, k) for k in range(len(listed))]
     for k, need in enumerate(listed):
-        numbers = takewhile(lambda n: listed[n].same, range(k + 1, len(listed)))
-        places = [source.resolution_regions(scenario.map, n) for n in (k, *numbers)]
-        carried = members if len(places) > 1 and not need.same else ()
-        far = (i for i, member in enumerate(carried) if _cut_off(member, places, scenario))
-        strays.append(frozenset(far))
-    return tuple(strays)
+        skills, takes = model.actions_of(listed, k), model.takes(listed, k)
+        later = takewhile(lambda n: listed[n].same, range(k + 1, len(listed)))
+        way = [places[n] for n in (k, *later)]
+        carried = enumerate(members if takes else ())
+        strays = frozenset(i for i, member in carried if _cut_off(member, way, scenario))
+        pairs = enumerate(members)
+        closed = frozenset(i for i, member in pairs if source.closed_to(member.robot, k))
+        how = need.together, need.same, skills, takes, strays, closed
+        yield Need(need.action, need.robots, region_mask(places[k]), *how)
 
 
 def _cut_off(member: Member, places: list[tuple[int, ...]], scenario: model.Scenario) -> bool:

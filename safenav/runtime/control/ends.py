@@ -295,7 +295,6 @@ class Request:
         helpers do not help; None if the bids show it."""
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
-        strays = self.floor.gate(self.g).strays[self.stages[self.g].need]
         others: dict[str, list[int]] = {}
         for i in self._skilled():
             ticks, duty = bids.get(self.team.members[i].name), self.found.duties.get(i)
@@ -309,7 +308,7 @@ class Request:
                 continue
             elif duty is not None and duty.g != self.g:
                 why = f"is to help with {self._obstacle(duty.g)}"
-            elif self.need.takes and i in strays:
+            elif i in self.need.strays:
                 why = "has no path to where it is put down"
             elif not self._returns(i):
                 why = "could not return from there"

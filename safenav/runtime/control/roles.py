@@ -167,7 +167,7 @@ class Roles:
     def _shut(self, i: int) -> frozenset[int]:
         """Return the open obstacles that a robot must not enter now."""
         floor, stages = self.floor, self.stages
-        shut = (g for g in floor.open(stages) if i in floor.gate(g).closed_to[stages[g].need])
+        shut = (g for g in floor.open(stages) if i in floor.need(g, stages).closed_to)
         return frozenset(floor.gates[g] for g in shut)
 
     def _goes_between(self, i: int, targets: tuple[Mask, ...]) -> bool:

@@ -189,10 +189,9 @@ class SimulatedWorld:
 
     def follow(self, team: Team) -> None:
         """Let robots take the loads that they can deliver under their current rules."""
-        strays = {each.name: each.strays for each in team.obstacles}
+        needs = {each.name: each.needs for each in team.obstacles}
         obstacles = (
-            replace(each, strays=strays.get(each.name, each.strays))
-            for each in self._team.obstacles
+            replace(each, needs=needs.get(each.name, each.needs)) for each in self._team.obstacles
         )
         self._team = replace(self._team, members=team.members, obstacles=tuple(obstacles))
 
