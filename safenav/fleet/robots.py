@@ -199,11 +199,8 @@ class FleetProgress:
         them. ``idle``: the regions of those that can take part."""
         floor, stages = self._floor(obstacle)
         need, members = floor.need(0, stages), self._team.members
-        there = [
-            members[i].name
-            for i in floor.able(0, stages)
-            if (region := idle.get(members[i].name)) is not None and need.regions >> region & 1
-        ]
+        at = [idle.get(member.name) for member in members]
+        there = [members[i].name for i in floor.there(0, stages, at)]
         if robot not in there:
             return ()
         if not need.together:

@@ -138,7 +138,7 @@ class ChargedSearch(Search):
 
     def _effect(self, joint: Joint, poses: tuple[int, ...]) -> Effect:
         poses = self._held(joint, poses)
-        after, ticks = self.floor.moved(joint, poses, self.floor.robots), 1
+        after, ticks = self.floor.moved(joint, poses), 1
         for i, pose in enumerate(poses):
             ticks = max(ticks, self.team.step_ticks[i] if pose != joint.poses[i] else 1)
         acts = self.live and after.stages != joint.stages

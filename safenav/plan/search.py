@@ -243,7 +243,7 @@ class Search:
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
         """Return the state after all robots have gone to these poses; None if that is impossible,
         or changes nothing."""
-        return None if poses == joint.poses else self.floor.moved(joint, poses, self.floor.robots)
+        return None if poses == joint.poses else self.floor.moved(joint, poses)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
         """Yield the poses that the search may force on a robot."""

@@ -65,9 +65,8 @@ def shortfalls(now: Sets, closure: Closure) -> tuple[Shortfall, ...]:
 def _shortfall(now: Sets, closure: Closure, g: int) -> Shortfall:
     floor, stage, gate = now.floor, closure.left[g], now.floor.gate(g)
     need, members = gate.needs[stage.need], floor.team.members
-    chosen = range(len(members)) if stage.group is None else sorted(stage.group)
-    able = (i for i in chosen if need.skills <= members[i].robot.capabilities)
-    helpers = tuple(_helper(now, closure, g, i) for i in able if i not in stage.done)
+    left = (i for i in floor.candidates(g, closure.left) if i not in stage.done)
+    helpers = tuple(_helper(now, closure, g, i) for i in left)
     met = tuple(former.action for former in gate.needs[: stage.need])
     done = tuple(members[i].name for i in sorted(stage.done))
     about, beside = (need.robots, need.together), tuple(sorted(need.skills - {need.action}))

@@ -229,10 +229,7 @@ def _apart(
         return True
     i = group[len(taken)]
     member, at = team.members[i], [taken.get(j, 0) for j in range(len(team.members))]
-    closed = member.shut(at)
-    for j in member.rivals:
-        closed |= at[j]
-    left = bits(free[i] & ~closed)
+    left = bits(free[i] & ~member.closed(at))
     return any(_apart(team, group, free, {**taken, i: 1 << region}) for region in left)
 
 

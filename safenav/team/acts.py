@@ -3,8 +3,6 @@ unknown obstacles and lost robots."""
 
 from collections.abc import Collection, Iterator, Sequence
 
-from msgspec.structs import replace
-
 from safenav.scenario.model import (
     OPERATOR_ACTION,
     FailedMoves,
@@ -14,7 +12,7 @@ from safenav.scenario.model import (
     Robot,
 )
 from safenav.team import state as now
-from safenav.team.floor import acting_floor, barred, put, stages_of
+from safenav.team.floor import acting_floor, barred, stages_of
 from safenav.team.state import Is, State
 from safenav.team.team import Team, introduced
 from safenav.world.map import Region
@@ -67,8 +65,8 @@ def acts_on(
     """Return the changes by a robot that acts where it stands: obstacles with their new stages.
     ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
     count (None: all that are known)."""
-    region, able = at[i], team.members[i].robot.capabilities
-    if region is None or not able or (among is not None and not among):
+    region = at[i]
+    if region is None or not team.members[i].robot.capabilities:
         return ()
     floor = acting_floor(team, state, among)
     stages = stages_of(floor, state)
@@ -84,14 +82,9 @@ def participants(
 ) -> tuple[int, ...]:
     """Return the robots that act when robot ``i`` acts on an obstacle: all that must do so
     together, else itself. ``later``: a need after the present one."""
-    stage = state.obstacles[k].stage if later is None else now.Stage(later)
-    need, floor = team.obstacles[k].needs[stage.need], acting_floor(team, state)
-    if not need.together:
-        return (i,)
-    floor = floor if k in floor.gates else replace(floor, gates=(*floor.gates, k))
-    g = floor.gates.index(k)
-    able = floor.able(g, put(stages_of(floor, state), g, stage))
-    return tuple(j for j in able if (region := at[j]) is not None and need.regions >> region & 1)
+    stages = (state.obstacles[k].stage if later is None else now.Stage(later),)
+    floor = acting_floor(team, state, (k,))
+    return floor.there(0, stages, at) if floor.need(0, stages).together else (i,)
 
 
 def resolved(team: Team, k: int, stage: now.Stage) -> bool:

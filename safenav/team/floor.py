@@ -39,13 +39,12 @@ class Joint(NamedTuple):
 class Floor(Struct, frozen=True, eq=False, dict=True):
     """``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``: poses of
     each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
-    take part; ``barred``: robots that must not act on an obstacle; ``failed``: those that do not
-    resolve one by entering it; ``inside``: of each robot where it is in obstacles closed to it;
-    ``helping``: those that serve each obstacle already; ``rounds``: those that each robot is to
-    complete, if not those of the mission; ``away``: poses that only robots out of service keep from
-    each robot; ``either``: whether strict objectives may begin with any target; ``laden``: robots
-    that carry loads of other obstacles; ``standing``: those out of service that act where they
-    are."""
+    take part; ``barred``: robots that must not act on an obstacle, nor resolve it by entering it;
+    ``inside``: of each robot where it is in obstacles closed to it; ``helping``: those that serve
+    each obstacle already; ``rounds``: those that each robot is to complete, if not those of the
+    mission; ``away``: poses that only robots out of service keep from each robot; ``either``:
+    whether strict objectives may begin with any target; ``laden``: robots that carry loads of other
+    obstacles; ``standing``: those out of service that act where they are."""
 
     team: Team
     gates: tuple[int, ...]
@@ -53,7 +52,6 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     floors: tuple[Mask, ...]
     robots: tuple[int, ...]
     barred: frozenset[tuple[int, int]] = frozenset()
-    failed: frozenset[tuple[int, int]] = frozenset()
     inside: tuple[tuple[Inside, ...], ...] = ()
     helping: tuple[tuple[int, tuple[int, ...]], ...] = ()
     rounds: tuple[int, ...] = ()
@@ -83,7 +81,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             self.gate(g).region
             for g in self.open(stages)
             if i in self.need(g, stages).closed_to
-            or (self.failed and (i, self.gates[g]) in self.failed and i in self.gate(g).blocks)
+            or ((i, self.gates[g]) in self.barred and i in self.gate(g).blocks)
         ]
         found = self.floors[i] & ~self.graphs[i].on(closed)
         for _, _, pose, _ in self.inside[i]:
@@ -97,8 +95,15 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def shut(self, i: int, poses: Sequence[int]) -> Mask:
         """Return the regions that a robot must not enter, since others are in its zones."""
-        member, size = self.team.members[i], self.team.size
-        return member.shut([1 << pose % size for pose in poses]) if member.zones else 0
+        member = self.team.members[i]
+        return member.shut(self._at(poses)) if member.zones else 0
+
+    def _at(self, poses: Sequence[int]) -> list[Mask]:
+        """Return the region of each robot that takes part."""
+        at, size = [0] * len(poses), self.team.size
+        for i in self.robots:
+            at[i] = 1 << poses[i] % size
+        return at
 
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
@@ -107,17 +112,19 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         more = self.away[i] if self.away else 0
         return self.graphs[i].live(self.team.members[i].aims, allowed | more) & allowed
 
+    def candidates(self, g: int, stages: Stages) -> Iterator[int]:
+        """Yield the robots with the skills of the next need, also those out of service; only those
+        of the chosen group, if there is one."""
+        skills, group = self.need(g, stages).skills, stages[g].group
+        for i, member in enumerate(self.team.members):
+            if skills <= member.robot.capabilities and (group is None or i in group):
+                yield i
+
     @cached_method
     def skilled(self, g: int, stages: Stages) -> tuple[int, ...]:
-        """Return the robots with the skills of the next need; only those of the chosen group, if
-        there is one."""
-        skills, group = self.need(g, stages).skills, stages[g].group
-        able = (i for i in self.actors if skills <= self.team.members[i].robot.capabilities)
-        return tuple(
-            i
-            for i in able
-            if (group is None or i in group) and (i, self.gates[g]) not in self.barred
-        )
+        """Return the candidates that may act where they are."""
+        able = (i for i in self.candidates(g, stages) if i in self.actors)
+        return tuple(i for i in able if (i, self.gates[g]) not in self.barred)
 
     @cached_method
     def able(self, g: int, stages: Stages) -> tuple[int, ...]:
@@ -131,13 +138,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def carriers(self, stages: Stages) -> frozenset[int]:
         """Return the robots that carry a load, or have taken their part of one. Each carries at
         most one."""
-        found = {*self.laden}
-        for g in self.open(stages):
-            if self.need(g, stages).same:
-                found |= stages[g].group or frozenset()
-            elif self.need(g, stages).takes:
-                found |= stages[g].done
-        return frozenset(found)
+        carried = (carrying(self.need(g, stages), stages[g]) for g in self.open(stages))
+        return self.laden.union(*carried)
 
     def missing(self, g: int, stages: Stages) -> int:
         return self.need(g, stages).robots - len(stages[g].done)
@@ -176,17 +178,19 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                 need, before = self.need(g, stages), stages
                 if need.takes and g not in loads:
                     break
-                here = [
-                    j
-                    for j in self.able(g, stages)
-                    if (region := at[j]) is not None and need.regions >> region & 1
-                ]
+                here = self.there(g, stages, at)
                 if i not in here:
                     break
                 stages = self.took_part(g, stages, here if need.together else (i,))
                 if stages[g].need == before[g].need:
                     break
         return stages
+
+    def there(self, g: int, stages: Stages, at: Sequence[int | None]) -> tuple[int, ...]:
+        """Return the robots that do their part of the next need where they are."""
+        regions = self.need(g, stages).regions
+        able = ((i, at[i]) for i in self.able(g, stages))
+        return tuple(i for i, region in able if region is not None and regions >> region & 1)
 
     @cached_method
     def acting(self, stages: Stages) -> Mask:
@@ -220,12 +224,12 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         transit."""
         return self._settled(poses, counts, stages, self.robots, arriving)
 
-    def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
-        """Return the joint state after robots ``who`` have gone to their ``poses``, all have acted,
-        and goals have counted. If a resolution restarts rounds, or a need chooses robots for the
-        next one, they go one at a time, as in a plan's execution."""
-        moved = {i for i in who if poses[i] != joint.poses[i]}
-        after = self._settled(poses, joint.counts, joint.stages, who, moved)
+    def moved(self, joint: Joint, poses: tuple[int, ...]) -> Joint:
+        """Return the joint state after robots have gone to their ``poses``, all have acted, and
+        goals have counted. If a resolution restarts rounds, or a need chooses robots for the next
+        one, they go one at a time, as in a plan's execution."""
+        moved = {i for i in self.robots if poses[i] != joint.poses[i]}
+        after = self._settled(poses, joint.counts, joint.stages, self.robots, moved)
         if len(moved) > 1 and (
             self._restarts(joint.stages, after.stages) or self._chooses(joint.stages, after.stages)
         ):
@@ -270,11 +274,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def moves(self, joint: Joint) -> Iterator[tuple[int, int]]:
         """Yield each step that one robot can take while the others stand still."""
-        size = self.team.size
+        size, at = self.team.size, self._at(joint.poses)
         for i in self.robots:
-            taken, shut = {joint.poses[j] % size for j in self.rivals(i)}, self.shut(i, joint.poses)
+            closed = self.team.members[i].closed(at)
             for pose in self.steps(i, joint.stages)[joint.poses[i]]:
-                if pose % size not in taken and not shut >> pose % size & 1:
+                if not closed >> pose % size & 1:
                     yield i, pose
 
     @cached_property
@@ -330,9 +334,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     ) -> Joint:
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in self.actors):
-            before_stages, before = stages, len(self.open(stages))
-            stages = self.performed(stages, poses)
-            if len(self.open(stages)) != before and self._restarts(before_stages, stages):
+            before, stages = stages, self.performed(stages, poses)
+            if self._restarts(before, stages):
                 pairs = zip(self.team.members, counts, strict=True)
                 counts, who = tuple(restarted(m, Count(*c))[:2] for m, c in pairs), self.robots
         changed: list[tuple[int, int]] | None = None
@@ -427,29 +430,36 @@ def gates_of(state: State) -> tuple[int, ...]:
 def floor_now(team: Team, state: State) -> Floor:
     """Return the floor as the team knows it, with all robots in service."""
     out = frozenset((i, robot.next) for i, robot in enumerate(state.robots) if not robot.active)
-    closed, within = barred(team, state), inside(team, state)
-    gates = gates_of(state)
-    full = laden(team, state, state.sealed.difference(gates))
-    return floor_of(team, gates, state.sealed, within, closed, out, full)
+    return floor_with(team, state, gates_of(state), state.sealed, out)
 
 
 def acting_floor(team: Team, state: State, among: Collection[int] | None = None) -> Floor:
     """Return the floor of the obstacles on which robots act: those that are known, or ``among``."""
     known = (k for k, each in enumerate(state.obstacles) if each.known)
-    gates, none = tuple(sorted(known if among is None else among)), frozenset[int]()
-    there = {k for k, each in enumerate(state.obstacles) if each.known or each.state is Is.SEALED}
-    closed, full = barred(team, state), laden(team, state, there.difference(gates))
-    return floor_of(team, gates, none, frozenset(), barred=closed, laden=full)
+    return floor_with(team, state, tuple(sorted(known if among is None else among)))
 
 
-def laden(team: Team, state: State, obstacles: Iterable[int]) -> frozenset[int]:
-    """Return the robots that carry loads of these obstacles, or parts of them."""
-    found: set[int] = set()
-    for k in obstacles:
-        stage, needs = state.obstacles[k].stage, team.obstacles[k].needs
-        if stage.need < len(needs) and (needs[stage.need].same or needs[stage.need].takes):
-            found |= stage.group or stage.done
-    return frozenset(found)
+def floor_with(
+    team: Team,
+    state: State,
+    gates: tuple[int, ...],
+    sealed: frozenset[int] = frozenset(),
+    out: frozenset[tuple[int, int]] = frozenset(),
+) -> Floor:
+    """Return the floor at present if these obstacles are open and sealed. ``out``: the robots out
+    of service, each with its pose."""
+    full = frozenset[int]()
+    for k, each in enumerate(state.obstacles):
+        needs, number = team.obstacles[k].needs, each.stage.need
+        if (each.known or each.stands) and k not in gates and number < len(needs):
+            full |= carrying(needs[number], each.stage)
+    return floor_of(team, gates, sealed, inside(team, state), barred(team, state), out, full)
+
+
+def carrying(need: Need, stage: Stage) -> frozenset[int]:
+    """Return the robots that carry the load of an obstacle, or have taken their part of it."""
+    carried = stage.group if need.same else stage.done if need.takes else None
+    return carried or frozenset()
 
 
 @lru_cache(maxsize=256)
@@ -462,19 +472,14 @@ def floor_of(
     out: frozenset[tuple[int, int]] = frozenset(),
     laden: frozenset[int] = frozenset(),
 ) -> Floor:
-    """Return the floor with these open and sealed obstacles. ``out``: the robots out of service,
-    each with its pose."""
+    """Return the floor with these open and sealed obstacles."""
     graphs, floors, within, standing, absent = [], [], [], dict(out), []
     robots = tuple(i for i in range(len(team.members)) if i not in standing)
+    at = [1 << standing[i] % team.size if i in standing else 0 for i in range(len(team.members))]
     for i, member in enumerate(team.members):
         graph = member.graph
         closed = [team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks]
-        at = [0] * len(team.members)
-        for j, pose in out:
-            at[j] = 1 << pose % team.size
-        taken = graph.on(pose % team.size for j, pose in out if j in member.rivals)
-        taken |= graph.poses_on(member.shut(at))
-        whole = member.floor & ~graph.on(closed)
+        taken, whole = graph.poses_on(member.closed(at)), member.floor & ~graph.on(closed)
         floor = whole & ~taken
         absent.append(whole & taken)
         there = tuple(sorted(each for each in inside if each[0] == i))
@@ -485,7 +490,7 @@ def floor_of(
         floors.append(1 << standing[i] if i in standing else floor)
         within.append(there)
     away, acts = tuple(absent) if out else (), tuple(standing) if not team.live else ()
-    found = team, gates, tuple(graphs), tuple(floors), robots, barred, barred, tuple(within)
+    found = team, gates, tuple(graphs), tuple(floors), robots, barred, tuple(within)
     return Floor(*found, away=away, laden=laden, standing=acts)
 
 

@@ -111,6 +111,13 @@ class Member(Struct, frozen=True, eq=False):
                 found |= regions
         return found
 
+    def closed(self, at: Sequence[Mask]) -> Mask:
+        """Return these regions and those of its rivals."""
+        found = self.shut(at)
+        for j in self.rivals:
+            found |= at[j]
+        return found
+
     @property
     def objective(self) -> Objective:
         return self.robot.objective

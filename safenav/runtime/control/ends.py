@@ -48,11 +48,7 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
-    gates = (*floors.gates_of(state), *again)
-    loads, closed = floors.laden(team, state, sealed), floors.barred(team, state)
-    floor = floors.floor_of(
-        team, gates, sealed, floors.inside(team, state), barred=closed, laden=loads
-    )
+    floor = floors.floor_with(team, state, (*floors.gates_of(state), *again), sealed)
     if serving:
         here, free = floors.floor_now(team, state), enumerate(floor.floors)
         within = tuple(each if i in here.robots else here.floors[i] for i, each in free)
@@ -326,10 +322,8 @@ class Request:
 
     def _skilled(self) -> list[int]:
         """Return the robots that have the next need's actions, also those out of service."""
-        stage, members = self.stages[self.g], self.team.members
-        chosen = range(len(members)) if stage.group is None else sorted(stage.group)
-        able = [i for i in chosen if self.need.skills <= members[i].robot.capabilities]
-        return [i for i in able if i not in stage.done]
+        done = self.stages[self.g].done
+        return [i for i in self.floor.candidates(self.g, self.stages) if i not in done]
 
     def _loads(self) -> str | None:
         """Return in words the loads of robots that cannot take another one; None if there are
