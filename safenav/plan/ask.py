@@ -284,8 +284,8 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
         goals: list[Mask | None] = [None] * len(poses)
         wanted = served & {*floor.open(stages)}
         if wanted:
-            aside, present = frozenset(floor.open(stages)) - wanted, dict(floor.helping)
-            duties = settle(solver, poses, stages, aside, present, frozenset()).duties
+            aside = frozenset(floor.open(stages)) - wanted
+            duties = settle(solver, poses, stages, aside, frozenset()).duties
             for i, duty in duties.items():
                 goals[i] = duty.goal
             taken: dict[tuple[int, ...], Mask] = {}

@@ -21,8 +21,6 @@ from safenav.world.poses import FAR, Mask, bits
 
 MOST_NODES = 20_000
 Rank = tuple[object, ...]
-Present = Mapping[int, tuple[int, ...]]
-"""The robots that already serve each obstacle."""
 
 
 class BudgetError(Exception):
@@ -86,17 +84,16 @@ class Solver:
 
     def feasible(self, now: Sets, wanted: frozenset[int] = frozenset()) -> bool:
         self._nodes = 0
-        return self._steps(now, None, wanted, {}) is not None
+        return self._steps(now, None, wanted) is not None
 
     def plan(
-        self, poses: tuple[int, ...], stages: Stages, wanted: frozenset[int], present: Present
+        self, now: Sets, poses: tuple[int, ...], wanted: frozenset[int]
     ) -> tuple[Step, ...] | None:
         """Return the steps that resolve ``wanted`` and no other obstacles, by the nearest robots or
-        those ``present``."""
+        those that help already."""
         self._nodes = 0
-        now = around(self.floor, poses, stages)
-        origins = Sets(self.floor, tuple(1 << pose for pose in poses), stages)
-        found = self._steps(now, origins, wanted, present)
+        origins = replace(now, sets=tuple(1 << pose for pose in poses))
+        found = self._steps(now, origins, wanted)
         for g in dict.fromkeys(step.g for step in reversed(found or ())):
             if g not in wanted:
                 others = [step for step in found or () if step.g != g]
@@ -108,7 +105,6 @@ class Solver:
         now: Sets,
         origins: Sets | None,
         wanted: frozenset[int],
-        present: Present,
         before: tuple[Step, ...] = (),
     ) -> tuple[Step, ...] | None:
         key = now, wanted
@@ -118,9 +114,9 @@ class Solver:
         if self._nodes > MOST_NODES:
             raise BudgetError
         found: tuple[Step, ...] | None = () if now.done(wanted) else None
-        for step in options(now, origins, present, before) if found is None else ():
+        for step in options(now, origins, before) if found is None else ():
             then = origins and origins.after(step)
-            rest = self._steps(now.after(step), then, wanted, present, (*before, step))
+            rest = self._steps(now.after(step), then, wanted, (*before, step))
             found = None if rest is None else (step, *rest)
             if found is not None or step.lossless:
                 break  # the step lost nothing, so no other step helps
@@ -131,30 +127,21 @@ class Solver:
 def options(
     now: Sets,
     origins: Sets | None,
-    present: Present,
     before: tuple[Step, ...] = (),
-    *,
-    every: bool = False,
 ) -> list[Step]:
     """Return the steps that may come next, the best first (docs/coordination.md, Helpers); of the
-    lossless ones one for each obstacle, unless ``every``. ``before``: those that precede them."""
+    lossless ones one for each obstacle. ``before``: those that precede them."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
-        ranked = list(_options(g, now, origins, present, before, every=every))
+        ranked = list(_options(g, now, origins, before))
         found += ranked
-        if origins is None and not every and any(step.lossless for _, step in ranked):
-            return [next(step for _, step in ranked if step.lossless)]
+        if origins is None and (sure := [step for _, step in ranked if step.lossless]):
+            return sure[:1]
     return [step for _, step in sorted(found, key=lambda each: each[0])]
 
 
 def _options(
-    g: int,
-    now: Sets,
-    origins: Sets | None,
-    present: Present,
-    before: tuple[Step, ...],
-    *,
-    every: bool,
+    g: int, now: Sets, origins: Sets | None, before: tuple[Step, ...]
 ) -> Iterator[tuple[Rank, Step]]:
     """Yield the steps for one obstacle, each with its rank: the least is the best."""
     floor, stages = now.floor, now.stages
@@ -164,15 +151,15 @@ def _options(
     for i in floor.able(g, stages):
         if there := now.spots(i, need.regions):
             places[i], ticks[i] = there, 0 if origins is None else _ticks(g, i, there, now, origins)
-    helping = present.get(g, ())
-    elsewhere = {i for o in floor.open(stages) if o != g for i in present.get(o, ())}
+    helps = dict(floor.helping)
+    helping = helps.get(g, ())
+    elsewhere = {i for o in floor.open(stages) if o != g for i in helps.get(o, ())}
     elsewhere |= {i for step in before if step.g != g for i in step.group}
     back = {i: not now.sets[i] & ~then.reach(i, places[i]) for i in places}
     able = sorted(
         places, key=lambda i: (not back[i], i in elsewhere, i not in helping, ticks[i], i)
     )
     commits, missing = floor.commits(g, stages), max(1, floor.missing(g, stages))
-    sure = False
     for group in combinations(able, missing):
         if need.together and not fits(floor, group, places):
             continue
@@ -183,10 +170,9 @@ def _options(
             (False, not lossless, g, busy, strangers, slowest, group),
             Step(g, group, tuple(places[i] for i in group), lossless),
         )
-        sure = lossless
-        if lossless and not every:
+        if lossless:
             return  # the first group is the best
-    for i in able if missing > 1 and not need.together and (every or not sure) else ():
+    for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
         yield (
             (True, not lossless, ticks[i], g, i),
@@ -307,18 +293,12 @@ def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
     a better end."""
     taken: tuple[Step, ...] = ()
     while all((closure := closure_of(now)).live):
-        steps, free = options(now, None, {}, every=True), now.floor.commits
-        safe = [s for s in steps if not free(s.g, now.stages) and _loses_nothing(s, now)]
+        steps = options(now, None)
         if not steps:
             return None, taken
-        step = replace((safe or steps)[0], lossless=bool(safe))
+        step = next((step for step in steps if step.lossless), steps[0])
         now, taken = now.after(step), (*taken, step)
     return closure, taken
-
-
-def _loses_nothing(step: Step, now: Sets) -> bool:
-    pairs = zip(step.group, step.at, strict=True)
-    return all(not now.reach(i, now.sets[i]) & ~now.reach(i, at) for i, at in pairs)
 
 
 # Current duties: the served requests, the plan for all of them, and the duties that follow.
@@ -351,7 +331,6 @@ def settle(
     poses: tuple[int, ...],
     stages: Stages,
     aside: frozenset[int],
-    present: Present,
     careful: frozenset[int],
 ) -> Settlement:
     """Return the duties at these poses. ``aside``: gates that no joint plan serves; ``careful``:
@@ -364,7 +343,7 @@ def settle(
         if g not in aside and solver.feasible(now, frozenset({*served, g})):
             served.append(g)
     wanted = frozenset(served)
-    plan = solver.plan(poses, stages, wanted, present)
+    plan = solver.plan(now, poses, wanted)
     assert plan is not None, "what can be done can be planned"
     duties = _present_duties(solver, plan, now, wanted)
     safe = tuple(

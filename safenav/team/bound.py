@@ -7,7 +7,7 @@ in tick t and takes d ticks ends in the robot's turn of tick t + d - 1.
 """
 
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from msgspec import Struct
 
@@ -102,9 +102,10 @@ class Bound:
     def _start(self, i: int) -> ByTick:
         return {self.ready[i]: 1 << self.state.robots[i].next}
 
-    def _own_turn(self, turn: int, i: int) -> int:
-        """Return the robot's first turn at or after a turn."""
-        return turn + (i - turn) % self.count
+    def _turn(self, i: int, need: Need, since: int) -> int:
+        """Return the first turn from ``since`` on in which a robot can act on a need: its own, or
+        any if the robots act together."""
+        return since if need.together else since + (i - since) % self.count
 
     def _walker(self, i: int) -> Walker:
         """Return a robot for which obstacles open at their ``times``."""
@@ -129,58 +130,46 @@ class Bound:
         """Return the earliest turn of each need of an obstacle, in sequence: several may be met in
         one turn. That of a fulfilled need is the present turn."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
-        found, former = [self.now] * stage.need, dict[int, ByTick]()
-        begun = since = self.now + 1  # turns that can fulfil the former need and this one
-        for number in range(stage.need, len(needs)):
-            need, done = needs[number], stage.done if number == stage.need else frozenset()
-            fields, turns = dict[int, ByTick](), list[int]()
-            for i, walker in enumerate(self.walkers if since < NEVER else ()):
-                able = need.skills <= self.team.members[i].robot.capabilities
-                if able and (seeds := self._seeds(i, k, number, (begun, since), former)):
-                    fields[i], _ = walker.spread(seeds)
-                    turns.append(self._takes_part(i, fields[i], need, since))
-            for i in done:
-                fields[i], _ = self.walkers[i].spread(self._start(i))
+        found, done, since = [self.now] * stage.need, stage.done, self.now + 1
+        begins = {i: self._start(i) for i in stage.group or ()}
+        for need in needs[stage.need :]:
+            if not need.same:
+                begins = {i: self._start(i) for i in range(self.count)}
+            able = (i for i in begins if need.skills <= self.team.members[i].robot.capabilities)
+            fields = {i: self.walkers[i].spread(begins[i])[0] for i in able if since < NEVER}
+            turns = sorted(
+                self._takes_part(i, fields[i], need, since) for i in fields if i not in done
+            )
             missing = need.robots - len(done)
-            met = sorted(turns)[missing - 1 : missing] if missing > 0 else [since]
+            met = turns[missing - 1 : missing] if missing > 0 else [since]
             found.append(min([NEVER, *met]))
-            former, begun, since = fields, since, found[-1]
+            ends = {i: self._turn(i, need, found[-1] if need.together else since) for i in fields}
+            begins = {
+                i: self._start(i) if i in done else self._after(i, fields[i], need, ends[i])
+                for i in fields
+            }
+            begins = {i: poses for i, poses in begins.items() if poses}
+            done, since = frozenset(), found[-1]
         return found
-
-    def _seeds(
-        self, i: int, k: int, number: int, since: tuple[int, int], former: Mapping[int, ByTick]
-    ) -> ByTick:
-        """Return the poses from which a robot goes to take part in a need of an obstacle; empty if
-        it cannot. ``since``: the turns from which the former need and this one can be fulfilled;
-        ``former``: the poses of the robots that took part in the former need."""
-        stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
-        if number == stage.need:  # none if it has done its part, or is not in the group
-            chosen = stage.group is None or i in stage.group
-            return self._start(i) if chosen and i not in stage.done else {}
-        if not needs[number].same:
-            return self._start(i)
-        if i not in former:
-            return {}
-        need, (begun, before), seeds = needs[number - 1], since, ByTick()
-        # if it acts alone, it may have left long before the need is fulfilled
-        turn = before if need.together else self._own_turn(begun, i)
-        took_part = number - 1 == stage.need and i in stage.done
-        if took_part or self._leaving(i, need, turn) < NEVER:
-            return self._start(i)
-        # until it arrives elsewhere it can still act, also in a group
-        left = (turn - i) // self.count + 1 - self.team.members[i].ticks
-        places = self.team.members[i].graph.poses_on(need.regions)
-        for tick, poses in former[i].items():
-            _add(seeds, max(tick, left), poses & places)
-        return seeds
 
     def _takes_part(self, i: int, field: ByTick, need: Need, since: int) -> int:
         """Return the first turn from ``since`` on in which a robot can take part in a need."""
         places = self.team.members[i].graph.poses_on(need.regions)
         tick = min((tick for tick, poses in field.items() if poses & places), default=NEVER)
-        turn = max(tick * self.count + i, since)
-        turn = turn if need.together else self._own_turn(turn, i)
+        turn = self._turn(i, need, max(tick * self.count + i, since))
         return min(turn, self._leaving(i, need, since))
+
+    def _after(self, i: int, field: ByTick, need: Need, turn: int) -> ByTick:
+        """Return the poses from which a robot goes on after it has taken part in a need: not before
+        ``turn``. If it acts alone, it may have left long before the need is fulfilled."""
+        if self._leaving(i, need, turn) < NEVER:
+            return self._start(i)
+        # until it arrives elsewhere it can still act, also in a group
+        left = (turn - i) // self.count + 1 - self.team.members[i].ticks
+        places, found = self.team.members[i].graph.poses_on(need.regions), ByTick()
+        for tick, poses in field.items():
+            _add(found, max(tick, left), poses & places)
+        return found
 
     def _leaving(self, i: int, need: Need, since: int) -> int:
         """Return the first turn from ``since`` on in which a robot in transit can take part in a
@@ -188,7 +177,7 @@ class Bound:
         robot = self.state.robots[i]
         if robot.to is None or not need.regions >> robot.pose % self.team.size & 1:
             return NEVER
-        turn = since if need.together else self._own_turn(since, i)
+        turn = self._turn(i, need, since)
         return turn if turn < self.ready[i] * self.count + i else NEVER
 
 

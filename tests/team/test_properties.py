@@ -116,7 +116,7 @@ def planned(team: Team, state: State) -> tuple[State, Floor, frozenset[int]] | N
     plan."""
     floor = floor_now(team, state)
     joint = joint_now(state, floor)
-    found = settle(Solver(floor), joint.poses, joint.stages, frozenset(), {}, frozenset())
+    found = settle(Solver(floor), joint.poses, joint.stages, frozenset(), frozenset())
     answer = None if found.hopeless else ask(floor, joint, found.served, 0)
     if not isinstance(answer, Found):
         return None

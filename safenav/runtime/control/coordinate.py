@@ -186,10 +186,11 @@ class Decision:
         aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
         lone = frozenset(team.lone)
         pairs = ((i, k) for i in team.sharing for k in before.left)
-        fewer = replace(floor, barred=floor.barred.union(pairs)) if before.left else floor
-        found = solve.settle(solve.Solver(fewer), poses, stages, aside, helping, lone)
+        serving = replace(floor, helping=tuple(helping.items())) if helping else floor
+        fewer = replace(serving, barred=floor.barred.union(pairs)) if before.left else serving
+        found = solve.settle(solve.Solver(fewer), poses, stages, aside, lone)
         if found.hopeless and before.left:
-            found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
+            found = solve.settle(solve.Solver(serving), poses, stages, aside, lone)
         never: ends.End | None = None
         if found.hopeless:
             out = [i for i, robot in enumerate(state.robots) if not robot.active]
@@ -335,7 +336,7 @@ def first_controllers(
     plain, here = without_memory(team, state)
     floor = floor_now(plain, here)
     stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
-    found = solve.settle(solve.Solver(floor), poses, stages, frozenset(), {}, frozenset())
+    found = solve.settle(solve.Solver(floor), poses, stages, frozenset(), frozenset())
     roles = tuple(Role(member.objective) for member in team.members)
     if not found.hopeless:
         roles = Roles(plain, here, floor, stages, found).all()
