@@ -131,7 +131,7 @@ def _ask(
             counts = list(joint.counts)
             for i, memory in first:
                 counts[i] = memory, 0
-            begun = floor.begun(joint.poses, tuple(counts), joint.stages)
+            begun = floor.settled(joint.poses, tuple(counts), joint.stages)
             return Found(shortened(floor, [[begun, *answer[1:]]], frozenset(served)), first)
     if answer is None or isinstance(answer, Deadlock):
         return answer
@@ -248,7 +248,7 @@ def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | Non
     alone = [g for g in floor.open(joint.stages) if _helpers(floor, joint, g) <= {*group}]
     gates, stages = tuple(floor.gates[g] for g in alone), tuple(joint.stages[g] for g in alone)
     few = replace(floor, gates=gates, robots=group, either=True)
-    begun = few.begun(joint.poses, joint.counts, stages)
+    begun = few.settled(joint.poses, joint.counts, stages)
     search = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
     found = search.deep(begun, search.goal, 200, "farthest first", list(group))
     if found is None or isinstance(found, Exhausted):

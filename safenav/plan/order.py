@@ -220,7 +220,7 @@ def _spare(team: Team, state: State, i: int) -> float | None:
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None or not energy.battery.stay or energy.charging(robot.pose):
         return None
-    steps = energy.far(floor_now(team, state).floors[i], energy.chargers)[robot.pose]
+    steps = energy.graph.distances(energy.chargers, floor_now(team, state).floors[i])[robot.pose]
     return robot.charge - steps * energy.battery.move - _slack(team, i) if steps < FAR else None
 
 
@@ -360,4 +360,4 @@ def joint_now(state: State, floor: Floor) -> Joint:
     counts = tuple((r.own.memory, r.own.met) for r in state.robots)
     arriving = [i for i, robot in enumerate(state.robots) if robot.to is not None]
     poses = tuple(robot.next for robot in state.robots)
-    return floor.begun(poses, counts, stages_of(floor, state), arriving)
+    return floor.settled(poses, counts, stages_of(floor, state), arriving)

@@ -1,6 +1,6 @@
 """Reasons why an obstacle is never resolved: as data, and in words."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping
 from enum import Enum
 
 from msgspec import Struct
@@ -9,6 +9,7 @@ from safenav.components import reached
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Word
 from safenav.solve.solve import Closure, Sets
+from safenav.team.floor import Floor
 from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.poses import Mask, bits
@@ -177,18 +178,19 @@ def without_room(now: Sets, word: Word) -> list[str]:
     resolution regions, but not a separate one each."""
     floor, found = now.floor, []
     for g in floor.open(now.stages):
-        need, regions, names = floor.need(g, now.stages), 0, []
-        for i in floor.able(g, now.stages):
-            if there := now.spots(i, need.regions):
-                regions |= floor.graphs[i].regions_of(there)
-                names.append(floor.team.members[i].name)
-        if need.together and len(names) >= floor.missing(g, now.stages):
+        need, able = floor.need(g, now.stages), floor.able(g, now.stages)
+        near = {i: there for i in able if (there := now.spots(i, need.regions))}
+        if need.together and len(near) >= floor.missing(g, now.stages):
             takes = need_words(need.action, need.robots, together=True)
             what = obstacle_words(floor.gate(g).name, word)
-            found.append(f"{what} needs {takes}; {crowd_words(names, regions, word)}")
+            found.append(f"{what} needs {takes}; {crowd_words(floor, near, word)}")
     return found
 
 
-def crowd_words(names: Sequence[str], regions: Mask, word: Word) -> str:
-    places = " and ".join(word(region) for region in bits(regions))
+def crowd_words(floor: Floor, near: Mapping[int, Mask], word: Word) -> str:
+    """Return that robots cannot act together in the poses that each of them reaches."""
+    names, regions = [floor.team.members[i].name for i in near], set[int]()
+    for i, there in near.items():
+        regions.update(bits(floor.graphs[i].regions_of(there)))
+    places = " and ".join(map(word, sorted(regions)))
     return f"{listed(names)} reach only {places} for it, where they cannot all be at the same time"

@@ -78,9 +78,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Departed(i, pose, by, node):
             begun = _stepped(team, state, i, pose, event.values)
             plan = None if by == "backtrack" and node is None else state.plan
-            begun |= {"to": pose, "due": event.due, "node": node, "by": by}
-            begun["command"] = event.command
-            return replace(_robot(state, i, **begun), plan=plan)
+            begun |= {"to": pose, "due": event.due, "node": node, "command": event.command}
+            return replace(_robot(state, i, by=by, **begun), plan=plan)
         case now.Goes(i):
             return _robot(state, i, by="plan" if state.robots[i].by == "plan" else None)
         case now.Arrived(i):
@@ -89,14 +88,12 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             way = state.plan.ways[i] if state.plan else ()
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             region, mine = robot.next % team.size, team.members[i].objective
-            here = robot.pose % team.size
-            held = robot.own.held and mine.stays(robot.own.memory, region)
-            ended: dict[str, object] = {"pose": robot.next, "to": None, "due": None, "by": None}
-            ended["failed"] = ()
+            here, behind, own = robot.pose % team.size, robot.behind, robot.own
             if region != here:  # what has appeared around it lets it leave on any side
-                ended["behind"] = None if is_shut(team, state, i, region) else here
-            ended["own"] = robot.own._replace(held=held)
-            return _robot(state, i, at=at + planned, **ended)
+                behind = None if is_shut(team, state, i, region) else here
+            own = own._replace(held=own.held and mine.stays(own.memory, region))
+            ended = {"pose": robot.next, "to": None, "due": None, "by": None, "failed": ()}
+            return _robot(state, i, at=at + planned, behind=behind, own=own, **ended)
         case now.Elsewhere(i, pose):
             return _put(team, _moved(team, state, i), i, pose)
         case now.Astray(i, rules):
@@ -107,9 +104,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             failed = (*robot.failed, robot.next % team.size)
             return _put(team, state, i, pose, failed=failed)
         case now.Lost(i):
-            undone = _undone(team, state, i, state.robots[i].pose)
-            state = _moved(team, state, i)
-            return _robot(state, i, to=None, due=None, node=None, by=None, **undone)
+            return _put(team, _moved(team, state, i), i, state.robots[i].pose)
         case now.Flat(i, k):
             state = _robot(state, i, active=False, flat=True, node=None)
             here = state.robots[i].pose % team.size
@@ -207,15 +202,12 @@ def _robot(state: State, i: int, **changes: object) -> State:
 
 def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> State:
     """Place a robot in a pose to which no decision has led."""
-    robot = state.robots[i]
-    same = pose % team.size == robot.pose % team.size
-    changes |= {"pose": pose} if same else {"pose": pose, "behind": None}
-    changes |= _undone(team, state, i, pose)
-    if not same:
+    robot, region = state.robots[i], pose % team.size
+    changes |= {"pose": pose} | _undone(team, state, i, pose)
+    if region != robot.pose % team.size:
         count = robot.own if on_own(team, state, i) else robot.task
-        here = robot.objective.reached(pose % team.size)
-        awaited = robot.objective.pursuit.met(count.memory, here)
-        changes["fresh"] = robot.fresh or bool(awaited)  # its target counts there
+        counts = bool(robot.objective.met(count.memory, region))
+        changes |= {"behind": None, "fresh": robot.fresh or counts}
     return _robot(state, i, to=None, due=None, node=None, by=None, **changes)
 
 
@@ -334,18 +326,15 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
         if (empty := team.obstacles[k].battery_of) is not None:
             state = _full(team, state, empty)
     if any(team.obstacles[k].restarts for k, _ in event.truths):
-        state = replace(state, robots=tuple(map(_restarted, state.robots, team.members)))
+        for i, robot in enumerate(state.robots):
+            own, task = restarted(team.members[i], robot.own), robot.task._replace(met=0)
+            state = _robot(state, i, own=own, task=task)
     return state
 
 
 def _full(team: Team, state: State, i: int) -> State:
     energy = team.members[i].energy
     return state if energy is None else _robot(state, i, charge=energy.battery.capacity)
-
-
-def _restarted(robot: RobotNow, member: Member) -> RobotNow:
-    own = restarted(member, robot.own)
-    return replace(robot, own=own, task=robot.task._replace(met=0))
 
 
 # Goals.
@@ -360,9 +349,9 @@ def goals(
 ) -> Iterator[tuple[int, int]]:
     """Yield the targets that a robot counts where it stands, its own and those of its ``duty``,
     each with the rounds then completed."""
-    for objective, (before, after, met) in _counts(team, state, i, ticks, duty):
+    for objective, before, after, met in _counts(team, state, i, ticks, duty):
         for goal in met if objective.goals else ():
-            yield goal, rounds(objective, after if goal == met[-1] else before)
+            yield goal, objective.pursuit.rounds((after if goal == met[-1] else before).met)
 
 
 def _remembers(team: Team, state: State, i: int) -> bool:
@@ -372,44 +361,28 @@ def _remembers(team: Team, state: State, i: int) -> bool:
     return member.planned or (assigned and not (robot.fresh and robot.own.held))
 
 
-Counted = tuple[Count, Count, tuple[int, ...]]
-"""Progress before and after one count, and the targets met."""
+Counted = tuple[Objective, Count, Count, tuple[int, ...]]
+"""An objective, the progress before and after one count, and the targets met."""
 
 
-def _counts(
-    team: Team, state: State, i: int, ticks: int | None, duty: bool
-) -> Iterator[tuple[Objective, Counted]]:
+def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> Iterator[Counted]:
     """Yield each count of a robot where it stands, none in transit: with its own objective; on a
-    ``duty`` only if that remembers them, and then with the duty."""
+    ``duty`` only if that remembers them, and then with the duty. A turn that takes no time counts
+    once for each target and, where the objective settles, for each round; but formulas count one
+    step."""
     robot, own = _begun(team, state, i), team.members[i].objective
     mine = robot.objective == own
-    if robot.to is None and (mine or _remembers(team, state, i)):
-        for each in _counted(team, i, robot, own, robot.own, team.rounds, ticks):
-            yield own, each
-    if robot.to is None and duty and not mine:
-        for each in _counted(team, i, robot, robot.objective, robot.task, 1, ticks):
-            yield robot.objective, each
-
-
-def _counted(
-    team: Team,
-    i: int,
-    robot: RobotNow,
-    objective: Objective,
-    count: Count,
-    most: int,
-    ticks: int | None,
-) -> Iterator[Counted]:
-    """Yield one count; if the turn takes no time, one for each target and, where the objective
-    settles, for up to ``most`` rounds. Formulas count one step each time."""
-    here, region = reached(objective, team.members[i].graph, robot), robot.pose % team.size
-    once, pursuit = ticks or objective.formulas is not None, objective.pursuit
-    for _ in range(1 if once else pursuit.targets + most * pursuit.settles):
-        if not ticks and rounds(objective, count) >= most:
-            return
-        after, met = _count(objective, count, here, region)
-        yield count, after, met
-        count = after
+    parts = [(own, robot.own, team.rounds)] if mine or _remembers(team, state, i) else []
+    parts += [(robot.objective, robot.task, 1)] if duty and not mine else []
+    for objective, count, most in parts if robot.to is None else ():
+        here, region = reached(objective, team.members[i].graph, robot), robot.pose % team.size
+        once, pursuit = ticks or objective.formulas is not None, objective.pursuit
+        for _ in range(1 if once else pursuit.targets + most * pursuit.settles):
+            if not ticks and pursuit.rounds(count.met) >= most:
+                break
+            after, met = _count(objective, count, here, region)
+            yield objective, count, after, met
+            count = after
 
 
 def _begun(team: Team, state: State, i: int) -> RobotNow:
@@ -446,17 +419,12 @@ def _count(
     return Count(memory, count.met + more, stays), told
 
 
-def rounds(objective: Objective, count: Count) -> int:
-    """Return the rounds that are completed."""
-    return objective.pursuit.rounds(count.met)
-
-
 def _with_counts(team: Team, state: State, event: now.Counted) -> State:
     """Count goals; a resolution restarts both counts."""
     i, member = event.robot, team.members[event.robot]
     robot = _begun(team, state, i)
     changes = {"own": robot.own, "task": robot.task, "fresh": robot.fresh and robot.to is not None}
-    for objective, (_, after, _) in _counts(team, state, i, event.ticks, event.duty):
+    for objective, _, after, _ in _counts(team, state, i, event.ticks, event.duty):
         changes["own" if objective == member.objective else "task"] = after
     same = replace(robot, **changes) == state.robots[i]
     return state if same else _robot(state, i, **changes)
@@ -467,8 +435,7 @@ def will_count(team: Team, state: State, i: int) -> bool:
     robot, member = state.robots[i], team.members[i]
     here = member.kept(robot.pose)
     after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
-    left = rounds(member.objective, robot.own) < team.rounds
-    return robot.fresh or (after != robot.own and left)
+    return robot.fresh or (after != robot.own and not done(team, state, i))
 
 
 def orders_ahead(team: Team, state: State) -> bool:
@@ -485,7 +452,7 @@ def charged(team: Team, state: State, i: int) -> bool:
 
 
 def done(team: Team, state: State, i: int) -> bool:
-    return rounds(team.members[i].objective, state.robots[i].own) >= team.rounds
+    return team.members[i].pursuit.rounds(state.robots[i].own.met) >= team.rounds
 
 
 def stands(team: Team, state: State, i: int) -> bool:

@@ -5,13 +5,13 @@ More charge is never worse, so one number for each pose and next target states t
 charge, and searches keep only the highest charges of a state.
 """
 
-from collections import deque
 from collections.abc import Mapping, Sequence
 from heapq import heappop, heappush
 from operator import ge
 
 from msgspec import Struct
 
+from safenav.components import reached
 from safenav.data import cached_method
 from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
@@ -129,20 +129,16 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         """Return the chargers from which it reaches the goal, each with the number of stops on the
         way."""
         direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
-        places = [*bits(self.chargers & allowed)]
-        found = {c: 0 for c in places if direct.get(c, NEVER) <= full}
-        queue = deque(found)
-        while queue:
-            at = queue.popleft()
-            for c in places:
-                if c not in found and self.far(allowed, 1 << at)[c] * self.battery.move <= full:
-                    found[c] = found[at] + 1
-                    queue.append(c)
+        far = self.graph.distances
+        places, found = [*bits(self.chargers & allowed)], dict[int, int]()
+        begins = (c for c in places if direct.get(c, NEVER) <= full)
+        before = reached(
+            begins,
+            lambda at: (c for c in places if far(1 << at, allowed)[c] * self.battery.move <= full),
+        )
+        for c, after in before.items():
+            found[c] = 0 if c == after else found[after] + 1
         return found
-
-    @cached_method
-    def far(self, allowed: Mask, goal: Mask) -> Sequence[int]:
-        return self.graph.distances(goal, allowed)
 
     def aim(
         self, allowed: Mask, goal: Mask, turn: int, at: tuple[int, float], how: tuple[bool, bool]
@@ -152,19 +148,19 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         ``at``: pose and charge; ``how``: the charge must be ``lasting``, and it leaves chargers
         ``full`` only."""
         (pose, charge), (lasting, full), battery = at, how, self.battery
-        on = self.chargers >> pose & 1
+        on, far = self.chargers >> pose & 1, self.graph.distances
         if goal >> pose & 1:
             return goal
         charging = full and on and charge < battery.capacity
         direct = self._direct(allowed, goal, turn, lasting).get(pose, NEVER)
         if direct <= charge and not charging:
             return goal
-        if battery.stay and self.far(allowed, goal)[pose] >= FAR:
+        if battery.stay and far(goal, allowed)[pose] >= FAR:
             return self.home(allowed) or goal  # it waits for a resolution
         levels, reach = self._levels(allowed, goal, turn, lasting), dict[int, Mask]()
         mine = levels.get(pose, NEVER) if on else NEVER
         for c, level in levels.items() if not charging else ():
-            if level < mine and self.far(allowed, 1 << c)[pose] * battery.move <= charge:
+            if level < mine and far(1 << c, allowed)[pose] * battery.move <= charge:
                 reach[level] = reach.get(level, 0) | 1 << c
         if reach:
             return reach[min(reach)]

@@ -135,20 +135,19 @@ class Bound:
         for need in needs[stage.need :]:
             if not need.same:
                 begins = {i: self._start(i) for i in range(self.count)}
-            able = (i for i in begins if need.skills <= self.team.members[i].robot.capabilities)
-            fields = {i: self.walkers[i].spread(begins[i])[0] for i in able if since < NEVER}
-            turns = sorted(
-                self._takes_part(i, fields[i], need, since) for i in fields if i not in done
-            )
+            fields = {
+                i: self.walkers[i].spread(poses)[0]
+                for i, poses in begins.items()
+                if poses and need.skills <= self.team.members[i].robot.capabilities
+            }
+            parts = (self._takes_part(i, fields[i], need, since) for i in fields if i not in done)
+            turns = sorted(parts)
             missing = need.robots - len(done)
             met = turns[missing - 1 : missing] if missing > 0 else [since]
             found.append(min([NEVER, *met]))
-            ends = {i: self._turn(i, need, found[-1] if need.together else since) for i in fields}
-            begins = {
-                i: self._start(i) if i in done else self._after(i, fields[i], need, ends[i])
-                for i in fields
-            }
-            begins = {i: poses for i, poses in begins.items() if poses}
+            ends = found[-1] if need.together else since
+            begins = {i: self._after(i, fields[i], need, ends) for i in fields}
+            begins |= {i: self._start(i) for i in done}
             done, since = frozenset(), found[-1]
         return found
 
@@ -159,13 +158,13 @@ class Bound:
         turn = self._turn(i, need, max(tick * self.count + i, since))
         return min(turn, self._leaving(i, need, since))
 
-    def _after(self, i: int, field: ByTick, need: Need, turn: int) -> ByTick:
-        """Return the poses from which a robot goes on after it has taken part in a need: not before
-        ``turn``. If it acts alone, it may have left long before the need is fulfilled."""
-        if self._leaving(i, need, turn) < NEVER:
+    def _after(self, i: int, field: ByTick, need: Need, since: int) -> ByTick:
+        """Return the poses from which a robot goes on after it has taken part in a need, which is
+        fulfilled from turn ``since`` on; but its part alone may be done long before."""
+        if self._leaving(i, need, since) < NEVER:
             return self._start(i)
         # until it arrives elsewhere it can still act, also in a group
-        left = (turn - i) // self.count + 1 - self.team.members[i].ticks
+        left = (self._turn(i, need, since) - i) // self.count + 1 - self.team.members[i].ticks
         places, found = self.team.members[i].graph.poses_on(need.regions), ByTick()
         for tick, poses in field.items():
             _add(found, max(tick, left), poses & places)

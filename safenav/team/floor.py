@@ -213,23 +213,12 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     # Joint states.
 
-    def begun(
-        self,
-        poses: tuple[int, ...],
-        counts: tuple[tuple[int, int], ...],
-        stages: Stages,
-        arriving: Container[int] = (),
-    ) -> Joint:
-        """Return the joint state in which a search begins; ``arriving``: the robots in
-        transit."""
-        return self._settled(poses, counts, stages, self.robots, arriving)
-
     def moved(self, joint: Joint, poses: tuple[int, ...]) -> Joint:
         """Return the joint state after robots have gone to their ``poses``, all have acted, and
         goals have counted. If a resolution restarts rounds, or a need chooses robots for the next
         one, they go one at a time, as in a plan's execution."""
         moved = {i for i in self.robots if poses[i] != joint.poses[i]}
-        after = self._settled(poses, joint.counts, joint.stages, self.robots, moved)
+        after = self.settled(poses, joint.counts, joint.stages, moved)
         if len(moved) > 1 and (
             self._restarts(joint.stages, after.stages) or self._chooses(joint.stages, after.stages)
         ):
@@ -261,7 +250,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def after(self, joint: Joint, i: int, pose: int) -> Joint:
         poses = joint.poses
         poses = (*poses[:i], pose, *poses[i + 1 :])
-        return self._settled(poses, joint.counts, joint.stages, (i,), (i,))
+        return self.settled(poses, joint.counts, joint.stages, (i,), (i,))
 
     @cached_method
     def steps(self, i: int, stages: Stages) -> dict[int, tuple[int, ...]]:
@@ -324,14 +313,17 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         settles = member.pursuit.settles and (not self.rounds or self.rounds[i] > 0)
         return live & member.targets[-1] if settles else live
 
-    def _settled(
+    def settled(
         self,
         poses: tuple[int, ...],
         counts: tuple[tuple[int, int], ...],
         stages: Stages,
-        who: Iterable[int],
-        moved: Container[int],
+        moved: Container[int] = (),
+        who: Iterable[int] | None = None,
     ) -> Joint:
+        """Return the joint state after all have acted where they are, and goals of robots ``who``
+        have counted (default: of all). ``moved``: those that come there by a step."""
+        who = self.robots if who is None else who
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in self.actors):
             before, stages = stages, self.performed(stages, poses)

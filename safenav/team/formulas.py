@@ -28,13 +28,12 @@ def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
     found, mobility = formulas_in(robot.objective), robot.model.mobility
     if found is None:
         return plain_graph(world, mobility)
-    if not shared:
-        return _posed(found, world, mobility)
     guarantees = guarantees_of(found)
-    if not (guarantees.remember_something or guarantees.goals_of_steps):
+    goals, memories = guarantees.goals_of_steps, len(guarantees.memories)
+    if not shared or not (guarantees.remember_something or goals):
         return _posed(found, world, mobility)
     poses = len(world.free) * plain_graph(world, mobility).blocks
-    if not 0 < poses * _memories(found) <= MOST_STATES:
+    if not 0 < poses * memories << len(goals) <= MOST_STATES:
         raise UsageError(
             f"robots.{robot.name}.objective: its formulas have more than {MOST_STATES} states "
             f"({poses} poses, each with the values of its memory), too many for a robot that "
@@ -64,11 +63,6 @@ def _posed(formulas: Ltl, world: RegionMap, mobility: Mobility) -> PoseGraph:
     steps = ((pose, step) for pose in bits(graph.everywhere) for step in graph.steps(pose))
     closed = (each for each in steps if not allows(graph.pose(each[0]), graph.pose(each[1])))
     return PoseGraph(world, mobility, frozenset(closed))
-
-
-def _memories(formulas: Ltl) -> int:
-    found = guarantees_of(formulas)
-    return len(found.memories) << len(found.goals_of_steps)
 
 
 def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
@@ -116,13 +110,9 @@ class StateGraph(PoseGraph):
     def number(self, pose: Pose) -> int:
         """Return the state of a robot that begins in a pose."""
         here = super().number(pose)
-        begun = (
-            k for k, (old, met) in enumerate(self._memories) if not met and self._begins(old, pose)
-        )
+        begins, every = self._guarantees.begins, enumerate(self._memories)
+        begun = (k for k, (memory, met) in every if not met and begins(memory, pose))
         return here + next(begun, 0) * self._span
-
-    def _begins(self, memory: Mapping[str, int], pose: Pose) -> bool:
-        return self._guarantees.begins(memory, pose)
 
     def moved(self, number: int, pose: Pose) -> int:
         same = self._memories.index((self.memory(number), frozenset()))

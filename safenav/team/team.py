@@ -302,12 +302,11 @@ def without_memory(team: Team, state: State) -> tuple[Team, State]:
     plain = _posed(team)
     if plain is team:
         return team, state
-    pairs = zip(state.robots, team.members, plain.members, strict=True)
     robots = []
-    for robot, member, other in pairs:
-        to = None if robot.to is None else other.graph.number(member.graph.pose(robot.to))
-        pose = other.graph.number(member.graph.pose(robot.pose))
-        robots.append(replace(robot, pose=pose, to=to))
+    for robot, member in zip(state.robots, plain.members, strict=True):
+        poses = member.graph.size * member.graph.blocks
+        to = None if robot.to is None else robot.to % poses
+        robots.append(replace(robot, pose=robot.pose % poses, to=to))
     return plain, replace(state, robots=tuple(robots))
 
 

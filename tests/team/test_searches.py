@@ -28,7 +28,7 @@ robots:
 def test_searches_with_charges_end_when_their_check_raises() -> None:
     team = team_of(load_scenario_text(CHARGED))
     floor, left = floor_now(team, initial(team)), iter(range(5))
-    start = floor.begun((0, 2, 3), ((0, 0),) * 3, ())
+    start = floor.settled((0, 2, 3), ((0, 0),) * 3, ())
     with pytest.raises(StopIteration):
         ask_charged(floor, start, (), 1, (30.0,) * 3, 0, lambda: next(left))
 

@@ -15,7 +15,7 @@ from safenav.solve import reasons
 from safenav.solve.solve import Sets, Settlement, Step, around, closure_of, dead_end, fits
 from safenav.spec.task import Memory, Task
 from safenav.team import floor as floors
-from safenav.team.apply import done, rounds, stands
+from safenav.team.apply import done, stands
 from safenav.team.state import Is, State
 from safenav.team.team import Team, without_memory
 from safenav.trace.vocabulary import OperatorCause, Proof
@@ -201,7 +201,7 @@ def what_is_left(team: Team, state: State, roles: Sequence[Role]) -> str:
 def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
     behind: dict[int, list[str]] = {}
     for member, robot in zip(team.members, state.robots, strict=True):
-        whole = rounds(member.objective, robot.own)
+        whole = member.pursuit.rounds(robot.own.met)
         if whole < team.rounds:
             behind.setdefault(whole, []).append(member.name)
     for whole, names in behind.items():
@@ -282,7 +282,8 @@ class Request:
                 return self._absent(left) if left and len(come) >= missing else None
             groups = combinations(near, missing) if self.need.together else [()]
             room = any(fits(floor, group, near) for group in groups)
-            return _UNSERVED if room else self._crowd(near)
+            word = self.team.world.word
+            return _UNSERVED if room else reasons.crowd_words(floor, near, word)
         earlier = dict.fromkeys(step.g for step in self.found.plan if step.g != g)
         return f"first {listed(map(self._obstacle, earlier))} must be resolved" if earlier else None
 
@@ -339,14 +340,6 @@ class Request:
     def _spots(self, i: int) -> Mask:
         graph, allowed = self.floor.graphs[i], self.floor.allowed(i, self.stages)
         return graph.closure(1 << self.poses[i], allowed) & graph.poses_on(self.need.regions)
-
-    def _crowd(self, near: Mapping[int, Mask]) -> str:
-        regions = 0
-        for i, there in near.items():
-            regions |= self.floor.graphs[i].regions_of(there)
-        return reasons.crowd_words(
-            [self.team.members[i].name for i in near], regions, self.team.world.word
-        )
 
     def _returns(self, i: int) -> bool:
         """Return whether a robot could return to its pose after it has fulfilled the next need."""

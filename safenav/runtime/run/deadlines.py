@@ -13,7 +13,7 @@ from safenav.runtime.control.ends import End
 from safenav.scenario.model import Clock, LatePolicy, switching
 from safenav.scenario.objective import formulas_in
 from safenav.team import state as now
-from safenav.team.apply import goals, on_own, rounds
+from safenav.team.apply import goals, on_own
 from safenav.team.battery import Energy
 from safenav.team.bound import NEVER, Bound, least_within
 from safenav.team.state import Count, State
@@ -214,7 +214,7 @@ def _goals_left(member: Member, own: Count, most: int | None) -> list[Mask]:
         return [*masks[own.memory :]] if own.met < 1 else []
     left = len(masks) - own.met % len(masks)
     if most is not None:
-        left += (most - rounds(member.objective, own) - 1) * len(masks)
+        left += (most - member.pursuit.rounds(own.met) - 1) * len(masks)
     return [masks[(own.memory + k) % len(masks)] for k in range(max(left, 0))]
 
 

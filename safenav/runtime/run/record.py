@@ -28,7 +28,7 @@ from safenav.spec.belief import automatic
 from safenav.team import floor as floors
 from safenav.team import state as now
 from safenav.team.acts import participants, standing
-from safenav.team.apply import goals, rounds
+from safenav.team.apply import goals
 from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -455,7 +455,7 @@ class Recorder:
             self.tick,
             Outcome(end.outcome),
             end.explanation,
-            {member.name: rounds(member.objective, robot.own) for member, robot in pairs},
+            {member.name: member.pursuit.rounds(robot.own.met) for member, robot in pairs},
             self.tick if self.team.live else self.moved,
             round(seconds, 6),
             answers.count,
