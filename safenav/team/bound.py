@@ -159,7 +159,7 @@ class Bound:
         return min(turn, self._leaving(i, need, since))
 
     def _after(self, i: int, field: ByTick, need: Need, since: int) -> ByTick:
-        """Return the poses from which a robot goes on after it has taken part in a need, which is
+        """Return the poses from which a robot continues after it has taken part in a need, which is
         fulfilled from turn ``since`` on; but its part alone may be done long before."""
         if self._leaving(i, need, since) < NEVER:
             return self._start(i)

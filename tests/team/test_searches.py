@@ -3,7 +3,8 @@
 import pytest
 
 from safenav import load_scenario_text
-from safenav.plan.ask import ask_charged
+from safenav.plan.ask import ask_charged, lost
+from safenav.plan.order import joint_now
 from safenav.scenario.objective import number_word
 from safenav.solve.reasons import Helper, Hindrance, Shortfall, shortfall_words
 from safenav.team.apply import initial
@@ -24,6 +25,17 @@ robots:
   c: {model: cart, start: 3, objective: {visit: [3, 7]}}
 """
 
+ZONE = """
+safenav: 1
+map: {grid: ["..."]}
+catalogue: {robots: {drone: {mobility: free, layer: air, capabilities: []}}}
+robots:
+  a: {model: drone, avoids: [], start: 0, objective: {visit: [2]}}
+  b: {model: drone, avoids: [], start: 2, objective: {visit: [0]}}
+  c: {model: drone, avoids: [], start: 1, objective: {visit: [2]}}
+never_together: [{robots: [a, b, c], in: [1]}]
+"""
+
 
 def test_searches_with_charges_end_when_their_check_raises() -> None:
     team = team_of(load_scenario_text(CHARGED))
@@ -31,6 +43,13 @@ def test_searches_with_charges_end_when_their_check_raises() -> None:
     start = floor.settled((0, 2, 3), ((0, 0),) * 3, ())
     with pytest.raises(StopIteration):
         ask_charged(floor, start, (), 1, (30.0,) * 3, 0, lambda: next(left))
+
+
+def test_a_proof_for_a_few_robots_does_not_leave_another_one_in_their_zone() -> None:
+    team = team_of(load_scenario_text(ZONE))
+    state = initial(team)
+    floor = floor_now(team, state)
+    assert lost(floor, joint_now(state, floor), [0, 1]) is None
 
 
 def test_robots_that_have_done_their_part_and_those_out_of_service_are_named() -> None:
