@@ -7,16 +7,16 @@ import os
 import re
 import signal
 import socket
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from queue import Queue
+from select import select
 from threading import Thread
 from typing import Any
 from urllib.request import Request, urlopen
 
+import warm
 from safenav import check_trace
 
 MINUTES = 60.0
@@ -24,29 +24,32 @@ MINUTES = 60.0
 
 
 class Served:
-    """``safenav ARGUMENTS`` until the block is left; ``address`` is what it printed."""
+    """``safenav ARGUMENTS`` until the block is left; ``address`` is what it printed,
+    ``process`` its number."""
 
     def __init__(self, *arguments: str | Path, cwd: Path | None = None) -> None:
-        self.process = subprocess.Popen(
-            [Path(sys.executable).with_name("safenav"), *map(str, arguments)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            cwd=cwd,
-            env={**os.environ, "BROWSER": "/bin/true"},
-        )
-        assert self.process.stdout is not None
-        said = self.process.stdout.readline()
+        output, end = os.pipe()
+        environment = {**os.environ, "BROWSER": "/bin/true"}
+        try:
+            self.process = warm.started(*arguments, out=end, cwd=cwd, env=environment)
+        finally:
+            os.close(end)
+        self._output = os.fdopen(output)
+        said = self._output.readline()
         found = re.search(r"http://\S+:(\d+)/(\S+)/", said)
-        assert found, said + self.process.communicate()[0]
+        if found is None:
+            with self._output:
+                raise AssertionError(said + self._output.read())
         self.address, self.port, self.token = found[0], int(found[1]), found[2]
 
     def __enter__(self) -> Served:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.process.send_signal(signal.SIGINT)
-        said, _ = self.process.communicate(timeout=MINUTES)
+        os.kill(self.process, signal.SIGINT)
+        with self._output:
+            assert select([self._output], [], [], MINUTES)[0], "it does not end"
+            said = self._output.read()
         assert "Traceback" not in said and "Error" not in said, said
 
     def request(self, head: str) -> socket.socket:

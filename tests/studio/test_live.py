@@ -124,7 +124,7 @@ def test_an_operator_helps_a_waiting_run_from_the_page(browser: Browser, tmp_pat
 
 def process_of(served: Served) -> int:
     """The process of the run, the only child of the server."""
-    children = Path(f"/proc/{served.process.pid}/task/{served.process.pid}/children")
+    children = Path(f"/proc/{served.process}/task/{served.process}/children")
     if not children.exists():
         pytest.skip("asks Linux for the children of a process")
     return int(children.read_text())
