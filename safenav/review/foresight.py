@@ -96,7 +96,7 @@ def _unresolvable(scenario: Scenario, lacks: tuple[Shortfall, ...]) -> Iterator[
     able = {action for robot in scenario.robots for action in robot.capabilities}
     for lack in lacks:
         if lack.too_few:
-            lacking = {lack.action, *lack.beside} - able
+            lacking = lack.need.skills - able
             meant = (close for action in sorted(lacking) for close in closest(action, able))
             words = shortfall_words(lack, scenario.map.word)
             yield "; ".join([words, *(f"did you mean '{close}'?" for close in meant)])

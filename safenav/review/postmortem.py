@@ -248,7 +248,7 @@ def _capabilities(failed: _Failure) -> Iterator[Repair]:
     """Yield repairs that give a model of the team the missing actions: first all of them, then
     single ones."""
     every = {action for each in failed.missing for action in each.actions}
-    wanted = [every, *({lacks.action} for lacks in failed.lacks)]
+    wanted = [every, *({lacks.need.action} for lacks in failed.lacks)]
     for actions in (each for number, each in enumerate(wanted) if each not in wanted[:number]):
         for name in dict.fromkeys(robot.model.name for robot in failed.scenario.robots):
             team = [r for r in failed.scenario.robots if r.model.name == name]
@@ -276,7 +276,7 @@ def _robots(failed: _Failure) -> Iterator[Repair]:
             yield _joined(failed, added)
     for lacks in failed.lacks:
         for model in failed.models.values():
-            if lacks.action in model.capabilities:
+            if lacks.need.action in model.capabilities:
                 for region in failed.places_for(lacks):
                     yield _joined(failed, [(model, region)])
 

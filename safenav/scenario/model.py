@@ -362,12 +362,6 @@ def actions_of(needs: Sequence[Need], number: int) -> frozenset[str]:
     return frozenset(need.action for need in chain)
 
 
-def takes(needs: Sequence[Need], number: int) -> bool:
-    """Return whether the robots that fulfil a need carry a load from then on: the same robots must
-    fulfil the next need, and different robots may have fulfilled the previous one."""
-    return number + 1 < len(needs) and needs[number + 1].same and not needs[number].same
-
-
 class ObstacleType(Struct, frozen=True):
     """A type of resolvable obstacle: the needs that resolve it, in order, with the paper's action
     c_r and regions S_r, and the robots that it blocks.

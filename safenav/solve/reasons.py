@@ -10,6 +10,7 @@ from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Word
 from safenav.solve.solve import Closure, Sets
 from safenav.team.floor import Floor
+from safenav.team.team import Need
 from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.poses import Mask, bits
@@ -37,41 +38,33 @@ class Helper(Struct, frozen=True):
 
 
 class Shortfall(Struct, frozen=True):
-    """The unfulfilled need of an obstacle that is never resolved. ``met``: the actions of its needs
-    that are fulfilled, or will be; ``action``: that of the need that never is, by ``robots``
-    robots, ``together`` in one tick; ``done``: robots that have fulfilled their part of this need;
-    ``beside``: the actions of later needs that the same robots must fulfil; ``helpers``: the other
-    robots with all these actions."""
+    """A ``need`` of an obstacle that is never fulfilled. ``met``: the actions of the needs before
+    it; ``done``: robots that have fulfilled their part of it; ``helpers``: the other robots with
+    all its skills."""
 
     obstacle: str
-    action: str
-    robots: int
-    together: bool
+    need: Need
     helpers: tuple[Helper, ...]
     met: tuple[str, ...] = ()
     done: tuple[str, ...] = ()
-    beside: tuple[str, ...] = ()
 
     @property
     def too_few(self) -> bool:
         """Whether fewer robots have the action than the need requires."""
-        return len(self.helpers) + len(self.done) < self.robots
+        return len(self.helpers) + len(self.done) < self.need.robots
 
 
 def shortfalls(now: Sets, closure: Closure) -> tuple[Shortfall, ...]:
     """Return the shortfall of each obstacle that a closure never resolves."""
-    return tuple(_shortfall(now, closure, g) for g in closure.never)
-
-
-def _shortfall(now: Sets, closure: Closure, g: int) -> Shortfall:
-    floor, stage, gate = now.floor, closure.left[g], now.floor.gate(g)
-    need, members = gate.needs[stage.need], floor.team.members
-    left = (i for i in floor.candidates(g, closure.left) if i not in stage.done)
-    helpers = tuple(_helper(now, closure, g, i) for i in left)
-    met = tuple(former.action for former in gate.needs[: stage.need])
-    done = tuple(members[i].name for i in sorted(stage.done))
-    about, beside = (need.robots, need.together), tuple(sorted(need.skills - {need.action}))
-    return Shortfall(gate.name, need.action, *about, helpers, met, done, beside)
+    floor, left, found = now.floor, closure.left, list[Shortfall]()
+    for g in closure.never:
+        gate, stage = floor.gate(g), left[g]
+        others = (i for i in floor.candidates(g, left) if i not in stage.done)
+        helpers = tuple(_helper(now, closure, g, i) for i in others)
+        met = tuple(former.action for former in gate.needs[: stage.need])
+        done = tuple(floor.team.members[i].name for i in sorted(stage.done))
+        found.append(Shortfall(gate.name, floor.need(g, left), helpers, met, done))
+    return tuple(found)
 
 
 def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
@@ -119,15 +112,15 @@ def cause_of(found: Collection[Shortfall]) -> OperatorCause:
 def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     """Return ``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``.
     ``it``: the obstacle's name in the text."""
-    met = f" (after '{found.met[-1]}')" if found.met else ""
-    actions = "' and '".join((found.action, *found.beside))
-    takes = need_words(actions, found.robots, together=found.together)
+    need, met = found.need, f" (after '{found.met[-1]}')" if found.met else ""
+    actions = "' and '".join((need.action, *sorted(need.skills - {need.action})))
+    takes = need_words(actions, need.robots, together=need.together)
     parts = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]
     names = [*found.done, *(helper.name for helper in found.helpers)]
-    if not names and found.action == OPERATOR_ACTION:
+    if not names and need.action == OPERATOR_ACTION:
         return f"{it or obstacle_words(found.obstacle, word)} needs an operator"
     if not names:
-        return f"{parts[0]}, and no robot of this team has {_ALL.get(len(found.beside), 'all')}"
+        return f"{parts[0]}, and no robot of this team has {_ALL.get(len(need.skills), 'all')}"
     if found.too_few:
         parts.append(f"this team has {number_words(len(names))}: {listed(names)}")
     if found.done:
@@ -157,7 +150,7 @@ def _why(helper: Helper, obstacle: str, word: Word) -> str:
             return str(other.value)
 
 
-_ALL = {0: "it", 1: "both"}
+_ALL = {1: "it", 2: "both"}
 _NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
 
 

@@ -203,20 +203,20 @@ def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bo
             crowd += [j] if members[j].rivals.issuperset(crowd) else []
         if too_many([[*bits(free[j])] for j in crowd]):
             return False  # which the search would take long to find out
-    return _apart(floor.team, group, free, {})
+    return _apart(floor.team, group, free, (0,) * len(members))
 
 
 def _apart(
-    team: Team, group: tuple[int, ...], free: Mapping[int, Mask], taken: Mapping[int, Mask]
+    team: Team, group: tuple[int, ...], free: Mapping[int, Mask], at: tuple[Mask, ...]
 ) -> bool:
-    """Return whether the other robots of a group can stand in their free regions, too. ``taken``:
-    the region of each of the first ones."""
-    if len(taken) == len(group):
+    """Return whether a group can stand in its free regions beside robots that are ``at`` others."""
+    if not group:
         return True
-    i = group[len(taken)]
-    member, at = team.members[i], [taken.get(j, 0) for j in range(len(team.members))]
-    left = bits(free[i] & ~member.closed(at))
-    return any(_apart(team, group, free, {**taken, i: 1 << region}) for region in left)
+    i, *rest = group
+    left = bits(free[i] & ~team.members[i].closed(at))
+    return any(
+        _apart(team, (*rest,), free, (*at[:i], 1 << region, *at[i + 1 :])) for region in left
+    )
 
 
 def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step, ...] | None:
@@ -364,17 +364,14 @@ def _present_duties(
     begun: set[int] = set()
     busy: set[int] = set()
     for step in plan:
-        ready = step.g not in begun and not busy & {*step.group}
+        need = now.floor.need(step.g, now.stages)
+        pairs = zip(step.group, step.at, strict=True)
+        at = tuple(now.spots(i, need.regions) & there for i, there in pairs)
+        ready = step.g not in begun and not busy & {*step.group} and all(at)
         begun.add(step.g)
         busy.update(step.group)
-        need = now.floor.need(step.g, now.stages)
-        at = tuple(
-            now.spots(i, need.regions) & there for i, there in zip(step.group, step.at, strict=True)
-        )
-        if not ready or not all(at):
-            continue
-        after = now.after(Step(step.g, step.group, at))
-        for i, there in zip(step.group, at, strict=True):
+        after = now.after(replace(step, at=at))
+        for i, there in zip(step.group, at, strict=True) if ready else ():
             goal = _lasting(solver, i, there, after, wanted) or there
             stays = need.together or len(step.group) > 1
             duties[i] = Duty(step.g, step.group, goal, stays)

@@ -146,20 +146,15 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def commits(self, g: int, stages: Stages) -> bool:
         """Return whether fulfilling the next need determines the robots of a later one."""
-        stage, needs = stages[g], self.gate(g).needs
-        chosen = stage.group is not None and len(stage.group) <= needs[stage.need].robots
-        return self.chained(g, stages) and not chosen
-
-    def chained(self, g: int, stages: Stages) -> bool:
-        after = stages[g].need + 1
-        return after < len(self.gate(g).needs) and self.gate(g).needs[after].same
+        need, group = self.need(g, stages), stages[g].group
+        return need.chosen and (group is None or len(group) > need.robots)
 
     def advanced(self, g: int, stages: Stages, group: Iterable[int] | None = None) -> Stages:
         """Return the stages after the next need is fulfilled, by a group and the robots that had
         done their part."""
-        stage = stages[g]
+        stage, chosen = stages[g], self.need(g, stages).chosen
         met = stage.group if group is None else stage.done.union(group)
-        return put(stages, g, Stage(stage.need + 1, group=met if self.chained(g, stages) else None))
+        return put(stages, g, Stage(stage.need + 1, group=met if chosen else None))
 
     def took_part(self, g: int, stages: Stages, group: Iterable[int]) -> Stages:
         """Return the stages after a group has acted on the next need."""

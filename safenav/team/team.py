@@ -27,9 +27,9 @@ from safenav.world.poses import Mask, Pose, PoseGraph, bits, plain_graph, region
 
 class Need(Struct, frozen=True):
     """``robots`` distinct robots do ``action`` in ``regions``, at the same time if ``together``;
-    with ``same``, robots that fulfilled the need before. ``skills``: all actions that they must
-    have, up to the last need that the same robots fulfil; ``takes``: whether they carry a load from
-    then on; ``strays``: the robots that do not take it, since no path leads them to where it is put
+    with ``same``, robots that fulfilled the need before. ``chosen``: they also fulfil the next one;
+    ``skills``: all actions that they must have, up to the last need that the same robots fulfil;
+    ``strays``: the robots that do not take the load, since no path leads them to where it is put
     down. ``closed_to``: the robots that must not enter the obstacle while this need is the next."""
 
     action: str
@@ -37,10 +37,15 @@ class Need(Struct, frozen=True):
     regions: Mask
     together: bool
     same: bool
+    chosen: bool
     skills: frozenset[str]
-    takes: bool
     strays: frozenset[int]
     closed_to: frozenset[int]
+
+    @property
+    def takes(self) -> bool:
+        """Whether the robots that fulfil it carry a load from then on."""
+        return self.chosen and not self.same
 
 
 class Obstacle(Struct, frozen=True, eq=False):
@@ -353,15 +358,14 @@ def _needs(
     listed = source.needs
     places = [source.resolution_regions(scenario.map, k) for k in range(len(listed))]
     for k, need in enumerate(listed):
-        skills, takes = model.actions_of(listed, k), model.takes(listed, k)
         later = takewhile(lambda n: listed[n].same, range(k + 1, len(listed)))
         way = [places[n] for n in (k, *later)]
-        carried = enumerate(members if takes else ())
+        carried = enumerate(members if len(way) > 1 and not need.same else ())
         strays = frozenset(i for i, member in carried if _cut_off(member, way, scenario))
         pairs = enumerate(members)
         closed = frozenset(i for i, member in pairs if source.closed_to(member.robot, k))
-        how = need.together, need.same, skills, takes, strays, closed
-        yield Need(need.action, need.robots, region_mask(places[k]), *how)
+        how = need.together, need.same, len(way) > 1, model.actions_of(listed, k)
+        yield Need(need.action, need.robots, region_mask(places[k]), *how, strays, closed)
 
 
 def _cut_off(member: Member, places: list[tuple[int, ...]], scenario: model.Scenario) -> bool:

@@ -1,6 +1,7 @@
 """Searches for joint plans: what ends them; and why no plan helps."""
 
 import pytest
+from msgspec.structs import replace
 
 from safenav import load_scenario_text
 from safenav.plan.ask import ask_charged, lost
@@ -9,7 +10,7 @@ from safenav.scenario.objective import number_word
 from safenav.solve.reasons import Helper, Hindrance, Shortfall, shortfall_words
 from safenav.team.apply import initial
 from safenav.team.floor import floor_now
-from safenav.team.team import team_of
+from safenav.team.team import Need, team_of
 
 CHARGED = """
 safenav: 1
@@ -56,12 +57,13 @@ def test_robots_that_have_done_their_part_and_those_out_of_service_are_named() -
     """What else keeps robots from an obstacle: ``cli/transcripts/reasons.txt``."""
     out = [Helper(each, Hindrance.OUT_OF_SERVICE) for each in "ab"]
     beyond = Helper("c", Hindrance.GATES, ("crate@2",))
-    several = Shortfall("door@1", "push", 1, False, (*out, beyond))
+    alone = Need("push", 1, 0, False, False, False, frozenset({"push"}), frozenset(), frozenset())
+    several = Shortfall("door@1", alone, (*out, beyond))
     assert shortfall_words(several, number_word) == (
         "door@1 needs a robot with 'push'; a and b have it, but they are out of service; c has it, "
         "but crate@2 is in the way"
     )
-    begun = Shortfall("door@1", "push", 2, False, out[:1], ("sense",), ("b",))
+    begun = Shortfall("door@1", replace(alone, robots=2), out[:1], ("sense",), ("b",))
     assert shortfall_words(begun, number_word) == (
         "door@1 needs two robots with 'push' (after 'sense'); b has done "
         "it; a has it, but it is out of service"

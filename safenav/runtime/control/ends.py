@@ -309,7 +309,7 @@ class Request:
                 why = "has no path to where it is put down"
             elif not self._returns(i):
                 why = "could not return from there"
-            elif self.floor.chained(self.g, self.stages):
+            elif self.need.chosen:
                 why = "has a longer way to the later needs"
             else:
                 continue
