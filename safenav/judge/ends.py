@@ -91,7 +91,7 @@ def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
     can meet it. An obstacle is excused once it need not be resolved, a round if the robot pursued
     something else in it or the one before."""
-    due = (s.kept if e.verdict == "kept" else s.past | s.dues).get(e.of)
+    due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
     elif e.due != due and e.verdict != "excused":
@@ -120,11 +120,10 @@ def _is_excused(of: str, s: State) -> bool:
 def deadlines(e: Line, s: State) -> Iterator[str]:
     """The outcome lists each missed deadline, and no other; the deadline of the mission is kept as
     it is completed."""
-    late, over = {*(e.late or ())}, s.overdue(e.tick)
-    missed = s.missed | over if e.outcome == "completed" else s.missed - over
-    if forgotten := missed - late:
+    late, missed = {*(e.late or ())}, s.missed | s.overdue(e.tick)
+    if forgotten := (missed if e.outcome == "completed" else s.missed) - late:
         yield f"the deadline of {', '.join(sorted(forgotten))} was missed, which is not listed"
-    if more := late - missed - over:
+    if more := late - missed:
         yield f"no deadline of {', '.join(sorted(more))} was missed"
     stops = not s.live and s.scenario.late == "stop"
     if s.promised is not None and (e.outcome != "completed" or s.promised != e.tick):

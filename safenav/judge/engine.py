@@ -39,10 +39,6 @@ def after(e: Line, s: State) -> None:
         case "push" | "pop":
             for name, objective in e.objectives.items():
                 s.robots[name].given = objective
-        case "deadline" if e.verdict in ("excused", "late"):
-            s.dues.pop(e.of, None)
-            s.past.pop(e.of, None)
-            s.missed |= {e.of} if e.verdict == "late" else set()
         case "deadline" if e.verdict == "kept" and e.of == "mission":
             s.promised = e.tick if s.promised is None else s.promised
         case "waiting":
@@ -54,11 +50,7 @@ def after(e: Line, s: State) -> None:
 def _begin_tick(tick: int, s: State) -> None:
     s.found.clear()
     s.unrealizable.clear()
-    s.missed |= (over := s.overdue(tick))
-    for name in over & s.obstacles.keys():
-        s.obstacles[name].late = True
-    s.past = {of: due for of, due in s.dues.items() if due < tick}
-    s.dues = {of: due for of, due in s.dues.items() if due >= tick}
+    s.missed |= s.overdue(tick)
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
@@ -340,7 +332,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
         case "truth":
             one.truth = e.traversable
         case "blocked":
-            one.shut, one.known, one.late = True, True, False
+            one.shut = one.known = True
             s.dues.pop(one.name, None)
         case "reopened":
             one.shut = False
@@ -357,7 +349,7 @@ def _order(e: Line, one: Obstacle, s: State) -> None:
 
 def _due(e: Line, one: Obstacle, s: State) -> None:
     """Begin the deadline of an obstacle with its first request."""
-    if one.within is not None and not one.late:
+    if one.within is not None:
         s.dues.setdefault(one.name, e.tick + one.within)
 
 

@@ -206,8 +206,8 @@ class Rest(NamedTuple):
 class Obstacle:
     """An obstacle. ``rest``: its open needs; ``group``: the robots that fulfilled the last one,
     ``party``: those that fulfilled any; ``there``: it is present, ``since`` a tick; ``shut``: it is
-    permanent; ``known``: the team knows of it; ``declared``: by an operator; ``late``: its request
-    missed its deadline; ``begun``: the tick in which all can do their part of the next need."""
+    permanent; ``known``: the team knows of it; ``declared``: by an operator; ``begun``: the tick in
+    which all can do their part of the next need."""
 
     name: str
     type: str
@@ -226,7 +226,6 @@ class Obstacle:
     shut: bool = False
     known: bool = False
     declared: bool = False
-    late: bool = False
     since: int = -1
     begun: int = 1
 
@@ -245,7 +244,6 @@ class Obstacle:
 
     def begin(self) -> None:
         self.there, self.resolved, self.shut, self.known, self.declared = True, *[False] * 4
-        self.late = False
         self.rest = self.rest._replace(left=self.needs, done=frozenset())
         self.group = self.party = frozenset()
 
@@ -269,9 +267,9 @@ class Step(NamedTuple):
 
 class State:
     """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the obstacles that the
-    scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: open
-    deadlines of obstacles and the mission, ``past``: those that this tick misses; ``missed``: all
-    that have passed; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
+    scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: the
+    deadlines of rounds, requests and the mission that were not met yet, ``missed``: those that were
+    not met in time; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
     the tick in which each input changed last; ``limit``: ticks (live: seconds);
     ``promised``: the tick in which the deadline of the mission is kept; ``strays``, ``hands``:
     steps that ended elsewhere than commanded, and changes by a user or the world."""
@@ -299,7 +297,6 @@ class State:
         self.by_user: set[str] = set()
         self.by = None if self.live else h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
-        self.past: dict[str, int] = {}
         self.kept = dict(self.dues)
         self.switched: dict[str, int] = {}
         self.missed: set[str] = set()
@@ -469,7 +466,7 @@ class State:
         return within is not None
 
     def overdue(self, tick: int) -> set[str]:
-        """Return the open deadlines that a tick misses."""
+        """Return the deadlines that are missed as a tick begins."""
         late = {of for of, due in self.dues.items() if due < tick}
         return late - {name for name, robot in self.robots.items() if robot.away or robot.was_away}
 
