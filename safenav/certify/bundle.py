@@ -20,11 +20,12 @@ from safenav.errors import NotCertifiedError, ResourceLimitError, UsageError, Ve
 from safenav.files import json_line
 from safenav.judge.bundle.check import VERSION, Judged
 from safenav.judge.bundle.evidence import proof_file
-from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError, Task
+from safenav.judge.bundle.strategies import Met, RefusedError, Task
 from safenav.judge.engine import judge
 from safenav.judge.lines import Line, NotATraceError
 from safenav.judge.rules import Rule
 from safenav.judge.state import State
+from safenav.judge.world import TooLargeError
 from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrupted
 from safenav.scenario.model import Coordination, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
@@ -205,7 +206,7 @@ def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
 
     try:
         judge(trace.splitlines(keepends=True), [Rule("proofs", ("synthesis",), prove, "")])
-    except BundleTooLargeError as error:
+    except TooLargeError as error:
         raise ResourceLimitError(f"no bundle: {error}") from error
     except NotATraceError as error:
         raise NotCertifiedError(str(error)) from error

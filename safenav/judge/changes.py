@@ -207,7 +207,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
     own, turn = robot.own, robot.progress.turn
     if e.objective.data != own.data:
         return
-    if robot.memories:
+    if robot.memories and own.formulas.names:
         begins = own.formulas.begins(s.destination(e.robot))
         begins = own.formulas.remembering(e.memory) if e.memory else begins
         if s.arriving(robot).isdisjoint(begins):
@@ -232,23 +232,3 @@ def duties(e: Line, s: State) -> Iterator[str]:
         robot = s.robots[name]
         if not (name in busy or robot.out or told[name].serves(robot.own)):
             yield f"{name} gets another objective, but nothing is to be resolved"
-
-
-@rule("blocked", "reopened")
-def permanence(e: Line, s: State) -> Iterator[str]:
-    """An obstacle becomes permanent because it was just found untraversable, because an operator
-    declares it, or because it can never be resolved."""
-    one = s.obstacles[e.obstacle]
-    if e.kind == "reopened":
-        if not one.shut or one.resolved:
-            yield f"{one.name} is reopened, but was not given up"
-    elif e.robots != one.blocks:
-        yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
-    elif e.reason == "untraversable" and one.name not in s.found:
-        yield f"{one.name} was not found untraversable in this tick"
-    elif e.reason == "operator" and not one.declared:
-        yield f"no operator has declared {one.name} permanent"
-    elif e.reason == "no_capable_robot" and all(
-        len(need.able) >= need.robots for need in one.needs[one.stage :]
-    ):
-        yield f"enough robots have the actions that {one.name} needs"

@@ -148,7 +148,7 @@ def end(e: Line, s: State) -> Iterator[str]:
         if e.outcome == "completed":
             if rounds < wanted:
                 yield f"{name} has met its objective {rounds} times of {wanted}"
-            elif not s.at_end(robot):
+            elif robot.own.settles and (robot.bound is not None or robot.holds - robot.own.last):
                 yield f"{name} is not at its last target"
             elif s.away(name):
                 yield f"an input keeps {name} from its objective"
@@ -213,10 +213,25 @@ def negative(e: Line, s: State) -> Iterator[str]:
         yield f"the run waits, but the scenario changes nothing at {e.until:g}"
 
 
-@rule("blocked")
-def shut(e: Line, s: State) -> Iterator[str]:
-    """An obstacle is given up only if no robot can ever resolve it."""
-    if e.reason in ("no_capable_robot", "unresolvable"):
+@rule("blocked", "reopened")
+def permanence(e: Line, s: State) -> Iterator[str]:
+    """An obstacle becomes permanent because it was just found untraversable, because an operator
+    declares it, or because no robot can ever resolve it."""
+    one = s.obstacles[e.obstacle]
+    if e.kind == "reopened":
+        if not one.shut or one.resolved:
+            yield f"{one.name} is reopened, but was not given up"
+    elif e.robots != one.blocks:
+        yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
+    elif e.reason == "untraversable" and one.name not in s.found:
+        yield f"{one.name} was not found untraversable in this tick"
+    elif e.reason == "operator" and not one.declared:
+        yield f"no operator has declared {one.name} permanent"
+    elif e.reason == "no_capable_robot" and all(
+        len(need.able) >= need.robots for need in one.needs[one.stage :]
+    ):
+        yield f"enough robots have the actions that {one.name} needs"
+    elif e.reason == "unresolvable":
         yield from _proven(shut_problems(e, s))
 
 
@@ -232,16 +247,9 @@ def counts(e: Line, robot: Robot, live: bool) -> bool:
     """Return whether a goal line is a goal of the robot's own objective."""
     own = robot.own
     if own.kind == "ltl":
-        formulas = own.formulas
         if e.goal >= own.count:
             return False
-        if not formulas.goals:
-            return True  # reported: it is not judged
-        here = robot.pose
-        if robot.memories is None:
-            befores = [robot.before] * (e.goal not in robot.met) + [here]
-            return any(formulas.meets(e.goal, at, here) for at in befores)
-        return bool(meeting(e, robot, live))
+        return robot.memories is None or bool(meeting(e, robot, live))  # None: it is not judged
     return bool(e.goal < own.count and e.region in own.targets[e.goal])
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from safenav.judge.changes import applies
 from safenav.judge.ends import counts, meeting
 from safenav.judge.lines import Line, Reader, Text
-from safenav.judge.rules import RULES, NotJudged, Rule, charge_after, is_empty
+from safenav.judge.rules import RULES, NotJudged, Rule, is_empty
 from safenav.judge.state import Obstacle, Progress, Robot, State
 
 BATTERY = "battery"
@@ -59,7 +59,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
         case "move" | "depart" | "arrive":
             _moved(e, robot, s)
         case "operator" if e.region is not None:
-            _charge_stands(e, robot, s)
+            _use_charge(e, robot, s)
             robot.jumps += 1
             robot.pose = robot.before = (e.region, e.heading if robot.faces else None)
             robot.holds, robot.bound = frozenset([e.region]), None
@@ -98,7 +98,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
                 s.restart(robot)
             if e.active and robot.filled and robot.charge is not None:
-                robot.charge, robot.stands = float(robot.data.battery.capacity), e.t or 0.0
+                robot.charge = float(robot.data.battery.capacity)
+                robot.stands = s.now(e) if s.live else robot.moved
                 robot.filled = False
         case "synthesis":
             s.spec_memory[e.robot, e.spec] = e.memory or {}
@@ -128,11 +129,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     robot.away = robot.away or robot.out or not robot.given.serves(robot.own)
     if robot.bound is None and robot.memories is not None:
         robot.memories, robot.heard = s.memories(robot), robot.hears(s.inputs)
-    if robot.charge is not None:
-        if s.live:
-            _charge_stands(e, robot, s)
-        else:
-            robot.charge = max(0.0, charge_after(e, robot, s))
+    _use_charge(e, robot, s)
     if step.at != here[0]:
         there = (one for one in s.at.get(step.at, ()) if one.present)
         appeared = s.external and any(one.rest.closes(robot.name) for one in there)
@@ -215,17 +212,17 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
         s.obstacles[name].rest = rest._replace(done=rest.done - {robot.name})
 
 
-def _charge_stands(e: Line, robot: Robot, s: State) -> None:
-    """Record the charge that a robot in a live run has used or gained while it stood."""
-    if robot.charge is None or e.t is None:
+def _use_charge(e: Line, robot: Robot, s: State) -> None:
+    """Record the charge that a robot has used or gained while it stood, and that of a step."""
+    if robot.charge is None:
         return
-    robot.charge = robot.charge_at(e.t, s.scenario.chargers)
-    if e.kind == "arrive":
-        robot.charge = round(max(0.0, robot.charge - robot.data.battery.move), 6)
-    if e.kind == "arrive" or (robot.stands is not None and e.kind != "depart"):
-        robot.stands = e.t
-    elif e.kind == "depart":
+    now = s.now(e) if s.live else robot.moved
+    robot.charge, robot.stands = s.charge(robot, now), now
+    if e.kind == "depart" or e.toward is not None:
         robot.stands = None
+    elif e.kind == "arrive" or e.to != e.start:
+        robot.charge = round(max(0.0, robot.charge - robot.data.battery.move), 6)
+        robot.stands = s.now(e)
 
 
 def _goal(e: Line, robot: Robot, s: State) -> None:

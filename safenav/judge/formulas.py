@@ -156,13 +156,12 @@ class Formulas:
             if unknown := part.names - {"region", "heading", *self.names}:
                 raise UnreadError(f"unknown names in a formula: {', '.join(sorted(unknown))}")
         unread = frozenset[str]() if self.whole else frozenset(self.names)
-        self._init, self._safety, goals = (
+        self._init, self._safety, self.goals = (
             [part.value for part in each if unread.isdisjoint(part.names)]
             for each in self._all.values()
         )
         self.count = len(self._all["liveness"])
         self.steps = cache(self._steps)
-        self.goals = goals if len(goals) == self.count else []
 
     def begins(self, pose: Pose) -> list[int]:
         """Return the memories with which the robot may begin in a pose."""

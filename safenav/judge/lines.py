@@ -70,10 +70,6 @@ class Objective(Line):
     def last(self) -> frozenset[int]:
         return self.targets[-1]
 
-    def alternating(self) -> Objective:
-        """Return the weaker form of a strict objective: the same targets in turn."""
-        return Objective(**vars(self) | {"kind": "visit"}) if self.strict else self
-
     def serves(self, own: Objective) -> bool:
         """Return whether the goals of this objective are those of another one, of which it may be
         the weaker form."""
@@ -102,7 +98,8 @@ def _fields(text: str) -> Fields:
 
 def read(kind: str, value: Any) -> Any:
     """Return a value of a type: one of the tables below, one of several words (``a|b``), or, for a
-    type ``x``, a list (``x*``), a set (``x!``) or an object of them by name (``x~``)."""
+    type ``x``, a list (``x*``; ``x+``: not empty), a set (``x!``) or an object of them by name
+    (``x~``)."""
     if kind in VALUES:
         types, least = VALUES[kind]
         if type(value) not in types or (least is not None and value < least):
@@ -121,9 +118,10 @@ def read(kind: str, value: Any) -> Any:
     if end == "~":
         _require(isinstance(value, dict), "must be an object")
         return {name: read(inner, one) for name, one in value.items()}
-    if end in "*!":
+    if end in "*+!":
         _require(isinstance(value, list), "must be a list")
-        return (tuple if end == "*" else frozenset)([read(inner, one) for one in value])
+        _require(value or end != "+", "must not be empty")
+        return (frozenset if end == "!" else tuple)([read(inner, one) for one in value])
     words = (*HEADINGS, None) if kind == "heading" else kind.split("|")
     if value not in words:
         raise WrongError(f"must be one of {', '.join(map(str, words))}")
@@ -188,13 +186,6 @@ def _robot(value: Any) -> Line:
     return Line(**vars(robot.model) | vars(robot))
 
 
-def _type(value: Any) -> Line:
-    """Return a type of obstacles, which has at least one need."""
-    kind: Line = read("kind", value)
-    _require(bool(kind.needs), "has no needs")
-    return kind
-
-
 def _obstacle(value: Any) -> Line:
     """Return an obstacle with its ``name``."""
     one = read("hidden", value)
@@ -218,7 +209,7 @@ MADE: dict[str, Callable[[Any], Any]] = {
     "at": lambda value: read("self|neighbours" if type(value) is str else "int!", value),
     "any": lambda value: value,
     **{"memory": _memory, "objective": _objective, "pose": _pose, "robot": _robot},
-    **{"type": _type, "obstacle": _obstacle},
+    "obstacle": _obstacle,
 }
 OBJECTS = {
     kind: _fields(text)
@@ -231,7 +222,7 @@ OBJECTS = {
         "member": "name model:model start:pose objective:objective avoids?:str! within?:count"
         " when:when*",
         "need": "action at:at robots:count together:bool same:bool",
-        "kind": "name needs:need* blocks?:str! resolve_within?:count",
+        "type": "name needs:need+ blocks?:str! resolve_within?:count",
         "hidden": "type:type region:int traversable?:bool appears?:count goes?:count"
         " resolve_within?:count ordered:bool number:count",
         "change": "at:count robot objective?:objective active?:bool within?:count",
@@ -240,7 +231,7 @@ OBJECTS = {
         "map": "rows:count cols:count walls:int! names:int~ areas:int!~",
         "until": "rounds:times by?:count",
         "limits": "ticks:count seconds?:number",
-        "proof": "robots:str* memory?:int~~",
+        "proof": "robots:str! memory?:int~~",
         "scenario": "map:map robots:robot* obstacles:obstacle* until:until limits:limits"
         " clock:lockstep|live seed:int coordination:resynthesis|assignable changes:change*"
         " never_together:zone* resolve_within?:count late:go_on|stop chargers:int! flat?:type"
@@ -374,6 +365,7 @@ class Reader:
     def _names(self, line: Line) -> None:
         """Require that all robots and obstacles that the line names are known."""
         robots = {*(line.robots or ()), *(line.objectives or ()), *(line.unrealizable or ())}
+        robots |= {*line.proof.robots, *(line.proof.memory or ())} if line.proof else set()
         if line.kind == "header":
             _require(line.trace == VERSION, f"version {line.trace}; expected {VERSION}")
             h = line.scenario

@@ -218,12 +218,10 @@ def charge(e: Line, s: State) -> Iterator[str]:
     if e.kind == "service":
         if e.active and e.cause == "battery" and not robot.filled:
             yield f"the battery of {e.robot} was not replaced"
-    elif robot.charge is not None and s.live:
-        left = robot.charge_at(e.t or 0.0, s.scenario.chargers)
-        if left < robot.data.battery.move:
-            yield f"{e.robot} takes a step with a charge of {left:g}"
-    elif robot.charge is not None and charge_after(e, robot, s) < 0:
-        yield f"{e.robot} takes a step with a charge of {robot.charge:g}"
+    elif robot.charge is None:
+        return
+    elif e.to != e.start and s.charge(robot, s.now(e)) < robot.data.battery.move:
+        yield f"{e.robot} takes a step with a charge of {s.charge(robot, s.now(e)):g}"
     elif not (s.live or s.external or robot.out or robot.bound is not None) and is_empty(
         robot, s, s.now(e)
     ):
@@ -232,24 +230,9 @@ def charge(e: Line, s: State) -> Iterator[str]:
 
 def is_empty(robot: Robot, s: State, now: float) -> bool:
     """Return whether a robot's charge does not suffice for a step, off the chargers."""
-    charge, battery = robot.charge, robot.data.battery
-    if charge is None or robot.pose[0] in s.scenario.chargers:
+    if robot.charge is None or robot.pose[0] in s.scenario.chargers:
         return False
-    if s.live:
-        charge = robot.charge_at(now, s.scenario.chargers)
-    return bool(charge < battery.move)
-
-
-def charge_after(e: Line, robot: Robot, s: State) -> float:
-    """Return the charge of a robot after a move in lockstep; negative if it does not suffice."""
-    battery, charge = robot.data.battery, robot.charge or 0.0
-    if e.to != e.start:
-        return float(charge - battery.move)
-    if e.toward is not None or e.tick <= robot.moved:
-        return charge
-    if e.to in s.scenario.chargers:
-        return float(min(battery.capacity, charge + battery.charge))
-    return float(max(0.0, charge - battery.stay))
+    return bool(s.charge(robot, now) < robot.data.battery.move)
 
 
 @rule("act", "acted", "met", "resolved")
@@ -355,5 +338,6 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
     elif len(many) < need.robots:
         yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(many)}"
     for name in who if e.kind == "met" and one.rest.takes() else ():
-        if loads := s.loads(name):
-            yield f"{name} carries {loads[0]}, and takes {one.name} as well"
+        for other in s.obstacles.values():
+            if other.open and name in other.rest.carriers():
+                yield f"{name} carries {other.name}, and takes {one.name} as well"

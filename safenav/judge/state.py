@@ -66,14 +66,14 @@ class Robot:
     ``begun``: the tick in which its round began, which may take ``within`` ticks, unless it does
     something else (``away``) in it, or did in the one before (``was_away``); ``memories``: those
     that its formulas may have (None: not followed), ``recalled``: before its last step, ``heard``:
-    those with the inputs since that step began; ``stands``: live, since when it uses its ``charge``
-    without a step; ``filled``: its battery was replaced; ``kept``: its progress with the objective
-    that it resumes after an input; ``first``: the target with which its strategy begins; ``told``:
-    a user gave it its objective; ``acts``: the action in which it takes part, ``acted``: the one
-    that ended last, and when; ``knew``: the obstacles known when it began (on others idle robots
-    act as well); ``met``: the goals that its last step has met, each with its tick; ``jumps``:
-    how often it was farther from its last region than a step; ``observes``: the robots that its
-    strategy observes, with their jumps before it was made."""
+    those with the inputs since that step began; ``stands``: since when it uses its ``charge``
+    without a step (None: it takes one); ``filled``: its battery was replaced; ``kept``: its
+    progress with the objective that it resumes after an input; ``first``: the target with which its
+    strategy begins; ``told``: a user gave it its objective; ``acts``: the action in which it takes
+    part, ``acted``: the one that ended last, and when; ``knew``: the obstacles known when it began
+    (on others idle robots act as well); ``met``: the goals that its last step has met, each with
+    its tick; ``jumps``: how often it was farther from its last region than a step; ``observes``:
+    the robots that its strategy observes, with their jumps before it was made."""
 
     name: str
     data: Line
@@ -127,18 +127,11 @@ class Robot:
         return {*self.own.formulas.remembering(stated)}
 
     def follow(self, inputs: Mapping[str, bool]) -> None:
-        """Begin to follow the memories of its formulas, if they have any that can be followed."""
+        """Begin to follow the memories of its formulas, unless they have too many."""
         formulas, self.memories = self.own.formulas, None
-        if self.own.kind == "ltl" and formulas.whole and formulas.names:
+        if self.own.kind == "ltl" and formulas.whole:
             self.heard = self.hears(inputs)
             self.memories = self.heard.intersection(formulas.begins(self.pose))
-
-    def charge_at(self, t: float, chargers: Iterable[int]) -> float:
-        """Return its charge at a second of a live run."""
-        battery, charge = self.data.battery, self.charge or 0.0
-        rate = battery.charge if self.pose[0] in chargers else -battery.stay
-        charge += rate * max(0.0, t - (t if self.stands is None else self.stands))
-        return float(round(min(battery.capacity, max(0.0, charge)), 6))
 
 
 class Need(NamedTuple):
@@ -401,6 +394,15 @@ class State:
             if one.shut or (one.open and known and one.rest.closes(robot)):
                 yield one
 
+    def charge(self, robot: Robot, now: float) -> float:
+        """Return a robot's charge: in a live run that of a second, in lockstep that after its last
+        turn."""
+        battery, charge = robot.data.battery, robot.charge or 0.0
+        rate = battery.charge if robot.pose[0] in self.scenario.chargers else -battery.stay
+        if robot.stands is not None:
+            charge += rate * max(0.0, (now if self.live else robot.moved) - robot.stands)
+        return float(round(min(battery.capacity, max(0.0, charge)), 6))
+
     def destination(self, name: str) -> Pose:
         """Return a robot's pose; in transit, the one where it will arrive."""
         robot = self.robots[name]
@@ -428,11 +430,6 @@ class State:
         after: set[int] = robot.own.formulas.after(known, robot.pose, self.destination(robot.name))
         return after & robot.heard
 
-    def loads(self, robot: str) -> list[str]:
-        """Return the loads that a robot carries."""
-        every = self.obstacles.values()
-        return [one.name for one in every if one.open and robot in one.rest.carriers()]
-
     def stand(self, robot: Robot) -> None:
         """Begin, or end, to count the ticks of a robot in service at its last target."""
         progress, own = robot.progress, robot.own
@@ -445,10 +442,6 @@ class State:
             counted = robot.out and (self.live or robot.moved >= self.tick)
             progress.stayed += self.tick - progress.since + counted
             progress.since = None
-
-    def at_end(self, robot: Robot) -> bool:
-        """Return whether a robot is where its objective lets the mission end."""
-        return not robot.own.settles or (robot.bound is None and robot.holds <= robot.own.last)
 
     def away(self, robot: str) -> bool:
         """Return whether an input gives a robot another objective."""

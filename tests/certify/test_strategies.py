@@ -54,7 +54,7 @@ def test_a_strategy_of_many_edges_is_too_large(monkeypatch: pytest.MonkeyPatch) 
     given: Any = ["y", "x"], ([0, 0], [1, 2]), ([1, 0], [1, 2]), ([0, 1], [0])
     assert strategy(*given).reach([1]) == [0, 1, 2]
     monkeypatch.setattr(checker, "MOST_EDGES", 4)
-    with pytest.raises(checker.BundleTooLargeError, match="5 edges"):
+    with pytest.raises(checker.TooLargeError, match="5 edges"):
         strategy(*given)
 
 

@@ -38,9 +38,10 @@ if __name__ == "__main__":
 
 try:
     from safenav.judge.bundle.evidence import Evidence
-    from safenav.judge.bundle.strategies import BundleTooLargeError, RefusedError, require
+    from safenav.judge.bundle.strategies import RefusedError, require
     from safenav.judge.engine import FACTS, judge
     from safenav.judge.lines import NotATraceError
+    from safenav.judge.world import TooLargeError
     from safenav.strict_json import read_json
 except (ImportError, SyntaxError) as error:
     this = sys.version.split()[0]
@@ -96,7 +97,7 @@ def open_bundle(place: Path) -> dict[str, Any]:
         require(len(files) == len(listed), "two files of the archive have one name")
         sizes = [entry.file_size for entry in listed]
     if max(sizes, default=0) > MOST_BYTES or sum(sizes) > 10 * MOST_BYTES:
-        raise BundleTooLargeError(f"a file exceeds {MOST_BYTES} bytes, or all files ten times that")
+        raise TooLargeError(f"a file exceeds {MOST_BYTES} bytes, or all files ten times that")
     manifest = read_json(files.pop("manifest.json").read_bytes())
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", VERSION)
     require(known, f"not a bundle of version {VERSION}; an older one has its own check.py")
@@ -120,7 +121,7 @@ def examine(files: dict[str, Any], run: Evidence) -> None:
         raise RefusedError(f"trace.jsonl, line {first.line}: {first.explanation} ({first.rule})")
     for note in found.notes:
         if not (note.line in run.proven and note.rule in ("end", "negative")):
-            raise BundleTooLargeError(f"trace.jsonl, line {note.line}: {note.explanation}")
+            raise TooLargeError(f"trace.jsonl, line {note.line}: {note.explanation}")
     loose = sorted(f for f in files if not (f in run.named or KNOWN.fullmatch(f)))
     require(not loose, f"{', '.join(loose)} is not a file of this bundle: no line names it")
     run.finish(found.strays, found.hands)
@@ -136,7 +137,7 @@ def check(place: Path) -> Judged:
         run = Evidence(files)
         examine(files, run)
         found = Judged("accepted", claims=run.claims)
-    except BundleTooLargeError as error:
+    except TooLargeError as error:
         found = Judged("too large", str(error))
     except (RefusedError, NotATraceError) as error:
         found = Judged("refused", str(error))

@@ -54,9 +54,10 @@ def plan_of(e: Line, s: State) -> Plan:
         for one, to in pairwise(way):
             legal = to in s.world.steps(s.robots[robot].faces, one)
             require(legal, f"{robot} cannot step from {one} to {to}")
-    for first, _, then, j in e.orders:
-        exists = first in e.robots and j < len(e.robots.get(then, ()))
-        require(exists, f"an order names place {j} of {then}, or {first}, which does not exist")
+    for first, i, then, j in e.orders:
+        for robot, k in ((first, i), (then, j)):
+            exists = k < len(e.robots.get(robot, ()))
+            require(exists, f"an order names place {k} of {robot}, which does not exist")
         require(j > at[then], f"an order delays a step that {then} has begun")
     plan = Plan(e.robots, e.orders, at)
     for problem in _meetings(plan, s):
@@ -66,12 +67,7 @@ def plan_of(e: Line, s: State) -> Plan:
 
 def _meetings(plan: Plan, s: State) -> Iterator[str]:
     """Yield the rivals that the orders let into a region together."""
-    lengths = {name: len(way) for name, way in plan.ways.items()}
-    beyond = {**lengths}
-    orders = [(one, min(i, lengths[one]), other, j) for one, i, other, j in plan.orders]
-    for first, i, _, _ in orders:  # a robot waits forever for a place beyond a path
-        beyond[first] = max(beyond[first], i + 1)
-    order = Precedence(beyond, orders)
+    order = Precedence(plan)
     visits: dict[int, list[tuple[str, int]]] = {}
     for robot, way in plan.ways.items():
         for index, (region, _) in enumerate(way):
@@ -106,13 +102,12 @@ class Precedence:
     """The order of the places of a plan: a robot is at each of its places before it departs for the
     next one, and at the first place of an ``Order`` before the other departs for the second."""
 
-    def __init__(self, lengths: Mapping[str, int], orders: Iterable[Order]) -> None:
-        self._lengths = lengths
-        places = [(robot, k) for robot, length in lengths.items() for k in range(length)]
+    def __init__(self, plan: Plan) -> None:
+        places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]
         after: dict[Place, list[Place]] = {place: [] for place in places}
         for robot, k in places:
-            after[robot, k] += [(robot, k + 1)][: lengths[robot] - 1 - k]
-        for first, i, then, j in orders:
+            after.get((robot, k - 1), []).append((robot, k))
+        for first, i, then, j in plan.orders:
             after[first, i].append((then, j))
         bits = {place: 1 << number for number, place in enumerate(places)}
         self._bits, self._later = bits, dict.fromkeys(places, 0)  # the places after each place
@@ -133,9 +128,7 @@ class Precedence:
     def _left_before(self, one: str, i: int, other: str, j: int) -> bool:
         """Return whether ``one`` has certainly reached its next place when ``other`` departs for
         ``j``."""
-        if i + 1 >= self._lengths[one] or j == 0:
-            return False
-        return bool(self._later[one, i + 1] & self._bits[other, j])
+        return j > 0 and bool(self._later.get((one, i + 1), 0) & self._bits[other, j])
 
 
 def may_remember(task: Task, s: State) -> bool:
@@ -197,7 +190,7 @@ class Drive:
 
 class Evidence:
     """``files``: the files of a bundle by name; ``named``: those that lines name; ``claims``: the
-    established claims. Its rules raise BundleTooLargeError, and arbitrary errors for a malformed
+    established claims. Its rules raise TooLargeError, and arbitrary errors for a malformed
     file."""
 
     def __init__(self, files: Mapping[str, Any]) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 from safenav.judge.formulas import HEADINGS, Pose
 from safenav.judge.lines import Line, Objective
 from safenav.judge.state import State
-from safenav.judge.world import World, closure
+from safenav.judge.world import TooLargeError, World, closure
 
 MOST_EDGES = 500_000
 BIT = re.compile(r"(?a)([A-Za-z_]\w*)(?:@(\d{1,3})(?:\.(\d{1,9})\.(\d{1,9}))?)?")
@@ -30,10 +30,6 @@ Met = list[bool]  # for each edge
 
 class RefusedError(Exception):
     """A part of a bundle does not prove what it should."""
-
-
-class BundleTooLargeError(Exception):
-    """A part of a bundle exceeds the limits of this checker."""
 
 
 def require(holds: object, reason: str) -> None:
@@ -71,7 +67,7 @@ class Strategy:
         self.inputs = self.rows(names)
         self.next = [[*given["trans"]] for given in nodes]
         if (size := sum(map(len, self.next))) > MOST_EDGES:
-            raise BundleTooLargeError(f"{size} edges; this checker accepts {MOST_EDGES}")
+            raise TooLargeError(f"{size} edges; this checker accepts {MOST_EDGES}")
 
     def rows(self, names: Iterable[str]) -> list[Row]:
         """Return each node's values of some variables."""
@@ -123,7 +119,7 @@ def formed(objective: Objective, form: str | None) -> Objective:
     if not objective.strict or form != "alternation":
         return objective
     require(not objective.literal, "a patrol with 'form: literal' has no alternation form")
-    return objective.alternating()
+    return Objective(**vars(objective) | {"kind": "visit"})
 
 
 class Task:
@@ -136,7 +132,7 @@ class Task:
     def __init__(self, document: Any, e: Line, s: State) -> None:
         require(e.region is not None, "its circumstances are missing")
         if e.places is not None:
-            raise BundleTooLargeError("goals that are assigned at run time ('assignable')")
+            raise TooLargeError("goals that are assigned at run time ('assignable')")
         robot = s.robots[e.robot]
         self.line, self.world, self.faces = e, s.world, robot.faces
         self.others, self.objective = Others(e, s), formed(e.objective, e.form)
@@ -233,9 +229,7 @@ class Task:
         if not self.own:
             return {()}
         if not self.formulas.whole:
-            raise BundleTooLargeError(
-                "too many memory values in formulas of a robot without a strategy"
-            )
+            raise TooLargeError("too many memory values in formulas of a robot without a strategy")
         return {row[: len(self.own)] for row in self.formulas.values}
 
     def replies(self, node: int, row: Row) -> set[Done]:

@@ -231,14 +231,16 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
     obstacles that those may resolve."""
     robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
-        if (number := _memory(name, stated, s)) is None:
+        robot = s.robots[name]
+        known = s.arriving(robot) & robot.own.formulas.remembering(stated) if robot.memories else ()
+        if not known:
             yield f"the formulas of {name} exclude this memory: {', '.join(stated)}"
             return
-        numbers[name] = number
+        numbers[name] = min(known)
     if e.cause != "deadlock":
         yield f"its cause is {e.cause}; proven is deadlock"
-    if not robots or len(robots) != len(e.proof.robots):
-        yield f"the proof is about {', '.join(e.proof.robots) or 'no robots'}"
+    if not robots:
+        yield "the proof is about no robots"
     elif not _without_room(robots, s):
         case, others = Case(s, memory=numbers), {*s.names} - {*robots}
         alone = (o for o in case.obstacles if all(others.isdisjoint(n.able) for n in o.left))
@@ -382,14 +384,3 @@ def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:
     found = case.world.closure([(case.at[robot.name], turn)], after)
     first = [state for state in found if state[1] == 0 and state[0][0] in targets[0]]
     return any(state in case.world.closure(after(state), after) for state in first)
-
-
-def _memory(name: str, stated: Mapping[str, int], s: State) -> int | None:
-    """Return the number of a stated memory of a robot's formulas, if they may remember it."""
-    robot = s.robots.get(name)
-    if robot is None or robot.memories is None:
-        return None
-    formulas = robot.own.formulas
-    if {*stated} != {*formulas.names} - {*formulas.inputs}:
-        return None
-    return min(s.arriving(robot) & formulas.remembering(stated), default=None)
