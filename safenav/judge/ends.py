@@ -215,7 +215,7 @@ def negative(e: Line, s: State) -> Iterator[str]:
 
 @rule("blocked", "reopened")
 def permanence(e: Line, s: State) -> Iterator[str]:
-    """An obstacle becomes permanent because it was just found untraversable, because an operator
+    """An obstacle becomes permanent because it was found untraversable, because an operator
     declares it, or because no robot can ever resolve it."""
     one = s.obstacles[e.obstacle]
     if e.kind == "reopened":
@@ -223,8 +223,8 @@ def permanence(e: Line, s: State) -> Iterator[str]:
             yield f"{one.name} is reopened, but was not given up"
     elif e.robots != one.blocks:
         yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
-    elif e.reason == "untraversable" and one.name not in s.found:
-        yield f"{one.name} was not found untraversable in this tick"
+    elif e.reason == "untraversable" and not (one.resolved and one.shut):
+        yield f"{one.name} was not found untraversable"
     elif e.reason == "operator" and not one.declared:
         yield f"no operator has declared {one.name} permanent"
     elif e.reason == "no_capable_robot" and all(

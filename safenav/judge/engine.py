@@ -16,7 +16,8 @@ BATTERY = "battery"
 def after(e: Line, s: State) -> None:
     """Apply a line to the state."""
     if e.tick > s.tick:
-        _begin_tick(e.tick, s)
+        s.unrealizable.clear()
+        s.missed |= s.overdue(e.tick)
     s.tick, s.time = e.tick, s.time if e.t is None else e.t
     by_hand = e.cause in ("user", "world") and e.kind != "order"
     s.hands += bool(by_hand or e.user or e.kind == "operator")
@@ -47,12 +48,6 @@ def after(e: Line, s: State) -> None:
             s.ended = e.outcome
 
 
-def _begin_tick(tick: int, s: State) -> None:
-    s.found.clear()
-    s.unrealizable.clear()
-    s.missed |= s.overdue(tick)
-
-
 def _robot(e: Line, robot: Robot, s: State) -> None:
     _end_changes(e, s)
     match e.kind:
@@ -65,7 +60,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.holds, robot.bound = frozenset([e.region]), None
             robot.came, robot.lost = None, False
             s.barred = {pair for pair in s.barred if pair[0] != robot.name}
-            s.stand(robot)
+            robot.progress.stayed += robot.stays
         case "act":
             knew = frozenset((name, one.stage) for name, one in s.obstacles.items() if one.known)
             for name in e.robots:
@@ -89,10 +84,10 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             s.restart(robot)
             robot.was_away, robot.away = False, not robot.given.serves(robot.own)
             robot.follow(s.inputs)
-            _stands(e, robot, s)
+            robot.progress.stayed += robot.stays  # immediately, and again in its turn
         case "service":
             robot.out = not e.active
-            s.stand(robot)
+            robot.progress.stayed += s.live and robot.stays
             if e.active:
                 robot.given = robot.own  # until a line gives it a duty again
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
@@ -145,7 +140,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
         _memories(robot, here)
     if e.kind == "move":
         _stood(robot.name, s)
-    s.stand(robot)
+    robot.progress.stayed += robot.stays
 
 
 def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
@@ -246,21 +241,13 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
             served = robot.given.serves(own)
             progress.former = None if served else e.goal  # perhaps only of its duty
     if own.ends:
-        _stands(e, robot, s)
+        progress.stayed += robot.stays
     if robot.out and own.settles and (not own.ends or progress.ended(own)):
         progress.stayed += 1  # as it arrives, or has acted
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
         s.kept |= {robot.name: s.dues[robot.name]} if robot.name in s.dues else {}
         s.restart(robot)
-
-
-def _stands(e: Line, robot: Robot, s: State) -> None:
-    """Let a robot that gets an objective meet it where it stands, immediately and again in its
-    turn."""
-    s.stand(robot)
-    if e.tick and robot.progress.since == e.tick == robot.begun:
-        robot.progress.since -= 1
 
 
 def _obstacle(e: Line, one: Obstacle, s: State) -> None:
@@ -320,7 +307,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.there = one.resolved = one.known = True
             one.rest = one.rest._replace(left=())
             one.shut = e.traversable is False
-            s.found |= {one.name} if one.shut else set()
             s.kept |= {one.name: s.dues.pop(one.name)} if one.name in s.dues else {}
             if one.name in s.flat:
                 s.robots[s.flat.pop(one.name)].filled = True
@@ -355,7 +341,8 @@ def _restart_rounds(s: State) -> None:
         robot.progress = robot.progress.anew(robot.own)
         s.restart(robot)
         robot.met.clear()
-        s.stand(robot)
+        if s.live or robot.moved >= s.tick:
+            robot.progress.stayed += robot.stays
 
 
 FACTS: tuple[Rule, ...] = tuple(RULES)

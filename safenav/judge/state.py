@@ -24,8 +24,7 @@ class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
     met in turn, or rounds of ``cover``; ``turn``: the next target (None: the first), ``former``:
     the one that was counted last, if that was on a duty; ``seen``: those of a round of ``cover``;
-    ``counts``: how often each was met; ``stayed``: ticks at the last target, and ``since`` when the
-    robot stands there."""
+    ``counts``: how often each was met; ``stayed``: ticks at the last target."""
 
     goals: int = 0
     turn: int | None = None
@@ -33,13 +32,11 @@ class Progress:
     seen: frozenset[int] = frozenset()
     counts: tuple[int, ...] = ()
     stayed: int = 0
-    since: int | None = None
 
     def rounds(self, own: Objective, tick: int) -> int:
         """Return how often the robot has met its whole objective."""
         if own.settles:
-            there = 0 if self.since is None else tick - self.since + 1
-            return self.stayed + there if not own.ends or self.ended(own) else 0
+            return self.stayed
         if own.kind == "ltl":
             return min((0, *self.counts)[1:], default=tick)  # without goals, each tick counts
         return self.goals if own.covers else int(self.goals // own.count)
@@ -113,6 +110,15 @@ class Robot:
     def faces(self) -> bool:
         """Return whether it has a heading."""
         return bool(self.data.mobility == "heading")
+
+    @property
+    def stays(self) -> bool:
+        """Return whether it is in service at its last target, where it may stay."""
+        own = self.own
+        if not own.settles or (own.ends and not self.progress.ended(own)):
+            return False
+        rests = self.bound is None and not (self.lost or self.out)
+        return rests and self.pose[0] in own.last
 
     def again(self, e: Line, live: bool) -> bool:
         """Return whether a goal line is a second one for a step, of the same goal or in turn. In
@@ -297,7 +303,6 @@ class State:
         kinds = [one.type for one in h.obstacles] + [h.flat] * bool(h.flat)
         self.kinds, self.flat_type = {one.name: one for one in kinds}, h.flat and h.flat.name
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
-        self.found: set[str] = set()  # untraversable obstacles of this tick
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
@@ -312,7 +317,7 @@ class State:
         }
         self.zones = [(zone.robots, zone.regions) for zone in h.never_together]
         for robot in self.robots.values():
-            self.stand(robot)
+            robot.progress.stayed = int(robot.stays)
             self.restart(robot)
 
     def _robot(self, data: Line) -> Robot:
@@ -429,19 +434,6 @@ class State:
             return known
         after: set[int] = robot.own.formulas.after(known, robot.pose, self.destination(robot.name))
         return after & robot.heard
-
-    def stand(self, robot: Robot) -> None:
-        """Begin, or end, to count the ticks of a robot in service at its last target."""
-        progress, own = robot.progress, robot.own
-        ends = own.settles and (not own.ends or progress.ended(own))
-        there = ends and robot.bound is None and robot.pose[0] in own.last
-        there = there and not (robot.lost or robot.out)
-        if there and progress.since is None:
-            progress.since = self.tick
-        elif not there and progress.since is not None:
-            counted = robot.out and (self.live or robot.moved >= self.tick)
-            progress.stayed += self.tick - progress.since + counted
-            progress.since = None
 
     def away(self, robot: str) -> bool:
         """Return whether an input gives a robot another objective."""

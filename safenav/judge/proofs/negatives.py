@@ -231,8 +231,10 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
     obstacles that those may resolve."""
     robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
-        robot = s.robots[name]
-        known = s.arriving(robot) & robot.own.formulas.remembering(stated) if robot.memories else ()
+        robot, known = s.robots[name], set[int]()
+        formulas = robot.own.formulas
+        if robot.memories and {*stated} == {*formulas.names} - {*formulas.inputs}:
+            known = s.arriving(robot) & formulas.remembering(stated)
         if not known:
             yield f"the formulas of {name} exclude this memory: {', '.join(stated)}"
             return
