@@ -19,6 +19,7 @@ class Run:
 
     def __init__(self, records: Iterable[Line] = ()) -> None:
         self._records, self._heard = [*records], list[Any]()
+        self._lines = [json.dumps(line, separators=(",", ":")) + "\n" for line in self._records]
 
     def __call__(self, record: Any) -> None:
         self._heard.append(record)
@@ -31,7 +32,9 @@ class Run:
                 with TraceWriter(file := Path(folder) / "t.jsonl") as writer:
                     for record in self._heard:
                         writer(record)
-                self._records += map(json.loads, file.read_text().splitlines())
+                written = file.read_text().splitlines(keepends=True)
+            self._lines += written
+            self._records += map(json.loads, written)
             self._heard.clear()
         return self._records
 
@@ -76,7 +79,7 @@ class Run:
     @property
     def lines(self) -> list[str]:
         """The trace as its file has it."""
-        return [json.dumps(line, separators=(",", ":")) + "\n" for line in self.records]
+        return self._lines if self.records else []
 
     @property
     def findings(self) -> str:

@@ -24,16 +24,13 @@ MINUTES = 60.0
 
 
 class Served:
-    """``safenav ARGUMENTS`` until the block is left; ``address`` is what it printed,
-    ``process`` its number."""
+    """``safenav ARGUMENTS`` until the block is left; ``address`` is what it printed."""
 
     def __init__(self, *arguments: str | Path, cwd: Path | None = None) -> None:
         output, end = os.pipe()
         environment = {**os.environ, "BROWSER": "/bin/true"}
-        try:
-            self.process = warm.started(*arguments, out=end, cwd=cwd, env=environment)
-        finally:
-            os.close(end)
+        self.process = warm.started(*arguments, out=end, cwd=cwd, env=environment)
+        os.close(end)
         self._output = os.fdopen(output)
         said = self._output.readline()
         found = re.search(r"http://\S+:(\d+)/(\S+)/", said)
