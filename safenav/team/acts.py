@@ -87,10 +87,6 @@ def participants(
     return floor.there(0, stages, at) if floor.need(0, stages).together else (i,)
 
 
-def resolved(team: Team, k: int, stage: now.Stage) -> bool:
-    return stage.need >= len(team.obstacles[k].needs)
-
-
 def consequences(
     team: Team, before: State, event: now.Elsewhere | now.Failed | now.Lost
 ) -> Iterator[now.Event]:

@@ -288,7 +288,7 @@ def _obstacle(state: State, k: int, /, **changes: object) -> State:
 def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
     """Add the request of a known open obstacle to the stack, if it is not there yet."""
     before = state.obstacles[k]
-    met = before.state is Is.OVER or before.stage.need >= len(team.obstacles[k].needs)
+    met = before.state is Is.OVER or team.obstacles[k].next(before.stage) is None
     stage = now.Stage() if met else before.stage  # a reappearing obstacle starts over
     due = before.due
     if k not in state.requests:

@@ -8,6 +8,8 @@ in tick t and takes d ticks ends in the robot's turn of tick t + d - 1.
 
 from bisect import bisect_left
 from collections.abc import Iterable, Sequence
+from functools import reduce
+from operator import or_
 
 from msgspec import Struct
 
@@ -188,15 +190,13 @@ def least_within(member: Member, start: int, *, strict: bool) -> int | None:
     Exact, without a counter: K is the greatest set of poses of the last target from which another
     round of at most N ticks leads back into K; the first round must lead into K in time."""
     targets = member.targets
+    every = reduce(or_, targets) if strict else 0  # those of a patrol share no region
 
     def round_from(pose: int) -> ByTick:
         """Return the poses of the last target by the ticks of a round that ends there."""
         met = {0: 1 << pose}
-        for index, target in enumerate(targets):
-            others = [*targets[:index], *targets[index + 1 :]] if strict else []
-            allowed = member.floor
-            for other in others:
-                allowed &= ~other
+        for target in targets:
+            allowed = member.floor & ~(every & ~target)
             _, met = Walker(member.graph, member.ticks, allowed).spread(met, target & member.floor)
         return met
 

@@ -69,7 +69,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def open(self, stages: Stages) -> tuple[int, ...]:
-        return tuple(g for g, stage in enumerate(stages) if stage.need < len(self.gate(g).needs))
+        return tuple(g for g, stage in enumerate(stages) if self.gate(g).next(stage) is not None)
 
     def need(self, g: int, stages: Stages) -> Need:
         return self.gate(g).needs[stages[g].need]
@@ -296,7 +296,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         robots = self.robots if who is None else who
         if not all(self.is_done(i, joint.counts[i]) for i in robots):
             return False
-        if any(joint.stages[g].need < len(self.gate(g).needs) for g in served):
+        if not served.isdisjoint(self.open(joint.stages)):
             return False
         return all(self.final(i, joint.stages) >> joint.poses[i] & 1 for i in robots)
 
@@ -437,9 +437,9 @@ def floor_with(
     of service, each with its pose."""
     full = frozenset[int]()
     for k, each in enumerate(state.obstacles):
-        needs, number = team.obstacles[k].needs, each.stage.need
-        if (each.known or each.stands) and k not in gates and number < len(needs):
-            full |= carrying(needs[number], each.stage)
+        need = team.obstacles[k].next(each.stage) if each.known or each.stands else None
+        if need is not None and k not in gates:
+            full |= carrying(need, each.stage)
     return floor_of(team, gates, sealed, inside(team, state), barred(team, state), out, full)
 
 

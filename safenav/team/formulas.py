@@ -141,7 +141,7 @@ class StateGraph(PoseGraph):
             if to not in self._shut
             for later, (new, met) in enumerate(self._memories)
             if self._guarantees.allows_with(before, old, plain.pose(to), new)
-            and met == self._met_on(before, old, plain.pose(to), new)
+            and met == self._met_on(pose, to + later * self._span)
         )
 
     def forward(self, poses: Mask) -> Mask:
@@ -171,22 +171,19 @@ class StateGraph(PoseGraph):
     @cached_property
     def stays(self) -> tuple[Mask, ...]:
         """The states in which staying meets each goal."""
-        states = [(s, self.pose(s), self.memory(s)) for s in bits(self.everywhere)]
+        states = [(s, (self.pose(s), self.memory(s))) for s in bits(self.everywhere)]
+        meets = self._guarantees.meets_with
         return tuple(
-            sum(1 << s for s, pose, memory in states if self._stays(goal, pose, memory))
+            sum(1 << s for s, here in states if meets(goal, *here, *here))
             for goal in range(self._guarantees.goals)
         )
 
-    def _stays(self, goal: int, pose: Pose, memory: Mapping[str, int]) -> bool:
-        return self._guarantees.meets_with(goal, pose, memory, pose, memory)
-
-    def _met_on(
-        self, before: Pose, old: Mapping[str, int], after: Pose, new: Mapping[str, int]
-    ) -> frozenset[int]:
+    def _met_on(self, pose: int, step: int) -> frozenset[int]:
         """Return the goals that a step meets but staying at either end does not."""
-        ends, meets = ((before, old), (after, new)), self._guarantees.meets_with
-        met = (g for g in self._guarantees.goals_of_steps if meets(g, before, old, after, new))
-        return frozenset(g for g in met if not any(self._stays(g, *end) for end in ends))
+        ends = self.pose(pose), self.memory(pose), self.pose(step), self.memory(step)
+        goals, stays = self._guarantees.goals_of_steps, self.stays
+        met = (g for g in goals if self._guarantees.meets_with(g, *ends))
+        return frozenset(g for g in met if not (stays[g] >> pose | stays[g] >> step) & 1)
 
     @cached_property
     def _before(self) -> dict[int, Mask]:

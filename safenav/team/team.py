@@ -20,7 +20,7 @@ from safenav.scenario.model import Coordination
 from safenav.scenario.objective import Objective, Pursuit
 from safenav.team.battery import Energy
 from safenav.team.formulas import graph_of, targets_of
-from safenav.team.state import Is, ObstacleNow, State
+from safenav.team.state import Is, ObstacleNow, Stage, State
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, Pose, PoseGraph, bits, plain_graph, region_mask
 
@@ -72,8 +72,12 @@ class Obstacle(Struct, frozen=True, eq=False):
 
     def lets_in(self, i: int, now: ObstacleNow) -> bool:
         """Return whether a robot that it blocks may enter its region to fulfil its next need."""
-        need = now.stage.need
-        return need < len(self.needs) and i in self.blocks - self.needs[need].closed_to
+        need = self.next(now.stage)
+        return need is not None and i in self.blocks - need.closed_to
+
+    def next(self, stage: Stage) -> Need | None:
+        """Return its next need; None if it is resolved."""
+        return self.needs[stage.need] if stage.need < len(self.needs) else None
 
 
 Zone = tuple[frozenset[int], Mask]

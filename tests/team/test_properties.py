@@ -20,7 +20,7 @@ from safenav.plan.order import at_end, closed, joint_now, next_step
 from safenav.runtime.control import coordinate
 from safenav.solve.solve import Solver, settle
 from safenav.team import state as now
-from safenav.team.acts import acts_on, is_reserved, resolved, standing
+from safenav.team.acts import acts_on, is_reserved, standing
 from safenav.team.apply import apply, initial
 from safenav.team.floor import Floor, Joint, floor_now
 from safenav.team.state import Is, State
@@ -63,7 +63,7 @@ def begun(seed: int) -> tuple[Team, State]:
 def act(team: Team, state: State, i: int, *, moving: bool) -> State:
     """Robot i does all that it can where it stands."""
     stages = acts_on(team, state, standing(team, state, moving=moving), i)
-    over = tuple((k, None) for k, stage in stages if resolved(team, k, stage))
+    over = tuple((k, None) for k, stage in stages if team.obstacles[k].next(stage) is None)
     return apply(team, state, now.Acted(i, stages, over)) if stages else state
 
 

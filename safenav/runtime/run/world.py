@@ -313,7 +313,7 @@ class World:
             loads = [k for k in begun if run.state.obstacles[k].known and _takes(run, k)]
             among = [k for k in among if not _takes(run, k)] + loads
         stages = {k: stage for k, stage in self._changes(run, i, among) if k not in again}
-        ready = {k for k, stage in stages.items() if acts.resolved(team, k, stage)}
+        ready = {k for k, stage in stages.items() if team.obstacles[k].next(stage) is None}
         if self.live:  # others came meanwhile
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
         if self.truth is not None:
@@ -399,7 +399,7 @@ class World:
         pairs = ((k, each) for k, each in enumerate(state.obstacles) if each.state is now.Is.HIDDEN)
         hidden = [k for k, each in pairs if not team.obstacles[k].needs[each.stage.need].takes]
         changes = self._changes(run, i, hidden)
-        return {k: stage for k, stage in changes if not acts.resolved(team, k, stage)}
+        return {k: stage for k, stage in changes if team.obstacles[k].next(stage)}
 
     def _acts(self, run: Situation, i: int) -> list[int]:
         """Return the known obstacles on which a robot acts. A robot that is sent for a load leaves

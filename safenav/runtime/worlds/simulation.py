@@ -17,7 +17,7 @@ from safenav.pace.robot import acted_by
 from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Change, Ended, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team import state as now
-from safenav.team.acts import acts_on, participants, resolved
+from safenav.team.acts import acts_on, participants
 from safenav.team.apply import apply, initial
 from safenav.team.state import Is, ObstacleNow, RobotNow, Stage
 from safenav.team.team import Team, introduced, pace_on, team_of
@@ -90,7 +90,7 @@ class SimulatedWorld:
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         i, team = self._number[robot.name], self._team
         stages = self._changes(i)
-        done = [k for k, stage in stages if resolved(team, k, stage)]
+        done = [k for k, stage in stages if team.obstacles[k].next(stage) is None]
         sources = {k: team.obstacles[k].source for k, _ in stages}
         if stages:
             over = tuple((k, sources[k].traversable) for k in done)
