@@ -22,7 +22,7 @@ import pytest
 
 import warm
 from children import gone, ran
-from once import SCENARIOS
+from once import SCENARIOS, made_once
 from safenav import Mission, Outcome, Synthesizer, check_trace, load_scenario
 from slugs.conftest import ENDLESS
 
@@ -312,9 +312,12 @@ warns if its module of decimals is interrupted while it loads.)"""
 
 
 @pytest.fixture(scope="module")
-def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def inputs() -> Path:
     """A folder with the inputs of all commands."""
-    folder = tmp_path_factory.mktemp("inputs")
+    return made_once("inputs of all commands", _prepare)
+
+
+def _prepare(folder: Path) -> None:
     (folder / "suite").mkdir()
     for name, source in INPUTS.items():
         shutil.copyfile(source, folder / name)
@@ -328,7 +331,6 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         assert done.returncode == 0, done.stderr
     lines = (folder / "t.jsonl").read_text().splitlines(keepends=True)
     (folder / "cut.jsonl").write_text("".join(lines[: len(lines) // 2]))
-    return folder
 
 
 class Finished(NamedTuple):
