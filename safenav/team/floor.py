@@ -197,12 +197,17 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def performed(self, stages: Stages, poses: Sequence[int]) -> Stages:
         """Return the stages after every robot has acted where it stands."""
-        at = [pose % self.team.size for pose in poses]
+        size, sites = self.team.size, self.team.worksites
+        at = (pose % size for pose in poses)
+        return self._performed(stages, tuple(r if sites >> r & 1 else None for r in at))
+
+    @cached_method
+    def _performed(self, stages: Stages, at: tuple[int | None, ...]) -> Stages:
         before = None
         while before != stages:
             before = stages
             for i in self.actors:
-                if self.acting(stages) >> at[i] & 1:
+                if (region := at[i]) is not None and self.acting(stages) >> region & 1:
                     stages = self.acted(stages, at, i)
         return stages
 
@@ -322,7 +327,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in self.actors):
             before, stages = stages, self.performed(stages, poses)
-            if self._restarts(before, stages):
+            if stages != before and self._restarts(before, stages):
                 pairs = zip(self.team.members, counts, strict=True)
                 counts, who = tuple(restarted(m, Count(*c))[:2] for m, c in pairs), self.robots
         changed: list[tuple[int, int]] | None = None
