@@ -146,14 +146,13 @@ def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
 
 
 def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
-    """Return the trace with these lines in the order of their times, at each instant departures
-    last, together with robots that go out of service; their ticks stay."""
+    """Return the trace with these lines in the order of their times, at each instant departures,
+    actions and changes of service last; their ticks stay."""
     if trace.header.live:
         return trace
 
     def time(line: records.Record) -> tuple[float, bool]:
-        out = isinstance(line, records.Service) and not line.active
-        return line.t or 0.0, out or isinstance(line, records.Depart)
+        return line.t or 0.0, isinstance(line, records.Depart | records.Act | records.Service)
 
     return replace(trace, records=tuple(sorted(lines, key=time)))
 
