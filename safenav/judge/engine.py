@@ -92,10 +92,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.given = robot.own  # until a line gives it a duty again
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
                 s.restart(robot)
-            if e.active and robot.filled and robot.charge is not None:
-                robot.charge = float(robot.data.battery.capacity)
-                robot.stands = s.now(e) if s.live else robot.moved
-                robot.filled = False
+            if e.active and robot.filled:
+                _fill(e, robot, s)
         case "synthesis":
             s.spec_memory[e.robot, e.spec] = e.memory or {}
             if e.verdict == "unrealizable":
@@ -276,6 +274,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
                 one.goes, one.truth = listed[0].goes, listed[0].traversable
+                one.within = s.due_within(listed[0])
             if e.cause == BATTERY:
                 here = (r for r in s.robots.values() if r.pose[0] == one.region)
                 empty = (r.name for r in here if is_empty(r, s, s.now(e)))
@@ -309,7 +308,10 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.shut = e.traversable is False
             s.kept |= {one.name: s.dues.pop(one.name)} if one.name in s.dues else {}
             if one.name in s.flat:
-                s.robots[s.flat.pop(one.name)].filled = True
+                drained = s.robots[s.flat.pop(one.name)]
+                drained.filled = True
+                if not drained.out:  # it was put back before
+                    _fill(e, drained, s)
             if one.type != s.flat_type:
                 _restart_rounds(s)
         case "truth":
@@ -322,6 +324,11 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             _due(e, one, s)
         case "operator" if e.intervention == "permanent":
             one.declared = True
+
+
+def _fill(e: Line, robot: Robot, s: State) -> None:
+    robot.charge, robot.filled = float(robot.data.battery.capacity), False
+    robot.stands = s.now(e) if s.live else robot.moved
 
 
 def _order(e: Line, one: Obstacle, s: State) -> None:

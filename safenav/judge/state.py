@@ -344,15 +344,19 @@ class State:
         last, needs, blocks = listed[-1], tuple(listed), self._blocked(kind.blocks)
         alone = last.robots == 1 and not last.same and region in last.regions
         enters, order = last.able if alone else frozenset[str](), (kind.name, region, data.number)
-        limits = data.resolve_within, kind.resolve_within, self.scenario.resolve_within
-        within = next((each for each in limits if each is not None), None)
         self.obstacles[data.name] = found = Obstacle(
             *(data.name, kind.name, region, blocks, needs),
-            *(data.traversable, None if self.live else within),
+            *(data.traversable, self.due_within(data)),
             *(data.ordered, data.appears is None, data.goes),
             Rest(data.name, region, blocks, needs, enters, order),
         )
         self.at.setdefault(found.region, []).append(found)
+
+    def due_within(self, data: Line) -> int | None:
+        """Return the ticks from the request of an obstacle to its resolution, if it has a
+        deadline."""
+        limits = data.resolve_within, data.type.resolve_within, self.scenario.resolve_within
+        return next((each for each in limits if each is not None and not self.live), None)
 
     def _regions(self, at: Any, region: int) -> frozenset[int]:
         """Return the free regions where a need of an obstacle is fulfilled."""
