@@ -12,7 +12,7 @@ from safenav.scenario.model import (
     Robot,
 )
 from safenav.team import state as now
-from safenav.team.floor import acting_floor, barred, stages_of
+from safenav.team.floor import acting_floor, barred, put, stages_of
 from safenav.team.state import Is, State
 from safenav.team.team import Team, introduced
 from safenav.world.map import Region
@@ -82,9 +82,13 @@ def participants(
 ) -> tuple[int, ...]:
     """Return the robots that act when robot ``i`` acts on an obstacle: all that must do so
     together, else itself. ``later``: a need after the present one."""
-    stages = (state.obstacles[k].stage if later is None else now.Stage(later),)
-    floor = acting_floor(team, state, (k,))
-    return floor.there(0, stages, at) if floor.need(0, stages).together else (i,)
+    stage = state.obstacles[k].stage if later is None else now.Stage(later)
+    if not team.obstacles[k].needs[stage.need].together:
+        return (i,)
+    every = enumerate(state.obstacles)  # it may put another load down in this action
+    carried = [h for h, each in every if h != k and i in (each.stage.group or ())]
+    floor = acting_floor(team, state, (k, *carried))
+    return floor.there(0, put(floor.acted(stages_of(floor, state), at, i), 0, stage), at)
 
 
 def consequences(

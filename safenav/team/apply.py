@@ -141,7 +141,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Acts(leader, group):
             for i in group:
                 state = _robot(state, i, acting=leader)
-            return _robot(state, leader, works=event.obstacles)
+            return _robot(state, leader, works=event.obstacles, command=event.command)
         case now.Acted():
             return _acted(team, state, event)
         case now.Met(i, k):

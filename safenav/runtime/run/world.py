@@ -127,9 +127,10 @@ class World:
             yield from self._changed(run, change)
         if isinstance(commands, Commands):
             yield from self._reported(run, commands)
-        there = run.state.robots  # live: robots in transit first, so that all arrive in one instant
-        order = sorted(range(len(there)), key=lambda i: (there[i].idle, there[i].to is None))
-        for i in order if self.live else range(len(there)):
+        # Live: robots in transit first, so that all arrive in one instant; actions as they began.
+        each = enumerate(run.state.robots if self.live else ())
+        ranks = ((r.idle, r.to is None, r.acting is not None and r.command, i) for i, r in each)
+        for i in [i for *_, i in sorted(ranks)] or range(len(run.state.robots)):
             member, robot = run.team.members[i], run.state.robots[i]
             if robot.to is not None:
                 due_now = self.live or run.state.time >= (robot.due or 0)
