@@ -189,6 +189,7 @@ class Recorder:
             case now.Assigned(i, objective, cause, within, own=own):
                 about = self._robot(i), objective, own, ChangeCause(cause), within
                 self.emit(records.NewObjective(self.tick, *about))
+                self.told[i] = None if own else self.told[i]  # it may have to wait again
                 self.why = Reason.OBJECTIVE
             case now.Looked(i, known, places):
                 told, me = dict(before.robots[i].known), self._robot(i)
