@@ -88,7 +88,8 @@ def participants(
     every = enumerate(state.obstacles)  # it may put another load down in this action
     carried = [h for h, each in every if h != k and i in (each.stage.group or ())]
     floor = acting_floor(team, state, (k, *carried))
-    return floor.there(0, put(floor.acted(stages_of(floor, state), at, i), 0, stage), at)
+    g, after = floor.gates.index(k), floor.acted(stages_of(floor, state), at, i)
+    return floor.there(g, put(after, g, stage), at)
 
 
 def consequences(
