@@ -127,10 +127,13 @@ class World:
             yield from self._changed(run, change)
         if isinstance(commands, Commands):
             yield from self._reported(run, commands)
-        # Live: robots in transit first, so that all arrive in one instant; actions as they began.
-        each = enumerate(run.state.robots if self.live else ())
-        ranks = ((r.idle, r.to is None, r.acting is not None and r.command, i) for i, r in each)
-        for i in [i for *_, i in sorted(ranks)] or range(len(run.state.robots)):
+        # Live: arrivals first, in one instant; then actions as they began; a turn may end the pass.
+        each = enumerate(run.state.robots)
+        ranks = [
+            (r.idle, r.to is None, *([0, r.command] if r.acting == i else [1])) for i, r in each
+        ]
+        every = range(len(ranks))
+        for i in sorted(every, key=ranks.__getitem__) if self.live else every:
             member, robot = run.team.members[i], run.state.robots[i]
             if robot.to is not None:
                 due_now = self.live or run.state.time >= (robot.due or 0)
