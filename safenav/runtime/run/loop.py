@@ -334,8 +334,9 @@ class Run(Situation):
             return End("late", f"a deadline was missed: {' and '.join(ledger.missed or ())}")
         if self.is_complete():
             return completed(self.team, state, self.control.found)
-        if end is not None and self.world.pause(self) is None:
-            return None if self.acts() or self.arrives() else end
+        under_way = self.acts() or self.arrives()
+        if end is not None and not under_way and self.world.pause(self) is None:
+            return end
         if (still := self.still()) is not None:
             if not self.may_hear():
                 return still
