@@ -29,9 +29,6 @@ maximum charge, its gain, and the least charge that it then needs."""
 TRIES, BETTER = 12, 20_000
 """Maximum number of searches for a better plan; the minimum work of each."""
 
-ACTING = 2
-"""Seconds that actions are expected to take in a live run."""
-
 
 class ChargedSearch(Search):
     """``start``: with the charges of all robots. ``how``: whether they must suffice forever, not
@@ -146,8 +143,8 @@ class ChargedSearch(Search):
         gains = []
         for i, energy in self.energies.items():
             on, moves = energy.chargers >> poses[i] & 1, poses[i] != joint.poses[i]
-            waits = ticks - self.team.step_ticks[i] if moves else ticks
-            waits += ACTING if acting >> poses[i] % self.team.size & 1 else 0
+            waits: float = ticks - self.team.step_ticks[i] if moves else ticks
+            waits += self.team.act_times[i] if acting >> poses[i] % self.team.size & 1 else 0
             gain: float = -energy.battery.move if moves else on * energy.battery.charge * ticks
             gain -= 0 if on else energy.battery.stay * waits
             least = self._least(i, after.poses[i], after.counts[i])

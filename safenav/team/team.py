@@ -14,7 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.data import cached_method
-from safenav.pace.robot import SIDE, Pace, pace_of
+from safenav.pace.robot import SIDE, Pace, acted_by, pace_of
 from safenav.scenario import model
 from safenav.scenario.model import Coordination
 from safenav.scenario.objective import Objective, Pursuit
@@ -243,6 +243,20 @@ class Team(Struct, frozen=True, eq=False, dict=True):
     def step_ticks(self) -> tuple[int, ...]:
         """These times, rounded up: to use up charge."""
         return tuple(map(ceil, self.step_times))
+
+    @cached_property
+    def act_times(self) -> tuple[float, ...]:
+        """The seconds of an action of each robot in a live run, at most: it halts, and turns
+        around."""
+        found = []
+        for member in self.members:
+            pace, seconds = pace_on(self.world, member.robot), list[float]()
+            for facing in ("west", "north"):
+                pace.placed(0, facing)
+                pace.arrived(0)
+                seconds.append(acted_by([(pace, 0)], 0, 1))
+            found.append(max(seconds))
+        return tuple(found)
 
     @cached_method
     def spaces(self, i: int, region: int) -> dict[object, frozenset[int]]:
