@@ -121,7 +121,7 @@ def _ask(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
     search = _search(floor, joint, frozenset(served), seed, check)
-    answer = _answer(search, check)
+    reached = answer = _answer(search, check)
     may_turn = any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)
     if isinstance(answer, Exhausted) and may_turn:
         freer = _search(replace(floor, either=True), joint, frozenset(served), seed, check)
@@ -138,15 +138,13 @@ def _ask(
     if not isinstance(answer, Exhausted):
         others = search.others(len(answer))
         return Found(shortened(floor, chain([answer], others), frozenset(served)))
-    if served:
-        possible: tuple[int, ...] = ()
-        for g in served:  # in order: each is served if it can be with those before it
-            found = _search(floor, joint, frozenset({*possible, g}), seed, check).run()
-            if not isinstance(found, Exhausted | None):
-                possible = (*possible, g)
-        alone = possible or _search(floor, joint, frozenset(), seed, check).run()
-        if not isinstance(alone, Exhausted):
-            return Unserved(tuple(g for g in served if g not in possible))
+    assert isinstance(reached, Exhausted)
+    stages = {each.stages for each in reached if floor.completed(each, frozenset())}
+    ends, possible = [{*served}.difference(floor.open(each)) for each in stages], set[int]()
+    for g in served:  # in order: each is served if it can be with those before it
+        possible |= {g} if any({*possible, g} <= end for end in ends) else set()
+    if ends:
+        return Unserved(tuple(g for g in served if g not in possible))
     return _deadlock(floor, joint)
 
 
