@@ -92,7 +92,9 @@ class Enumeration:
             return [(max(wanted - rounds, 0), sum(1 << k for k in met))]
         left, firsts = max(wanted * count - progress.goals, 0), [progress.turn or 0]
         if own.strict and not own.literal and not progress.goals:
-            firsts = [EITHER] if count == 2 else [*range(count)]
+            # That where it acts counts first, as the action ends.
+            here = [k for k in range(count) if robot.acts and self.case.at[name] in targets[k]]
+            firsts = here or ([EITHER] if count == 2 else [*range(count)])
         elif own.literal and progress.turn is None:  # with the target on which it starts
             firsts += [k for k in range(1, count) if self.case.at[name] in targets[k]]
         return [(left, k) for k in firsts]
