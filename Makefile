@@ -28,15 +28,15 @@ run: $(or $(wildcard $(VENV)/.installed),$(VENV)/.runs) ## install what a run ta
 
 # Before the Python tests, what takes one processor each runs beside each other: installation, lint, the
 # compilation of the Python tests (each worker would compile all of them for itself), and the C++
-# build, which yields to the others. WITH names more targets (`.ci/run`). Three workers
-# more than jobs: some tests wait (for a cluster, a browser, robots, a time limit), and two more left
-# a fifth of the processors idle.
+# build, which yields to the others. WITH names more targets (`.ci/run`). Two workers more than jobs:
+# some tests wait (for a cluster, a browser, robots, a time limit). A third one takes more of the
+# processors' time than it fills: each collects all tests, and starts a browser of its own.
 WITH ?=
 test: ## lint, types, C++ tests, Python tests
 	@echo "Installation, lint and the C++ tests, beside each other: each prints when it has ended."
 	@$(MAKE) --no-print-directory --jobs=$(JOBS) $(GROUPED) slugs-test $(WITH) lint compiled-tests \
 	  || { echo "error: a part above has failed, see its line with ***" >&2; exit 1; }
-	$(BIN)/pytest -n $$(( $(JOBS) + 3 )) --dist worksteal --ignore tests/prose
+	$(BIN)/pytest -n $$(( $(JOBS) + 2 )) --dist worksteal --ignore tests/prose
 
 # What a target prints stays together, where make can do that.
 GROUPED := $(if $(filter output-sync,$(.FEATURES)),--output-sync=target)
