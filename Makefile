@@ -29,8 +29,7 @@ run: $(or $(wildcard $(VENV)/.installed),$(VENV)/.runs) ## install what a run ta
 # Before the Python tests, what takes one processor each runs beside each other: installation, lint, the
 # compilation of the Python tests (each worker would compile all of them for itself), and the C++
 # build, which yields to the others. WITH names more targets (`.ci/run`). Two workers more than jobs:
-# some tests wait (for a cluster, a browser, robots, a time limit). A third one takes more of the
-# processors' time than it fills: each collects all tests, and starts a browser of its own.
+# some tests wait (for a cluster, a browser, robots, a time limit). A third one gains nothing.
 WITH ?=
 test: ## lint, types, C++ tests, Python tests
 	@echo "Installation, lint and the C++ tests, beside each other: each prints when it has ended."

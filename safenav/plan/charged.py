@@ -214,10 +214,10 @@ class ChargedSearch(Search):
 def raced(searches: Sequence[ChargedSearch], work: int) -> list[Joint] | None:
     """Return the best plan of searches with so much work each. They take turns until one turn after
     the first plan: where one of them finds nothing, it costs as much as the others at most."""
-    found, until = list[list[Joint]](), ROUNDS
-    left = [*searches]
-    for turn in range(1, ROUNDS + 1):
-        for search in [*left] if turn <= until else ():
+    left, found, turn, until = [*searches], list[list[Joint]](), 0, ROUNDS
+    while turn < until:
+        turn += 1
+        for search in [*left]:
             if (answer := search.run(turn)) is not None:
                 left.remove(search)
                 found.append(search.bettered(answer, work - search.work))
