@@ -136,8 +136,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     robot.met.clear()
     if e.kind != "depart":
         _memories(robot, here)
-    if e.kind == "move":
-        _stood(robot.name, s)
+    robot.turn = e.number if e.kind == "move" else robot.turn
     robot.progress.stayed += robot.stays
 
 
@@ -149,21 +148,6 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
     stays, robot.recalled = robot.pose == here, robot.memories
     after = formulas.after(robot.recalled, here, robot.pose) & robot.heard
     robot.memories = robot.recalled | after if stays else after or robot.recalled
-
-
-def _stood(name: str, s: State, acts: Line | None = None) -> None:
-    """Record that a robot does its part of the next needs where it is, of loads those on which it
-    ``acts`` (None: any)."""
-    region, here = s.robots[name].pose[0], list[Obstacle]()
-    for one in s.obstacles.values():
-        if one.open and one.rest.left and (name, one.name) not in s.barred:
-            need = one.rest.left[0]
-            here += [one] if region in need.regions and name in need.able else []
-    for one in sorted(here, key=lambda one: (not one.rest.done, one.rest.order)):
-        other = bool(acts and one.known and one.name not in acts.obstacles)
-        alone = one.rest.left[0].robots == 1  # in a `met` line
-        if not (one.rest.takes() and (alone or other or _is_laden(name, one, s))):
-            one.rest = one.rest._replace(done=one.rest.done | {name})
 
 
 def _end_changes(e: Line, s: State) -> None:
@@ -184,25 +168,12 @@ def _end_changes(e: Line, s: State) -> None:
     s.changes = left
 
 
-def _is_laden(name: str, but: Obstacle, s: State) -> bool:
-    """Return whether a robot carries another load, or a part of one. With a strategy it may have
-    left its part of one in lockstep, where no line tells it, since it is sent for another."""
-    may_leave = not (s.live or s.is_planned(name))
-    others = (one.rest for one in s.obstacles.values() if one.open and one is not but)
-    return any(name in (rest.carriers() if may_leave else rest.laden()) for rest in others)
-
-
 def _acted(e: Line, robot: Robot, s: State) -> None:
-    acts, failed = robot.acts, {name for name, result in e.results.items() if result == "failed"}
+    acts = robot.acts
     for each in s.robots.values():
         if each.acts is acts and acts is not None:
             each.acts, each.acted = None, (e.tick, acts)
-    if not e.reason or e.results.keys() - failed:
-        _stood(robot.name, s, acts)
     s.barred |= {(robot.name, name) for name in e.barred or ()}
-    for name in failed & s.obstacles.keys():
-        rest = s.obstacles[name].rest
-        s.obstacles[name].rest = rest._replace(done=rest.done - {robot.name})
 
 
 def _use_charge(e: Line, robot: Robot, s: State) -> None:
@@ -263,7 +234,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.shut = one.shut and one.resolved  # one that was given up is tried again
         case "appeared":
             one.begin()
-            one.since = e.tick
+            one.since, one.begun = e.tick, e.number
             for robot in (s.robots[name] for name in one.blocks if s.external):
                 robot.came = None if robot.pose[0] == one.region else robot.came
             s.orders.discard(one.name)
@@ -292,16 +263,11 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             for robot in s.robots.values() if one.type.startswith("lost_") else ():
                 if one.type == f"lost_{robot.name}" and robot.lost:
                     robot.holds -= {one.region}
-        case "met" if e.need == one.stage:
+        case "part" if e.need == one.stage:
             one.group = frozenset(e.robots or [e.robot])
             one.party |= one.group
-            for other in s.obstacles.values() if one.rest.takes() else ():
-                if other.rest.takes():  # who takes a load has no part of another one
-                    other.rest = other.rest._replace(done=other.rest.done - one.group)
-            one.rest = one.rest._replace(done=frozenset()).advanced(one.group)
-            together = one.rest.left and one.rest.left[0].together
-            one.begun = e.tick + 1 if together else e.tick  # robots that have had their turn
-            _stood(e.robot, s)  # its action continues with the next need
+            one.rest = one.rest.acted(one.group)
+            one.begun = e.number if e.need < one.stage else one.begun
         case "resolved":
             one.there = one.resolved = one.known = True
             one.rest = one.rest._replace(left=())

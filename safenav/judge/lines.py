@@ -272,7 +272,7 @@ KINDS = {
         "gone": f"obstacle {_CAUSE}",
         "order": f"obstacle {_CAUSE}",
         "truth": f"obstacle {_CAUSE} traversable:bool",
-        "met": "obstacle need:count robot at:int action robots?:str*",
+        "part": "obstacle need:count robot at:int action robots?:str* missing?:count",
         "resolved": "obstacle robot at:int traversable:truth robots?:str*",
         "blocked": "obstacle robots:str!"
         " reason:untraversable|no_capable_robot|unresolvable|operator",

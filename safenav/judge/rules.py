@@ -235,7 +235,7 @@ def is_empty(robot: Robot, s: State, now: float) -> bool:
     return bool(s.charge(robot, now) < robot.data.battery.move)
 
 
-@rule("act", "acted", "met", "resolved")
+@rule("act", "acted", "part", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
     """In a live run an obstacle is resolved by robots that act, in service and not in transit,
     unless the world is the user's. No action fails in a simulated world."""
@@ -262,16 +262,16 @@ def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
 
 @rule("move", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world in lockstep, a need is fulfilled in the turn in which enough robots have
-    been in its regions."""
-    first = e.robot == s.names[0] or e.outcome == "completed"
-    for one in s.obstacles.values() if first and not (s.live or s.external) else ():
-        begun = max(one.since, one.begun) < e.tick
-        if one.open and begun and one.rest.left and not one.rest.takes():
+    """In a simulated world in lockstep, a robot does its part of a need in each turn in its regions
+    (if together, when enough are there), unless that takes a load."""
+    names = s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None)
+    for one in s.obstacles.values() if not (s.live or s.external) else ():
+        for name in names if one.open and one.rest.left and not one.rest.takes() else ():
             need = one.rest.left[0]
             there = {n for n in need.able if s.robots[n].pose[0] in need.regions}
-            if len(there if need.together else one.rest.done & need.able) >= need.robots:
-                yield f"{one.name} is not resolved, but {', '.join(sorted(there))} can do that"
+            late = name in there - one.rest.done and one.begun < s.robots[name].turn
+            if late and (not need.together or len(there) >= need.robots):
+                yield f"{one.name} is not resolved, but {name} can do that"
 
 
 @rule("violation", "request", "push")
@@ -291,7 +291,7 @@ def encounter(e: Line, s: State) -> Iterator[str]:
         yield f"{one.name} is absent or resolved"
 
 
-@rule("met", "resolved")
+@rule("part", "resolved")
 def resolution(e: Line, s: State) -> Iterator[str]:
     """A present obstacle is resolved need by need, each by enough robots that have its action and
     stand in its regions (simultaneously, if together). The last one reveals its truth."""
@@ -305,39 +305,37 @@ def resolution(e: Line, s: State) -> Iterator[str]:
         yield f"{one.name} was resolved before"
     elif number >= len(one.needs) or (one.stage < number and not untold):
         yield f"need {one.stage + 1} of {one.name} is the next one, not {number + 1}"
-    else:
-        yield from _group(e, one, number, s)
+    elif one.stage <= number:
+        yield from _part(e, one, number, s, told=not untold)
+    elif not last or e.robot not in one.group:
+        yield f"need {number + 1} of {one.name} is already fulfilled"
+    elif e.at != s.robots[e.robot].pose[0]:
+        yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, where it is not"
+    elif more := {*(e.robots or ())} - one.party:
+        yield f"{', '.join(sorted(more))} took no part in {one.name}"
     if last and not s.external and e.traversable != one.truth:
         yield f"{one.name} is revealed as {e.traversable}, but the scenario states {one.truth}"
 
 
-def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
-    who = frozenset(e.robots or [e.robot])
-    if one.stage > number:  # all its needs are fulfilled
-        if e.kind == "met" or e.robot not in one.group:
-            yield f"need {number + 1} of {one.name} is already fulfilled"
-        elif e.at != s.robots[e.robot].pose[0]:
-            yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, where it is not"
-        elif not who <= one.party:
-            yield f"{', '.join(sorted(who - one.party))} took no part in {one.name}"
-        return
-    need = one.rest.left[number - one.stage]
-    if e.kind == "met" and e.action != need.action:
+def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Iterator[str]:
+    """Yield why some robots cannot do a part. ``told``: a line records each part before it."""
+    need, who = one.rest.left[number - one.stage], frozenset(e.robots or [e.robot])
+    if e.kind == "part" and e.action != need.action:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
     there = frozenset(n for n in need.able if s.robots[n].pose[0] in need.regions)
     if s.live and not s.external and one.known and (one.name, number) in s.robots[e.robot].knew:
         there = frozenset(n for n in there if _acts(s.robots[n], one.name, s.tick))
-    parts = there if need.together else there | (one.rest.done & need.able)
-    many = who if e.robots else parts | who
-    if s.external and not one.known and not need.together:
-        many |= need.able  # they may have done their parts before anybody knew it
-    if e.at != s.robots[e.robot].pose[0] or e.robot not in there:
+    before = frozenset[str]() if need.together or number > one.stage else one.rest.done
+    missing = need.robots - len(before | who)
+    if e.at != s.robots[e.robot].pose[0] or e.robot not in there - before:
         yield f"{e.robot} cannot {need.action} at {one.name} from {s.show(e.at)}"
-    elif not who <= parts:
-        yield f"{', '.join(sorted(who - parts))} cannot {need.action} at {one.name}"
-    elif len(many) < need.robots:
-        yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(many)}"
-    for name in who if e.kind == "met" and one.rest.takes() else ():
+    elif others := who - there - before:
+        yield f"{', '.join(sorted(others))} cannot {need.action} at {one.name}"
+    elif missing > 0 and told and (need.together or e.kind == "resolved"):
+        yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(before | who)}"
+    elif e.kind == "part" and told and max(0, missing) != (e.missing or 0):
+        yield f"{max(0, missing)} robots are missing at {one.name}, not {e.missing or 0}"
+    for name in who if e.kind == "part" and one.rest.takes() else ():
         for other in s.obstacles.values():
-            if other.open and name in other.rest.carriers():
+            if other.open and other is not one and name in other.rest.laden():
                 yield f"{name} carries {other.name}, and takes {one.name} as well"

@@ -70,7 +70,8 @@ class Robot:
     part, ``acted``: the one that ended last, and when; ``knew``: the obstacles known when it began
     (on others idle robots act as well); ``met``: the goals that its last step has met, each with
     its tick; ``jumps``: how often it was farther from its last region than a step; ``observes``:
-    the robots that its strategy observes, with their jumps before it was made."""
+    the robots that its strategy observes, with their jumps before it was made; ``turn``: the line
+    of its last turn."""
 
     name: str
     data: Line
@@ -105,6 +106,7 @@ class Robot:
     met: dict[int, int] = field(default_factory=dict)
     jumps: int = 0
     observes: dict[str, int] = field(default_factory=dict)
+    turn: int = 0
 
     @property
     def faces(self) -> bool:
@@ -203,10 +205,10 @@ class Rest(NamedTuple):
 
 @dataclass
 class Obstacle:
-    """An obstacle. ``rest``: its open needs; ``group``: the robots that fulfilled the last one,
-    ``party``: those that fulfilled any; ``there``: it is present, ``since`` a tick; ``shut``: it is
-    permanent; ``known``: the team knows of it; ``declared``: by an operator; ``begun``: the tick in
-    which all can do their part of the next need."""
+    """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part, ``party``: of
+    any; ``there``: it is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team
+    knows of it; ``declared``: by an operator; ``begun``: the line after which its next need is the
+    next one."""
 
     name: str
     type: str
@@ -226,7 +228,7 @@ class Obstacle:
     known: bool = False
     declared: bool = False
     since: int = -1
-    begun: int = 1
+    begun: int = 0
 
     @property
     def open(self) -> bool:

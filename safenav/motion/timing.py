@@ -11,7 +11,7 @@ ones, so there is no deadlock.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -22,7 +22,6 @@ from safenav.scenario.model import Clock, Obstacle
 from safenav.trace import records
 from safenav.trace.file import Trace
 from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
-from safenav.world.map import Region
 
 
 class TimedAction(Struct, frozen=True):
@@ -38,49 +37,39 @@ class TimedAction(Struct, frozen=True):
     takes: bool
 
 
-Fulfilling = records.Met | records.Resolved
+Does = records.Part | records.Resolved
 
 
-class NeedMet(Struct, frozen=True):
-    """The fulfilment of an obstacle's need with this ``number`` by a ``team``: the recorded robot,
-    and others in its regions that are able to, even without a request. ``inside``: those in the
-    obstacle's region; ``parts``: robots and ticks of those that have done their part before others
-    met the need. No line records that, so it is in the robot's last turn there."""
+class PartDone(Struct, frozen=True):
+    """A part that a ``team`` has done of an obstacle's need with this ``number``. ``inside``: those
+    in the obstacle's region."""
 
     obstacle: Obstacle
     number: int
     team: tuple[str, ...]
     inside: tuple[str, ...]
-    parts: tuple[tuple[str, int], ...]
 
 
-def needs_met(trace: Trace) -> dict[int, NeedMet]:
-    """Return the needs that a run has fulfilled, by the index of the line that records each."""
-    found: dict[int, NeedMet] = {}
-    obstacles, robots, world = trace.obstacles, trace.robots, trace.header.scenario.map
-    at = {name: robot.start.region for name, robot in robots.items()}
-    last: dict[tuple[str, Region], int] = {}
+def parts_done(trace: Trace) -> dict[int, PartDone]:
+    """Return the parts of needs that robots have done, by the index of the line that records
+    each."""
+    found: dict[int, PartDone] = {}
+    obstacles, at = trace.obstacles, {n: r.start.region for n, r in trace.robots.items()}
     for index, record in enumerate(trace.records):
         match record:
             case records.Arrive(result=MoveEnd.ARRIVED):
                 at[record.robot] = record.at
             case records.Move():
                 at[record.robot] = record.from_ if record.toward is not None else record.to
-                last[record.robot, at[record.robot]] = record.tick
-            case records.Met() | records.Resolved():
-                obstacle, named = obstacles[record.obstacle], record.robots or ()
+            case records.Part() | records.Resolved():
+                obstacle = obstacles[record.obstacle]
                 if isinstance(record, records.Resolved) and len(obstacle.needs) > 1:
                     continue  # the line before has recorded its last need
-                number = record.need if isinstance(record, records.Met) else 0
-                need, regions = obstacle.needs[number], obstacle.resolution_regions(world, number)
-                alone = isinstance(record, records.Met) and not need.together
-                there = [name for name in named if at[name] in regions and not alone]
-                able = [name for name in there if need.action in robots[name].capabilities]
-                team = tuple(dict.fromkeys((record.robot, *able)))
+                number = record.need if isinstance(record, records.Part) else 0
+                others = (record.robots or ()) if obstacle.needs[number].together else ()
+                team = tuple(dict.fromkeys((record.robot, *others)))
                 inside = tuple(name for name in team if at[name] == obstacle.region)
-                turns = [(n, [last[n, r] for r in regions if (n, r) in last]) for n in named]
-                parts = tuple((n, max(ticks)) for n, ticks in turns if ticks and n not in team)
-                found[index] = NeedMet(obstacle, number, team, inside, parts)
+                found[index] = PartDone(obstacle, number, team, inside)
     return found
 
 
@@ -92,7 +81,7 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
     steps: dict[str, int] = {}
     acts = {act.command: act for act, _ in trace.acts}
     ended: dict[tuple[str, int], int] = {}
-    met = needs_met(trace)
+    done = parts_done(trace)
     for index, record in enumerate(trace.records):
         match record:
             case records.Arrive(result=MoveEnd.ARRIVED):
@@ -100,8 +89,8 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
             case records.ActionEnd() if record.command in acts:
                 for name in acts[record.command].robots:
                     ended[name, record.tick] = record.command
-            case records.Met() | records.Resolved() if index in met:
-                one, command = met[index], ended.get((record.robot, record.tick))
+            case records.Part() | records.Resolved() if index in done:
+                one, command = done[index], ended.get((record.robot, record.tick))
                 if command is None:
                     continue
                 obstacle, (need, *later) = one.obstacle, one.obstacle.needs[one.number :]
@@ -138,10 +127,10 @@ def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
     of the trace."""
     if trace.header.live:
         return trace.records
-    met = needs_met(trace)
-    run = _SerialRun(trace, paces, met.values())
+    done = parts_done(trace)
+    run = _SerialRun(trace, paces)
     for index, record in enumerate(trace.records):
-        run.take(record, met.get(index))
+        run.take(record, done.get(index))
     return [line for line in run.lines if not isinstance(line, records.Move)]
 
 
@@ -184,7 +173,7 @@ WAITING = (
     *(records.Request, records.Push, records.Pop, records.Told, records.KnownObstacle),
     *(records.Plan, records.PlanEnd, records.Synthesis, records.Service, records.Truth),
     *(records.Violation, records.Discovered, records.Appeared, records.Gone),
-    *(records.Met, records.Resolved),
+    *(records.Part, records.Resolved),
 )
 """Lines that wait for all activities until then, and for which later ones wait: decisions, actions,
 and changes of obstacles and robots. Only steps overlap."""
@@ -201,7 +190,7 @@ class _Step(Struct):
 class _SerialRun:
     """The ``lines`` of a run in lockstep so far, in seconds."""
 
-    def __init__(self, trace: Trace, paces: Mapping[str, Pace], met: Iterable[NeedMet]) -> None:
+    def __init__(self, trace: Trace, paces: Mapping[str, Pace]) -> None:
         self._scenario = trace.header.scenario
         self.lines: list[records.Record] = []
         self._robots, self._paces = trace.robots, paces
@@ -210,10 +199,6 @@ class _SerialRun:
         """The end of each robot's last activity."""
         self._left: dict[int, dict[str, float]] = defaultdict(dict)
         """The last step with which each robot left a region."""
-        self._parts: dict[tuple[str, int], list[Obstacle]] = defaultdict(list)
-        for one in met:
-            for part in one.parts:
-                self._parts[part].append(one.obstacle)
         self._since = 0.0
         """The time of the last line that is not a step."""
         self._begun: dict[str, _Step] = {}
@@ -221,15 +206,15 @@ class _SerialRun:
         self._commands = 0
         self._turn = ""
 
-    def take(self, record: records.Record, met: NeedMet | None) -> None:
+    def take(self, record: records.Record, done: PartDone | None) -> None:
         if isinstance(record, WAITING):
             self._since = max([self._since, *self._ended.values()])
         match record:
             case records.Move():
                 self._move(record)
-            case records.Met() | records.Resolved():
-                if met is not None:
-                    self._do(record, met.obstacle, met.team, {met.obstacle.name: ActResult.DONE})
+            case records.Part() | records.Resolved():
+                if done is not None:
+                    self._do(record, done)
                 self._tell(self._since, record)
             case records.End():
                 end = max((line.t or 0.0 for line in self.lines), default=0.0)
@@ -247,9 +232,6 @@ class _SerialRun:
             self._begun[name] = step
         elif move.to != move.from_:
             self._step(move, step)
-        for obstacle in self._parts.get((name, move.tick), ()):
-            self._since = max([self._since, *self._ended.values()])
-            self._do(move, obstacle, (name,), {})
 
     def _step(self, move: records.Move, step: _Step) -> None:
         name, origin, to = move.robot, move.from_, move.to
@@ -281,15 +263,11 @@ class _SerialRun:
                     regions |= zone.regions
             yield from (self._left[region].get(other, 0.0) for region in regions)
 
-    def _do(
-        self,
-        record: Fulfilling | records.Move,
-        obstacle: Obstacle,
-        team: tuple[str, ...],
-        results: dict[str, ActResult],
-    ) -> None:
+    def _do(self, record: Does, done: PartDone) -> None:
         """Let robots act on an obstacle where they are, after all activities until then."""
-        begin = self._since
+        begin, team, obstacle = self._since, done.team, done.obstacle
+        part = isinstance(record, records.Part) and record.missing
+        results = {} if part else {obstacle.name: ActResult.DONE}
         paces = [(self._paces[name], self._at[name]) for name in team]
         end = self._since = begin + acted_by(paces, begin, obstacle.region)
         self._commands += 1

@@ -25,7 +25,7 @@ from safenav.world.map import Region, RegionMap
 _KINDS = {
     **{str(kind): kind for kind in values.StoryKind if kind not in ("deadline", "note")},
     **dict.fromkeys(("told", "order", "resumed"), values.StoryKind.NOTE),
-    "met": values.StoryKind.RESOLVED,
+    "part": values.StoryKind.RESOLVED,
     "late": values.StoryKind.FAILURE,
 }
 """The kind of the event of a line."""
@@ -266,14 +266,13 @@ class RunReader:
                     for row in rows
                 )
                 run.stack.put(line.tick, tuple(mine))
-            case records.Met():
-                hidden = self._known(line.obstacle)
+            case records.Part():
+                hidden, who = self._known(line.obstacle), line.robots or (line.robot,)
                 self._seen(line.tick, hidden)
-                if line.need < len(hidden.carried) and hidden.carried[line.need]:
-                    hidden.loads.append((line.tick, line.robots or (line.robot,)))
-                else:
-                    hidden.loads.put(line.tick, ())
-                hidden.met.put(line.tick, line.need + 1)
+                carry = tuple(name for name in hidden.loads.now if name not in who)
+                takes = line.need < len(hidden.carried) and hidden.carried[line.need]
+                hidden.loads.put(line.tick, (*carry, *who) if takes else carry)
+                hidden.met.put(line.tick, line.need + (not line.missing))
             case records.Resolved():
                 if line.traversable is False:
                     self._status(line.tick, line.obstacle, values.ObstacleStatus.BLOCKED)
@@ -316,7 +315,7 @@ class RunReader:
         match line:
             case records.Violation():
                 region = self._on_map(line.proposed)
-            case records.Met() | records.Resolved() | records.Arrive():
+            case records.Part() | records.Resolved() | records.Arrive():
                 region = self._on_map(line.at)
             case records.Goal():
                 region = self._on_map(line.region)

@@ -72,10 +72,11 @@ class Wording(Struct, frozen=True):
                 return self._violation(line)
             case records.Request():
                 return self._request(line)
-            case records.Met():
-                what = f"need {line.need + 1} of {self.obstacle(line.obstacle)}"
-                met = f"{line.robot} at {self._at(line.at)} fulfils {what}"
-                return f"{met}{self._with(line)}: {line.action}"
+            case records.Part():
+                does = "does its part of" if line.missing else "fulfils"
+                met = f"{line.robot} at {self._at(line.at)} {does} need {line.need + 1}"
+                what = f"{met} of {self.obstacle(line.obstacle)}"
+                return f"{what}{self._with(line)}: {line.action}"
             case records.Resolved():
                 return self._resolved(line)
             case records.KnownObstacle():
@@ -242,7 +243,7 @@ class Wording(Struct, frozen=True):
             text += ", which is traversable" if line.traversable else ", which is not traversable"
         return text if line.requested else text + " (without a request)"
 
-    def _with(self, line: records.Met | records.Resolved) -> str:
+    def _with(self, line: records.Part | records.Resolved) -> str:
         """Return the other participants in words, with their regions if those differ."""
         others = [name for name in line.robots or () if name != line.robot]
         return f" with {self._all(others)}" if others else ""

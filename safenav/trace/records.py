@@ -334,9 +334,10 @@ class Told(Record, frozen=True, tag="told"):
     objective: Objective
 
 
-class Met(Record, frozen=True, tag="met"):
-    """One of several needs of an obstacle was fulfilled: number ``need``, by ``robot`` in the
-    region ``at``. ``robots``: all that took part, if several were needed."""
+class Part(Record, frozen=True, tag="part"):
+    """``robot`` has done its part of the ``need`` of that number in the region ``at``; the last
+    part of a single need has none. ``robots``: all that did so, if together; ``missing``: how many
+    others must still do so."""
 
     obstacle: str
     need: Count
@@ -344,6 +345,7 @@ class Met(Record, frozen=True, tag="met"):
     robot: str
     at: Region
     robots: tuple[str, ...] | None = None
+    missing: Count | None = None
 
 
 class Resolved(Record, frozen=True, tag="resolved"):

@@ -67,8 +67,9 @@ class Facts:
                         kept = self.own[name] if "once" in self.own[name] else None
                         self.seen[name] = self.seen[name] if kept else [self.here[name]]
                         self.held[name] = 1
-                case "met":
-                    self.open[line["obstacle"]] = self.open.get(line["obstacle"], 0) + 1
+                case "part":
+                    done = self.open.get(line["obstacle"], 0) + (not line.get("missing"))
+                    self.open[line["obstacle"]] = done
                 case "appeared":
                     yield from self.appeared(line)
                 case "gone":

@@ -120,7 +120,7 @@ def a_later_resolution(lines: list[Line], k: int, chance: random.Random) -> None
     lines.insert(later, line | {"tick": lines[later - 1].get("tick", 0)})
 
 
-@kind("resolved", "met")
+@kind("resolved", "part")
 def another_robot_resolves(lines: list[Line], k: int, chance: random.Random) -> None:
     lines[k]["robot"] = chance.choice([*team(lines[0])])
 
@@ -287,7 +287,7 @@ def a_line_left_out(lines: list[Line], chance: random.Random) -> None:
     del lines[chance.randrange(1, len(lines) - 1)]
 
 
-@kind("resolved", "met", name="a door that nobody opens")
+@kind("resolved", "part", name="a door that nobody opens")
 @kind("goal")
 def a_goal_left_out(lines: list[Line], k: int, _: random.Random) -> None:
     del lines[k]

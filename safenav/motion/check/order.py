@@ -150,7 +150,7 @@ def _done(
 ) -> Iterator[Action]:
     """Take the lines of an action of some robots; check that each acts where it is, for long
     enough."""
-    assert isinstance(record, records.Met | records.Resolved)
+    assert isinstance(record, records.Part | records.Resolved)
     for robot in wanted.robots:
         mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, wanted.obstacle))
         if (done := next(mine, None)) is None:

@@ -281,29 +281,32 @@ class Recorder:
         self.emit(records.ActionEnd(*who, results, left, event.why or None))
 
     def _acted(self, before: State, event: now.Acted) -> None:
-        """Record for each obstacle the fulfilled needs, and its resolution. Loads are put down
+        """Record for each obstacle the parts that were done, and its resolution. Loads are put down
         first, and taken last, in the order of ``Floor.acted``."""
         truths, stages = dict(event.truths), dict(event.stages)
         i, obstacles = event.robot, self.team.obstacles
         at = before.robots[i].pose % self.team.size
         self.why = Reason.RESOLVED if truths else Reason.REQUEST
 
-        def met(k: int) -> range:
-            several = k in stages and len(obstacles[k].needs) > 1
-            return range(before.obstacles[k].stage.need, stages[k].need if several else 0)
+        def parts(k: int) -> range:
+            if k not in stages or (k in truths and len(obstacles[k].needs) == 1):
+                return range(0)
+            return range(before.obstacles[k].stage.need, stages[k].need + (i in stages[k].done))
 
         def order(k: int) -> tuple[object, ...]:
-            takes = any(obstacles[k].needs[number].takes for number in met(k))
+            takes = any(obstacles[k].needs[number].takes for number in parts(k))
             begun = bool(before.obstacles[k].stage.done)
             return takes, *((not begun, *obstacles[k].source.order) if takes else ())
 
         for k in sorted({**stages, **truths}, key=order):
-            for number in met(k):
+            for number in parts(k):
                 need = obstacles[k].needs[number]
                 able = need.action in self.team.members[i].robot.capabilities
                 if able and need.regions >> at & 1:  # else it was met before anybody knew of it
                     what = self._name(k), number, need.action, self._robot(i), at
-                    self.emit(records.Met(self.tick, *what, self._group(before, k, number, i)))
+                    group = self._group(before, k, number, i) if need.together else None
+                    left = need.robots - len(stages[k].done) if number == stages[k].need else None
+                    self.emit(records.Part(self.tick, *what, group, left))
             if k in truths:
                 self._resolved(before, i, k, truths[k])
 
@@ -333,7 +336,10 @@ class Recorder:
         later = None if number == stage.need else number
         group = [*sorted({i, *(stage.done if later is None else ())})]
         if need.together:
+            size = self.team.size
             at = standing(self.team, state, moving=not (self.team.live and self.simulated))
+            pairs = zip(state.robots, at, strict=True)  # some may be without charge by now
+            at = [r.pose % size if r.acting == i else region for r, region in pairs]
             group = [*participants(self.team, state, at, i, k, later)]
             acting = [j for j in group if state.robots[j].acting == i]
             group = acting if len(acting) >= need.robots else group  # else unknown to the team
