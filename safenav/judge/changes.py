@@ -219,16 +219,18 @@ def memory(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} continues with target {turn}, not {e.memory['goal']}"
 
 
-@rule("told", "push", "pop", "synthesis")
+@rule("duty", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
-    that blocks it, on which it can act, or that brings its battery."""
-    installs = e.kind != "synthesis" or (e.node is not None and e.places is None)
-    told = {e.robot: e.objective} if e.objectives is None else e.objectives
+    that blocks it, on which it can act, or that brings its battery. Its strategy is for the
+    objective that it has."""
     every = [x for x in s.obstacles.values() if x.open and x.known]
     busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
     busy |= {s.flat[x.name] for x in every if x.name in s.flat}
-    for name in told if installs else ():
+    for name, objective in (e.objectives or {}).items():
         robot = s.robots[name]
-        if not (name in busy or robot.out or told[name].serves(robot.own)):
+        if not (name in busy or robot.out or objective.serves(robot.own)):
             yield f"{name} gets another objective, but nothing is to be resolved"
+    begins = e.kind == "synthesis" and e.node is not None and e.places is None
+    if begins and not e.objective.serves(s.robots[e.robot].given):
+        yield f"{e.robot} has a strategy for another objective than it has"

@@ -37,7 +37,7 @@ def after(e: Line, s: State) -> None:
             for robot in (one for one in s.robots.values() if one.memories is not None):
                 robot.heard |= robot.hears(s.inputs)
                 robot.memories = robot.own.formulas.hearing(robot.memories, robot.heard)
-        case "push" | "pop":
+        case "duty":
             for name, objective in e.objectives.items():
                 s.robots[name].given = objective
         case "deadline" if e.verdict == "kept" and e.of == "mission":
@@ -103,13 +103,10 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.observes = {name: s.robots[name].jumps for name in known}
                 if e.objective == robot.own and e.memory:
                     robot.first = next(iter(e.memory.values()))
-            if e.verdict == "realizable" and e.node is not None and e.places is None:
-                robot.given = e.objective
-                if robot.memories is not None and e.memory and e.objective == robot.own:
-                    told = robot.own.formulas.remembering(e.memory)
-                    robot.memories = {m for m in s.memories(robot) if told & s.arriving(robot, [m])}
-        case "told":
-            robot.given = e.objective
+            begins = e.verdict == "realizable" and e.node is not None and e.places is None
+            if begins and robot.memories is not None and e.memory and e.objective == robot.own:
+                told = robot.own.formulas.remembering(e.memory)
+                robot.memories = {m for m in s.memories(robot) if told & s.arriving(robot, [m])}
         case "assumption":
             s.assumptions += 1
 
@@ -229,7 +226,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             if s.external and not one.present:
                 one.begin()
                 one.known = True
-        case "request" | "push":
+        case "request":
             _due(e, one, s)
             one.shut = one.shut and one.resolved  # one that was given up is tried again
         case "appeared":

@@ -274,7 +274,7 @@ def done(e: Line, s: State) -> Iterator[str]:
                 yield f"{one.name} is not resolved, but {name} can do that"
 
 
-@rule("violation", "request", "push")
+@rule("violation", "request")
 def encounter(e: Line, s: State) -> Iterator[str]:
     """A robot encounters an obstacle that blocks it, in or beside its region; in a simulated world
     it is present. Only known ones are requested."""

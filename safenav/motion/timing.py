@@ -170,7 +170,7 @@ def by_instants(trace: Trace) -> Trace:
 
 
 WAITING = (
-    *(records.Request, records.Push, records.Pop, records.Told, records.KnownObstacle),
+    *(records.Request, records.Push, records.Pop, records.Duty, records.KnownObstacle),
     *(records.Plan, records.PlanEnd, records.Synthesis, records.Service, records.Truth),
     *(records.Violation, records.Discovered, records.Appeared, records.Gone),
     *(records.Part, records.Resolved),

@@ -10,7 +10,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.errors import Diagnostic, InputError, Verdict
+from safenav.errors import Diagnostic, InputError
 from safenav.run import values
 from safenav.run.run import Run
 from safenav.run.tracks import SAME, ContradictionError, RobotTrack, tracks_of
@@ -24,7 +24,8 @@ from safenav.world.map import Region, RegionMap
 
 _KINDS = {
     **{str(kind): kind for kind in values.StoryKind if kind not in ("deadline", "note")},
-    **dict.fromkeys(("told", "order", "resumed"), values.StoryKind.NOTE),
+    **dict.fromkeys(("order", "resumed"), values.StoryKind.NOTE),
+    "duty": values.StoryKind.OBJECTIVE,
     "part": values.StoryKind.RESOLVED,
     "late": values.StoryKind.FAILURE,
 }
@@ -168,8 +169,11 @@ class RunReader:
                     self._seen(begun, self.run.hidden.get(name))
                 if line.reason or ActResult.FAILED in line.results.values():
                     kind = values.StoryKind.FAILURE
-            case records.Told():
-                self._set_objective(line.tick, line.robot, line.objective)
+            case records.Push() | records.Pop():
+                self._stacked(line)
+            case records.Duty():
+                for name, objective in line.objectives.items():
+                    self._given(line.tick, name, objective)
             case records.NewObjective(at_once=True):
                 self._given(line.tick, line.robot, line.objective)
             case records.Belief():
@@ -192,12 +196,10 @@ class RunReader:
             case _:
                 self._obstacle(line)
         match line:
-            case records.Push() | records.Pop():
-                self._stacked(line)
             case records.Goal():
                 self._goal(line)
             case records.Synthesis():
-                self._synthesized(line)
+                self._event(line, values.StoryKind.SYNTHESIS, synthesis=line)
             case _ if kind is not None:
                 self._event(line, kind)
 
@@ -326,7 +328,6 @@ class RunReader:
 
     def _stacked(self, line: records.Push | records.Pop) -> None:
         run, rows, helpers = self.run, [*self.run.stack.now], line.helpers
-        new = [n for n, own in line.objectives.items() if self._set_objective(line.tick, n, own)]
         if isinstance(line, records.Push):
             # With another helper, the entry is pushed again at the same depth.
             rows[max(0, line.depth - 1) :] = [
@@ -339,16 +340,6 @@ class RunReader:
                 del rows[ended[-1]]
             del rows[max(0, line.depth) :]
         run.stack.append((line.tick, tuple(rows)))
-        tracks = map(self._robot, new)
-        told = "; ".join(f"{track.name}: {run.doing(track.objectives.now)}" for track in tracks)
-        text = self._wording.sentence(line) + (f" ({told})" if told else "")
-        self._event(line, _KINDS[line.type], text)
-
-    def _synthesized(self, line: records.Synthesis) -> None:
-        own, won = (line.tick, line.robot, line.objective), line.verdict is Verdict.REALIZABLE
-        if won and line.tick and self._set_objective(*own):  # an input has changed, for example
-            self._event(records.Told(*own), values.StoryKind.NOTE)
-        self._event(line, values.StoryKind.SYNTHESIS, synthesis=line)
 
     def _believe(self, line: records.Belief) -> None:
         regions = frozenset(map(self._on_map, line.regions))
@@ -381,13 +372,6 @@ class RunReader:
         modes = {robot for robot, name in of if line.values.get(name)}
         self._restart(line.tick, map(self._robot, modes ^ self._modes))
         self._modes = modes
-
-    def _set_objective(self, tick: int, name: str, objective: Objective) -> bool:
-        """Change an objective, and return whether the new one differs."""
-        changed = objective != self._robot(name).objectives.now
-        if changed:
-            self._given(tick, name, objective)
-        return changed
 
     def _given(self, tick: int, name: str, objective: Objective) -> None:
         track = self._robot(name)

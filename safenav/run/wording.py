@@ -19,7 +19,6 @@ _SENTENCES = {
     "order": "{obstacle} is ordered",
     "reopened": "{obstacle} may be resolvable again",
     "objective": "{robot} gets another objective: {objective}",
-    "told": "{robot} now pursues: {objective}",
     "assumption": "{robot}: assumption violated: {name}",
     "depart": "{robot} departs from {from_} to {to}",
     "push": "objectives pushed, depth {depth}",
@@ -72,6 +71,9 @@ class Wording(Struct, frozen=True):
                 return self._violation(line)
             case records.Request():
                 return self._request(line)
+            case records.Duty():
+                each = ((n, describe(own, self.map.word)) for n, own in line.objectives.items())
+                return "; ".join(f"{name} now pursues: {own}" for name, own in each)
             case records.Part():
                 does = "does its part of" if line.missing else "fulfils"
                 met = f"{line.robot} at {self._at(line.at)} {does} need {line.need + 1}"

@@ -309,29 +309,27 @@ class Request(Record, frozen=True, tag="request"):
     because: str | None = None
 
 
-class StackEntry(Record, frozen=True):
+class StackEntry(Note, frozen=True):
     """An entry of the stack of objectives: obstacle, requester and helpers."""
 
     depth: Count
-    objectives: Mapping[str, Objective]
     obstacle: str
     requester: str | None
     helpers: tuple[str, ...]
 
 
 class Push(StackEntry, frozen=True, tag="push"):
-    """Objectives changed for a request. ``depth``, ``objectives``: those after the change."""
+    """A request enters the stack of objectives, which has this ``depth``."""
 
 
 class Pop(StackEntry, frozen=True, tag="pop"):
     """An entry leaves the stack; the fields identify it."""
 
 
-class Told(Record, frozen=True, tag="told"):
-    """A robot pursues ``objective`` from now on, where no push, pop or synthesis records it."""
+class Duty(Record, frozen=True, tag="duty"):
+    """Robots pursue these ``objectives`` from now on."""
 
-    robot: str
-    objective: Objective
+    objectives: Mapping[str, Objective]
 
 
 class Part(Record, frozen=True, tag="part"):

@@ -28,7 +28,7 @@ JUDGED = {
 """The rules of traces whose findings depend on the times of a motion, with their names for
 motions."""
 ELSEWHERE = (
-    *(records.Synthesis, records.Plan, records.PlanEnd, records.Push, records.Pop, records.Told),
+    *(records.Synthesis, records.Plan, records.PlanEnd, records.Push, records.Pop, records.Duty),
     *(records.Goal, records.Belief, records.Request),
 )
 """Lines that these rules do not need."""

@@ -2,7 +2,7 @@
 remembers only recorded facts: the stack, the helpers of each request, and the part of the plan.
 """
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from msgspec.structs import replace
 
@@ -189,7 +189,7 @@ class Recorder:
             case now.Assigned(i, objective, cause, within, own=own):
                 about = self._robot(i), objective, own, ChangeCause(cause), within
                 self.emit(records.NewObjective(self.tick, *about))
-                self.told[i] = None if own else self.told[i]  # it may have to wait again
+                self.told[i] = objective if own else self.told[i]
                 self.why = Reason.OBJECTIVE
             case now.Looked(i, known, places):
                 told, me = dict(before.robots[i].known), self._robot(i)
@@ -368,9 +368,9 @@ class Recorder:
         if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
             self._pops(after)
             self._stack(after, control)
-            self._told(after, control.new)
         elif gives_up:
-            self._pops(after, ended=True)
+            self._pops(after)
+        self._duties([robot.objective for robot in after.robots])
         why = self.why if self.tick else Reason.INITIAL
         for failed in control.failed:
             self.emit(synthesis_line(self.tick, why, failed, self.team.world))
@@ -384,14 +384,13 @@ class Recorder:
                 kept = state.robots[i].objective == after.robots[i].objective
                 self.record(state, event if kept else replace(event, duty=False), after)
 
-    def _told(self, state: State, new: Collection[int]) -> None:
-        """Record the objectives that no push, pop or synthesis (``new``) records: of planned and
-        assignable robots, and of those out of service."""
-        for i, robot in enumerate(state.robots):
-            told = self.team.members[i].planned or self.team.assignable(i) or i not in new
-            if told and self.told[i] != robot.objective:
-                self.emit(records.Told(self.tick, self._robot(i), robot.objective))
-        self.told = [robot.objective for robot in state.robots]
+    def _duties(self, objectives: Sequence[Objective]) -> None:
+        """Record the objectives that robots pursue from now on, where they change."""
+        pairs = enumerate(zip(self.told, objectives, strict=True))
+        new = {self._robot(i): own for i, (told, own) in pairs if told != own}
+        if new:
+            self.emit(records.Duty(self.tick, new))
+        self.told = [*objectives]
 
     def _given_up(self, state: State, k: int, control: Control, *, coming: bool) -> None:
         lacks = lacks_of(self.team, state)[self._name(k)]
@@ -403,23 +402,16 @@ class Recorder:
         self.emit(self._blocked(k, reason, coming or None, because))
         self.helpers.pop(k, None)
 
-    def _pops(self, state: State, *, ended: bool = False) -> None:
-        """Remove the entries of closed requests from the stack. ``ended``: no decision follows, so
-        the robots that took part have their own objectives again."""
-        told = [robot.objective for robot in state.robots]
-        for k, who, helpers in self.stack if ended else ():
-            for i, member in enumerate(self.team.members):
-                if k not in state.requests and (i == who or member.name in helpers):
-                    told[i] = member.robot.objective
+    def _pops(self, state: State) -> None:
+        """Remove the entries of closed requests from the stack."""
         for k in dict.fromkeys(k for k, _, _ in self.stack if k not in state.requests):
             for entry in [e for e in reversed(self.stack) if e[0] == k]:
                 self.stack.remove(entry)
-                self._entry(records.Pop, entry, told)
+                self._entry(records.Pop, entry)
 
     def _stack(self, state: State, control: Control) -> None:
         """Record requests with new helpers, or that lose them by being set aside, and a push for
         each requester."""
-        told = [robot.objective for robot in state.robots]
         for k in state.requests:
             each = state.obstacles[k]
             helping = tuple(
@@ -433,15 +425,12 @@ class Recorder:
             for who in (*ordered, *(i for i, _ in each.asked)):
                 if not any(entry[:2] == (k, who) for entry in self.stack):
                     self.stack.append((k, who, helping))
-                    self._entry(records.Push, (k, who, helping), told)
+                    self._entry(records.Push, (k, who, helping))
 
-    def _entry(self, kind: type, entry: Entry, objectives: list[Objective]) -> None:
+    def _entry(self, kind: type, entry: Entry) -> None:
         k, who, helpers = entry
-        self.told = list(objectives)
-        traced = {self._robot(i): objective for i, objective in enumerate(objectives)}
         requester = None if who is None else self._robot(who)
-        about = len(self.stack), traced, self._name(k), requester, helpers
-        self.emit(kind(self.tick, *about))
+        self.emit(kind(self.tick, len(self.stack), self._name(k), requester, helpers))
 
     # Ends.
 
