@@ -13,7 +13,9 @@ from safenav.scenario.model import (
     Action,
     Clock,
     Coordination,
+    Exclusion,
     Expect,
+    Input,
     KnownRobot,
     LatePolicy,
     Limits,
@@ -34,6 +36,7 @@ VERSION = 1
 Model = Annotated[RobotModel, Key(form=str, by="model")]
 Type = Annotated[ObstacleType, Key(form=str, by="type")]
 Task = Annotated[ObstacleType, Key(form=str, by="task")]
+Together = Annotated[Exclusion, Key(form=Exclusion, by="exclusion")]
 _CLOSED = "is reserved for regions that robots report as closed"
 TypeName = Annotated[Scalar, name_key("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
 
@@ -160,7 +163,9 @@ def _kind(name: str) -> Any:
     """Return the key of a kind of objective."""
     kind = KINDS[name]
     about = f"{kind.meaning[0].upper()}{kind.meaning[1:]}."
-    return key(about, schema={} if kind.one else {"minItems": kind.least})
+    if kind.one:
+        return key(about)
+    return key(about, entries=1, why="name at least one target", schema={"minItems": kind.least})
 
 
 class ObjectiveKeys(Item, frozen=True):
@@ -174,11 +179,11 @@ class ObjectiveKeys(Item, frozen=True):
         Beside(FORM, STRICT, "leave it out: other kinds have one form only"),
         Beside(WITHIN, TIMED, "rounds of other kinds cannot have a deadline"),
     )
-    patrol: values.TargetList | None = _kind("patrol")
-    visit: values.TargetList | None = _kind("visit")
-    cover: values.TargetList | None = _kind("cover")
+    patrol: tuple[values.TargetValue, ...] | None = _kind("patrol")
+    visit: tuple[values.TargetValue, ...] | None = _kind("visit")
+    cover: tuple[values.TargetValue, ...] | None = _kind("cover")
     hold: values.TargetValue | None = _kind("hold")
-    once: values.TargetList | None = _kind("once")
+    once: tuple[values.TargetValue, ...] | None = _kind("once")
     ltl: LtlKeys | None = None
     form: Literal["literal"] | None = key(
         "literal: the exact formula, or unrealizable.", why="leave it out to accept a weaker form"
@@ -225,36 +230,6 @@ class RobotKeys(Item, frozen=True):
     when: dict[values.InputOn, ObjectiveKeys] | None = key(
         "Objectives while inputs are on; the first active one counts.",
         example=f"{{alarm: {EXAMPLE}}}",
-    )
-
-
-class ExclusionKeys(Item, frozen=True):
-    """Robots of which at most one is in some regions."""
-
-    one: ClassVar = "an entry of never_together"
-    label: ClassVar = "of never_together"
-    example: ClassVar = "{robots: [quad, digit], in: [47]}"
-    robots: tuple[KnownRobot, ...] | None = key(
-        "At least two robots.",
-        "name two robots or more, for example 'robots: [quad, digit]'",
-        entries=2,
-    )
-    in_: values.ZoneValue | None = key(
-        "Regions for at most one of them.",
-        "name regions or areas, for example 'in: bridge'",
-        schema={"minItems": 1},
-    )
-
-
-class InputKeys(Item, frozen=True):
-    """A Boolean that the environment sets."""
-
-    one: ClassVar = "input {name}"
-    example: ClassVar = "{at: 12-30}; {} for one that a program sets"
-    at_: values.Spans | None = key("Ticks when a simulation has it on: 12, 20-30 or a list.")
-    always_eventually: Literal["off", "on", "both"] | bool | None = key(
-        "Values that specifications assume infinitely often: off, on or both.",
-        expected="off, on or both (the value that it has infinitely often)",
     )
 
 
@@ -343,10 +318,10 @@ class ScenarioKeys(Item, frozen=True):
         example=f"{{quad: {RobotKeys.example}}}",
         schema={"minProperties": 1, "maxProperties": 1000},
     )
-    never_together: tuple[ExclusionKeys, ...] = key(
+    never_together: tuple[Together, ...] = key(
         "Regions with at most one of several robots at a time.", default=()
     )
-    inputs: dict[values.InputName, InputKeys] | None = key(
+    inputs: dict[values.InputName, Input] | None = key(
         "Booleans that the environment sets.", example="{alarm: {at: 12-30}}"
     )
     obstacles: tuple[ObstacleKeys, ...] = key(

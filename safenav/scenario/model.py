@@ -38,14 +38,21 @@ class RobotChange(Struct, frozen=True):
     within: Count | None = None
 
 
-class Input(Struct, frozen=True):
-    """A Boolean that the environment sets, the same for all robots in a tick; off before the first.
-    A simulation turns it on in the ticks of ``spans`` (first and last). ``again``: the values that
-    specifications assume infinitely often."""
+class Input(Part, frozen=True):
+    """A Boolean that the environment sets.
 
-    name: str
-    spans: tuple[tuple[Count, Count], ...] = ()
-    again: tuple[bool, ...] = ()
+    It is the same for all robots in a tick, and off before the first. A simulation turns it on in
+    the ticks of ``spans`` (first and last).
+    """
+
+    one: ClassVar = "input {name}"
+    example: ClassVar = "{at: 12-30}; {} for one that a program sets"
+    spelled: ClassVar = {"spans": "at", "again": "always_eventually"}
+    name: OwnName
+    spans: values.Spans = key("Ticks when a simulation has it on: 12, 20-30 or a list.", default=())
+    again: values.Again = key(
+        "Values that specifications assume infinitely often: off, on or both.", default=()
+    )
 
     def is_on(self, tick: int) -> bool:
         """Return whether a simulation has it on in a tick."""
@@ -61,12 +68,31 @@ def switching(inputs: Iterable[Input]) -> list[int]:
     return sorted(found)
 
 
-class Exclusion(Struct, frozen=True):
-    """``robots`` of which at most one is in ``regions`` at any moment; one in transit is in both of
-    its regions."""
+KnownRobot = Annotated[str, Key(by="robot")]
 
-    robots: frozenset[str]
-    regions: frozenset[Region]
+
+class Exclusion(Part, frozen=True):
+    """Robots of which at most one is in some regions.
+
+    One in transit is in both of its regions.
+    """
+
+    label: ClassVar = "of never_together"
+    example: ClassVar = "{robots: [quad, digit], in: [47]}"
+    spelled: ClassVar = {"regions": "in"}
+    robots: frozenset[KnownRobot] = key(
+        "At least two robots.", "name two robots or more, for example 'robots: [quad, digit]'"
+    )
+    regions: values.ZoneValue = key(
+        "Regions for at most one of them.",
+        "name regions or areas, for example 'in: bridge'",
+        schema={"minItems": 1},
+    )
+
+    def flaws(self) -> Iterator[tuple[str, str, str]]:
+        """Yield keys without a value, each with the error and a remedy."""
+        if not self.regions:
+            yield "in", " is empty", "name at least one region"
 
 
 class Coordination(StrEnum):
@@ -141,14 +167,22 @@ class Limits(Part, frozen=True):
     seconds: float | None = key("Seconds of a run (live: on its clock). Default: none.", above=0)
 
 
-KnownRobot = Annotated[str, Key(by="robot")]
 ObstacleName = Annotated[
     str, Key("An obstacle: type@region.", by="obstacle", schema={"pattern": "^(?:.+@.+)$"})
 ]
 Subject = Annotated[str, Key(by="subject")]
 """A robot, an obstacle, or the mission: what can have a deadline."""
 Rounds = Annotated[int, Key(least=1)] | dict[KnownRobot, int]
-TeamRounds = Annotated[dict[str, int], Key(form=Rounds, by="rounds")]
+TeamRounds = Annotated[
+    dict[str, int],
+    Key(
+        form=Rounds,
+        expected="a whole number, or one for each robot",
+        check=lambda value, _node, _what, findings: (
+            dict.fromkeys(findings.named, value) if isinstance(value, int) else value
+        ),
+    ),
+]
 
 
 class Expect(Part, frozen=True):
@@ -328,7 +362,9 @@ Where = Annotated[
         "Where the action works: self, neighbours or regions.",
         form=ResolveAt | tuple[values.Regions, ...],
         entries=1,
-        by="places",
+        expected="self, neighbours or a list of regions",
+        why="name regions in brackets: [47, dock]",
+        check=values.united,
     ),
 ]
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.objective import Target
 from safenav.scenario.yaml.document import Node, Scalar, plain
-from safenav.scenario.yaml.keys import MOST, NAME, Item, Key, OneOf, Raw, key, name_key
+from safenav.scenario.yaml.keys import MOST, NAME, Item, Key, OneOf, Part, Raw, key, name_key
 from safenav.world.map import Region
 
 if TYPE_CHECKING:
@@ -76,10 +76,10 @@ Regions = Annotated[Target, Key(form=_REGION, by="regions")]
 """A region, or the regions of an area."""
 
 
-class AnyOf(Item, frozen=True):
+class AnyOf(Part, frozen=True):
     """Any one of several regions."""
 
-    any: tuple[Regions, ...] | None = key(
+    any: tuple[Regions, ...] = key(
         "Any one of these regions.",
         "a target of several regions is written {any: [47, [3, 8]]}; rows and columns get "
         "a name under 'areas'",
@@ -88,9 +88,14 @@ class AnyOf(Item, frozen=True):
     )
 
 
-TargetValue = Annotated[Target, Key(form=Regions | AnyOf, by="target")]
-TargetList = Annotated[Raw, Key(form=tuple[TargetValue, ...])]
-ZoneValue = Annotated[Target, Key(form=TargetValue | tuple[TargetValue, ...], by="zone")]
+def united(value: Any, *_: object) -> Any:
+    """Return all regions of a target, or of a list of targets; another value as it is."""
+    listed = value.any if isinstance(value, AnyOf) else value
+    return frozenset[Region]().union(*listed) if isinstance(listed, tuple) else value
+
+
+TargetValue = Annotated[Target, Key(form=Regions | AnyOf, check=united)]
+ZoneValue = Annotated[Target, Key(form=tuple[TargetValue, ...] | TargetValue, check=united)]
 """A target, or a list of targets that all count."""
 Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(SPAN)]})]
 """A row or column, or a range of them."""
@@ -110,7 +115,7 @@ Vision = Annotated[
     Key(
         "Radius of sight in regions, from 1, or unlimited.",
         form=float | Literal["unlimited"],
-        by="vision",
+        check=lambda value, *_: None if value == UNLIMITED else value,
         least=1,
         expected=f"a number of regions, or '{UNLIMITED}'",
         why="a robot sees at least the regions next to its own",
@@ -134,9 +139,24 @@ Range = Annotated[
 ]
 
 
+_AGAIN = {"off": (False,), "on": (True,), "both": (False, True), False: (False,), True: (True,)}
+"""Values by their word; other readers of YAML read two of the words as truth values."""
+Again = Annotated[
+    tuple[bool, ...],
+    Key(
+        form=Literal["off", "on", "both"] | bool,
+        expected="off, on or both (the value that it has infinitely often)",
+        check=lambda word, *_: _AGAIN.get(word, word),
+    ),
+]
+"""The values that an input has infinitely often."""
+
+
 _TICK = {"type": "integer", "minimum": 1, "maximum": MOST}
 _TICKS = {"anyOf": [_TICK, matching(SPAN)]}
-Spans = Annotated[Raw, Key(form={"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]})]
+_SPANS = {"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]}
+Spans = Annotated[tuple[tuple[int, int], ...], Key(form=_SPANS, by="spans")]
+"""Ticks and ranges of ticks: ``12``, ``10-20``, or a list of both."""
 
 _NAMED_FORMULAS = dict[RequirementName, str]
 Requirements = Annotated[Raw, Key(form=_NAMED_FORMULAS | tuple[str | _NAMED_FORMULAS, ...])]

@@ -11,7 +11,7 @@ from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets, resolve_objective
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, one_of
-from safenav.scenario.yaml.findings import Findings, wrong_type
+from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.keys import MOST, Raw
 from safenav.scenario.yaml.typed import read, sequence
 
@@ -137,42 +137,15 @@ def _objective(item: language.ChangeKeys, name: str | None, reading: Reading) ->
     return found
 
 
-_AGAIN: Mapping[str | bool | None, tuple[bool, ...]] = {
-    None: (),
-    **dict.fromkeys(("off", False), (False,)),
-    **dict.fromkeys(("on", True), (True,)),
-    "both": (False, True),
-}
-"""Values by their word; other readers of YAML read two of the words as truth values."""
-
-
 def resolve_inputs(
-    items: Mapping[Scalar, language.InputKeys] | None, node: Node | None, reading: Reading
+    items: Mapping[Scalar, Input] | None, node: Node | None, reading: Reading
 ) -> None:
     """Add the inputs to ``reading``; errors are reported."""
     for key in items or ():
         if key.text in reading.named:
             reading.add(key, f"'{clipped(key.text)}' is the name of a robot", "use another name")
     reading.input_names = tuple(key.text for key, _ in entries_of(node))
-    reading.inputs = tuple(
-        Input(key.text, _spans(item.at_, reading), _AGAIN[item.always_eventually])
-        for key, item in (items or {}).items()
-    )
-
-
-def _spans(value: Raw | None, findings: Findings) -> tuple[tuple[int, int], ...]:
-    """Return ticks and ranges of ticks: ``12``, ``10-20``, or a list of both."""
-    if value is None:
-        return ()
-    found = []
-    node = value.node
-    for part in node.items if isinstance(node, document.Sequence) else (node,):
-        first, last = values.ends_of(part) or (0, 0)
-        if not 1 <= first <= last <= MOST:
-            hint = "for example at: [12, 20-30]; ticks count from 1"
-            wrong_type(part, value.what, "a tick or a range of ticks", findings, hint)
-        found.append((first, last))
-    return tuple(found)
+    reading.inputs = tuple((items or {}).values())
 
 
 _WHAT = "requirements"

@@ -29,7 +29,6 @@ from safenav.scenario.reading.regions import (
     Reading,
     check_starts,
     resolve_areas,
-    resolve_exclusions,
 )
 from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of
@@ -136,7 +135,6 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     changes = events.resolve_changes(item.changes, reading)
     if item.coordination is Coordination.ASSIGNABLE:
         check_assignable(reading.team, changes, item.at("coordination"), reading)
-    never_together = resolve_exclusions(item.never_together, reading)
     requirements = events.resolve_requirements(item.requirements, reading)
     if reading.world is None:
         return None
@@ -156,7 +154,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
         requirements=requirements,
         catalogue=reading.catalogue,
         clock=item.clock,
-        never_together=never_together,
+        never_together=item.never_together,
         resolve_within=item.resolve_within,
         late=item.late,
         chargers=frozenset[Region]().union(*item.chargers),

@@ -9,25 +9,32 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
-from safenav.scenario import language, values
+from safenav.scenario import values
 from safenav.scenario.model import (
     Catalogue,
     Exclusion,
     Input,
     Obstacle,
     ObstacleType,
-    ResolveAt,
     Robot,
     RobotModel,
-    Rounds,
     Scenario,
     name_parts,
 )
 from safenav.scenario.objective import Target
-from safenav.scenario.values import AnyOf, RectangleKeys
-from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
+from safenav.scenario.values import RectangleKeys
+from safenav.scenario.yaml.document import (
+    Mapping,
+    Node,
+    Scalar,
+    Sequence,
+    below,
+    clipped,
+    items_of,
+    plain,
+)
 from safenav.scenario.yaml.findings import Findings, wrong_type
-from safenav.scenario.yaml.keys import MOST, Key, Raw, key_of
+from safenav.scenario.yaml.keys import MOST, Key, Raw
 from safenav.scenario.yaml.typed import read
 from safenav.strict_json import MOST_REGIONS
 from safenav.world.map import Region, RegionMap
@@ -130,55 +137,30 @@ class Reading(Findings):
         region = self.region(node, what)
         return None if region is None else frozenset({region})
 
-    def target(self, node: Node, what: str) -> Target | None:
-        """Return the regions of a region, an area or ``{any: [...]}``; None if it was reported."""
-        if not isinstance(node, Mapping):
-            return self.regions(node, what)
-        item: AnyOf | None = read(AnyOf, node, what, self)
-        if item is None or item.flawed or item.any is None:
-            return None
-        return frozenset[Region]().union(*item.any)
+    def exclusion(self, node: Node, _: str) -> Exclusion | None:
+        """Return an exclusion, in whose regions at most one robot starts."""
+        found: Exclusion | None = read(Exclusion, node, "an entry of never_together", self)
+        if found is not None and self.named and len(found.robots) < 2:
+            message = "'robots' of never_together: at least two robots are needed"
+            self.add(below(node, "robots"), message)
+        if found is not None:
+            check_starts(found, self.team, below(node, "in"), self)
+        return found
 
-    def zone(self, node: Node, what: str) -> Target | None:
-        """Return all regions of a target, or of a list of targets."""
-        if not isinstance(node, Sequence):
-            return self.target(node, what)
-        targets = [each for each in self.targets(node, what) or () if each is not None]
-        whole = len(targets) == len(node.items)
-        return frozenset[Region]().union(*targets) if whole else None
-
-    def targets(self, node: Node, what: str) -> tuple[Target | None, ...] | None:
-        """Return a list of targets, None in place of those that were reported."""
-        if isinstance(node, Scalar | Mapping):
-            hint = "put brackets around it: [47, [3, 8], dock]"
-            wrong_type(node, what, "a list of targets", self, hint)
-            return None
-        return tuple(self.target(item, what) for item in node.items)
-
-    def places(self, node: Node, what: str) -> ResolveAt | Target | None:
-        """Return resolution regions from a word or a list of regions."""
-        if isinstance(node, Scalar) and node.value in {**self.names, **self.areas}:
-            shown = clipped(node.text)
-            message = f"{what}: found the name '{shown}', expected a list of regions"
-            self.add(node, message, f"put brackets around it: [{shown}]")
-            return None
-        if not isinstance(node, Sequence):
-            found: ResolveAt | None = read(ResolveAt, node, what, self)
-            return found
-        if not node.items:
-            self.add(node, f"{what} is empty", "without a region no robot can resolve it")
-            return None
-        return frozenset[Region]().union(*(self.regions(i, what) or () for i in node.items))
+    def spans(self, node: Node, what: str) -> tuple[tuple[int, int], ...]:
+        """Return ticks and ranges of ticks."""
+        found = []
+        for part in node.items if isinstance(node, Sequence) else (node,):
+            first, last = values.ends_of(part) or (0, 0)
+            if not 1 <= first <= last <= MOST:
+                hint = "for example at: [12, 20-30]; ticks count from 1"
+                wrong_type(part, what, "a tick or a range of ticks", self, hint)
+            found.append((first, last))
+        return tuple(found)
 
     def model(self, node: Node, what: str) -> RobotModel | None:
         """Return a robot model of the catalogue."""
         return self._known(node, what, "unknown robot model", self.catalogue.robots, LISTED)
-
-    def vision(self, node: Node, what: str) -> float | None:
-        """Return a radius of sight in regions; None if it is unlimited."""
-        key = key_of(values.Vision)
-        found: float | str | None = read(key.form, node, what, self, key)
-        return None if isinstance(found, str) else found
 
     def type(self, node: Node, what: str) -> ObstacleType | None:
         """Return an obstacle type of the catalogue."""
@@ -221,12 +203,6 @@ class Reading(Findings):
         if isinstance(node, Scalar) and node.value in (*self.named, MISSION):
             return node.text
         return self.obstacle(node, what) if self.named else None
-
-    def rounds(self, node: Node, what: str) -> dict[str, int] | None:
-        """Return the rounds of each robot, from those of every robot or one by one."""
-        expected = Key(expected="a whole number, or one for each robot")
-        found: int | dict[str, int] | None = read(Rounds, node, what, self, expected)
-        return dict.fromkeys(self.named, found) if isinstance(found, int) else found
 
     def written(self, text: str) -> Region | None:
         """Return the region of the part after the ``@`` in a name such as ``door@dock``."""
@@ -362,25 +338,6 @@ def _span(span: Raw | None, count: int | None, reading: Reading) -> range:
         reading.add(span.node, f"{span.what}: {first}-{last} {reason}", hint)
         return range(0)
     return range(first, last + 1)
-
-
-def resolve_exclusions(
-    listed: Nodes[language.ExclusionKeys], reading: Reading
-) -> tuple[Exclusion, ...]:
-    """Return the readable exclusions; errors in the others are reported."""
-    found = []
-    for item in listed:
-        names, zone = frozenset(item.robots or ()), item.in_
-        if not item.flawed and reading.named and len(names) < 2:
-            place = item.at("robots")
-            reading.add(place, f"{item.named('robots')}: at least two robots are needed")
-        if zone == frozenset():
-            message = f"{item.named('in')} is empty"
-            reading.add(item.at("in"), message, "name at least one region")
-        if zone is not None:
-            found.append(Exclusion(names, zone))
-            check_starts(found[-1], reading.team, item.at("in"), reading)
-    return tuple(found)
 
 
 def check_starts(

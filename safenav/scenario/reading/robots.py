@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from itertools import combinations
-from typing import Any
 
 from msgspec.structs import replace
 
@@ -227,7 +226,7 @@ def resolve_objective(
     found: Objective | None = (
         _ltl(item.ltl, mobility, reading)
         if kind == "ltl"
-        else _about_targets(KINDS[kind], getattr(item, kind), reading)
+        else _about_targets(KINDS[kind], item, reading)
     )
     if item.form is not None and isinstance(found, TargetObjective):
         found = found.changed(literal=True)
@@ -257,22 +256,18 @@ def _ruled(
 
 
 def _about_targets(
-    kind: type[TargetObjective], value: Any, reading: Reading
+    kind: type[TargetObjective], item: language.ObjectiveKeys, reading: Reading
 ) -> TargetObjective | None:
-    if value is None:
-        return None
+    value, node = getattr(item, kind.kind), item.at(kind.kind)
     if kind.one:
-        return kind((value,))
-    listed = reading.targets(value.node, value.what)
-    if listed is None:
+        return value and kind((value,))
+    if not value or len(value) < len(items_of(node)):
         return None
-    # A reported target counts as one of its own, so that no second error follows from it.
-    targets = [frozenset({-1 - k}) if t is None else t for k, t in enumerate(listed)]
-    problem = kind.wrong(targets)
-    if problem is not None:
+    if (problem := kind.wrong(value)) is not None:
         found, hint = problem
-        reading.add(value.node, f"{value.what}{found}", hint)
-    return None if problem is not None or None in listed else kind(tuple(targets))
+        reading.add(node, f"{item.named(kind.kind)}{found}", hint)
+        return None
+    return kind(value)
 
 
 def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Reading) -> Ltl | None:

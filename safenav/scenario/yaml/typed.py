@@ -61,7 +61,7 @@ def read(
         if key.by:
             value = getattr(findings, key.by)(node, what)
         else:
-            value = read(arguments[0], node, what, findings, key)
+            value = read(_inner(annotation), node, what, findings, key)
         for each in arguments[1:]:
             if isinstance(each, Key) and each.check is not None and value is not None:
                 value = each.check(value, node, what, findings)
@@ -87,7 +87,13 @@ def read(
         return _item(annotation, node, what, findings, stages, name)
     assert issubclass(annotation, StrEnum)
     known = {member.value: member for member in annotation if member not in key.without}
-    return _choice(known, node, what, findings)
+    return _choice(known, node, what, findings, key.why)
+
+
+def _inner(annotation: Any) -> Any:
+    """Return the form of a value in the document; by default it is that of its class."""
+    key, kind = key_of(annotation), get_args(annotation)[0]
+    return kind if key.by or key.form is None or kind is Raw else key.form
 
 
 def _item(
@@ -178,7 +184,8 @@ def _list(inner: Any, node: Node, what: str, findings: Findings, key: Key) -> An
     if len(items) < key.entries:
         least = f"{what} is empty" if not items else f"{what}: at least {key.entries} are needed"
         findings.add(node, least, key.why)
-    one = "{what}" if key_of(inner).by else getattr(inner, "one", Item.one)
+    of, one = key_of(inner), getattr(inner, "one", Item.one)
+    one = one if of.form is None and not of.by else "{what}"
     found = (
         read(inner, item, _filled(one, what, item, str(number)), findings)
         for number, item in enumerate(items, 1)
@@ -250,7 +257,11 @@ def _union(choices: list[Any], node: Node, what: str, findings: Findings, key: K
 def _fits(annotation: Any, node: Node) -> bool:
     origin = get_origin(annotation)
     if origin is Annotated:
-        return _fits(get_args(annotation)[0], node)
+        return _fits(_inner(annotation), node)
+    if origin in (Union, types.UnionType):
+        return any(_fits(choice, node) for choice in get_args(annotation))
+    if origin is frozenset:  # regions
+        return not isinstance(node, document.Mapping)
     if origin is tuple:
         arguments = get_args(annotation)
         any_length = arguments[-1] is Ellipsis
