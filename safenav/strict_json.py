@@ -22,13 +22,9 @@ _SHOWN = 40
 """Characters of a key or number in a message."""
 
 
-class JsonError(ValueError):
-    """A text that is JSON to some programs only, and the reason."""
-
-
 def read_json(text: str | bytes) -> Any:
-    """Return the value of a JSON text in UTF-8. Raises ValueError (``JsonError`` for a repeated
-    key, a number beyond 2**53 - 1, half of a character, and too many levels)."""
+    """Return the value of a JSON text in UTF-8. Raises ValueError, also for a text that is JSON to
+    some programs only: a repeated key, a number beyond 2**53 - 1, half of a character."""
     text = text.decode("utf-8") if isinstance(text, bytes) else text
     try:
         value = json.loads(
@@ -41,9 +37,9 @@ def read_json(text: str | bytes) -> Any:
         if _PERHAPS_HALF.search(text):
             json.dumps(value, ensure_ascii=False).encode("utf-8")
     except RecursionError:
-        raise JsonError("too deeply nested") from None
+        raise ValueError("too deeply nested") from None
     except UnicodeEncodeError:
-        raise JsonError("a string has half of a character (a lone surrogate)") from None
+        raise ValueError("a string has half of a character (a lone surrogate)") from None
     return value
 
 
@@ -52,24 +48,24 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(found) < len(pairs):
         counts = Counter(key for key, _ in pairs)
         twice = next(key for key, count in counts.items() if count > 1)
-        raise JsonError(f"the key {twice[:_SHOWN]!r} appears twice in an object")
+        raise ValueError(f"the key {twice[:_SHOWN]!r} appears twice in an object")
     return found
 
 
 def _whole(digits: str) -> int:
     if len(digits) > _DIGITS or abs(number := int(digits)) > MOST_NUMBER:
-        raise JsonError(f"the number {digits[:_SHOWN]} is beyond {MOST_NUMBER}")
+        raise ValueError(f"the number {digits[:_SHOWN]} is beyond {MOST_NUMBER}")
     return number
 
 
 def _fraction(digits: str) -> float:
     if abs(number := float(digits)) > MOST_NUMBER:
-        raise JsonError(f"the number {digits[:_SHOWN]} is beyond {MOST_NUMBER}")
+        raise ValueError(f"the number {digits[:_SHOWN]} is beyond {MOST_NUMBER}")
     return number
 
 
 def _constant(word: str) -> float:
-    raise JsonError(f"{word} is not a valid JSON number")
+    raise ValueError(f"{word} is not a valid JSON number")
 
 
 MOST_LEVELS = 200

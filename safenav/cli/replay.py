@@ -23,7 +23,7 @@ REPLAY_EXAMPLES = """\
 With the extras 'motion' and 'pictures':
   safenav replay lab.jsonl --3d                 # writes lab.3d.html
   safenav replay lab.jsonl -o end.png --width 1600
-  safenav replay lab.jsonl -o lab.gif --ticks 2-8
+  safenav replay lab.jsonl -o lab.gif --speed 2
 \b
 FILE by its ending: .html (the default), .svg or .png (one moment), .gif.
 TICK is a number (of seconds in a live run), 'last', or the kind of an
@@ -35,7 +35,6 @@ SPEED = options.range_of("x", 0.1, 100)
 _READ_BY = {
     "at": (".svg", ".png"),
     "width": (".png", ".gif"),
-    "ticks": (".gif",),
     "speed": (".gif",),
 }
 """The endings of files for which an option is read."""
@@ -49,7 +48,6 @@ def replay(
     solid: Annotated[bool, "--3d", "One HTML file that shows the run in 3D."],
     motion: Annotated[options.InputOption, "The motion to show in 3D; else computed."],
     width: Annotated[int | None, options.PIXELS, "Width of PNG or GIF in pixels."],
-    ticks: Annotated[str | None, "--ticks A-B", "Only these ticks, or seconds (GIF)."],
     speed: Annotated[
         float | None, SPEED, "Ticks per second; or times as fast as a live run (GIF).  [4 or 12]"
     ],
@@ -76,7 +74,7 @@ def replay(
         write_out(output, page_of(lines, trace.name))
     elif form == ".gif":
         run = run_of(lines)
-        _film(run, output, _ticks(run, ticks), speed or run.speed, width or 720)
+        _film(run, output, speed or run.speed, width or 720)
     else:
         run = run_of(lines)
         _write_picture(output, svg_of(run, *_moment(run, at or "last")), form, width)
@@ -126,20 +124,10 @@ def _moment(run: Run, written: str) -> tuple[int, float]:
     )
 
 
-def _ticks(run: Run, written: str | None) -> range:
-    if written is None:
-        return range(run.last + 1)
-    found = re.fullmatch(r"(\d+)-(\d+)", written)
-    end, unit = run.time(run.last), run.unit
-    if found is None or not int(found[1]) <= int(found[2]) <= end:
-        raise UsageError(f"--ticks {written}: give two {unit}s such as 0-{int(end)}, in order")
-    return range(run.tick_at(int(found[1])), run.tick_at(int(found[2])) + 1)
-
-
-def _film(run: Run, path: Path, ticks: range, speed: float, width: int) -> None:
+def _film(run: Run, path: Path, speed: float, width: int) -> None:
     from safenav.report.picture.film import Film
 
-    film = Film(run, ticks, speed, width)
+    film = Film(run, speed, width)
     with click.progressbar(
         length=len(film.moments), label="drawing", width=0, file=sys.stderr
     ) as bar:

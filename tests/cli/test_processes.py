@@ -147,7 +147,7 @@ def test_the_progress_of_a_film_fits_a_narrow_terminal(tmp_path: Path) -> None:
     trace = tmp_path / "t.jsonl"
     assert run("run", HELLO, "--trace", trace).returncode == 0
     near, far = pty.openpty()
-    film = ("replay", trace, "-o", tmp_path / "t.gif", "--ticks", "0-2")
+    film = ("replay", trace, "-o", tmp_path / "t.gif", "--speed", "100")
     run(*film, capture_output=False, stdout=far, stderr=far, env={**os.environ, "COLUMNS": "30"})
     os.close(far)
     said = re.sub(r"\x1b\[[?\d]*\w", "", os.read(near, 10_000).decode())

@@ -39,11 +39,12 @@ _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
 class Film:
-    """The frames of some ticks of a run. ``speed``: ticks per second, or a multiple of the speed of
-    the run's clock."""
+    """The frames of a run. ``speed``: ticks per second, or a multiple of the speed of the run's
+    clock."""
 
-    def __init__(self, run: Run, ticks: range, speed: float = 4.0, width: int = 720) -> None:
-        self._run, self._ticks, self._width = run, ticks, width
+    def __init__(self, run: Run, speed: float = 4.0, width: int = 720) -> None:
+        self._run, self._width = run, width
+        self._ticks = ticks = range(run.last + 1)
         self._still: tuple[tuple[int, str], Image.Image] | None = None
         """The picture without the robots of a tick and its caption."""
         self._halts = {e.tick for e in run.events if e.kind in _HALTS and e.tick in ticks}
@@ -65,9 +66,7 @@ class Film:
             from PIL import Image
         if (count := len(self.moments)) > MOST_FRAMES:
             problem = f"a GIF of {count} frames is too large: at most {MOST_FRAMES}"
-            raise UsageError(
-                f"{problem}\n    choose a part of the run (--ticks 0-100), or a higher --speed"
-            )
+            raise UsageError(f"{problem}\n    choose a higher --speed")
         colours = self._colours()
         frames: list[Image.Image] = []
         durations: list[int] = []
