@@ -99,7 +99,7 @@ def foreign_character(text: str) -> tuple[int, int, str] | None:
 
 
 _SECTION = r"\[[A-Z_]+\]"
-_DRAW = "draw it with: safenav draw {0}; begin a scenario on it: safenav new FILE --map {0}"
+_DRAW = "draw it with: safenav draw {0}; 'map' of a scenario names it (docs/maps.md)"
 PICTURE = "picture"
 ROS_MAP = "map of ROS map_server"
 _KINDS: dict[str, tuple[tuple[str, ...], str]] = {

@@ -1,6 +1,5 @@
 """``safenav new``, ``doctor`` and ``studio``: begin, examine the installation, draw."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from shlex import quote
 from typing import Annotated
@@ -8,11 +7,10 @@ from typing import Annotated
 import click
 from msgspec import to_builtins
 
-from safenav.cli import options, warn_of
+from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.files import write_out
-from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
-from safenav.scenario.reading.map import load_map, map_keys
+from safenav.scenario.beginning import DEFAULT, TEMPLATES, template_text
 
 SCHEMAS = ("scenario", "trace", "fleet")
 
@@ -22,9 +20,6 @@ NEW_EXAMPLES = f"""\
   safenav new - --template minimal
   safenav new safenav.schema.json --schema
   safenav new --catalogue
-With your own map (image, ROS, MovingAI; extra 'maps'):
-  safenav new office.yaml --map office_map.yaml --side 0.5
-  safenav new floor.yaml --map floor.png --rows 20 --cols 30
 \b
 Templates:
 {_NAMES}
@@ -37,11 +32,6 @@ def new(
     template: Annotated[
         str | None, click.Choice([*TEMPLATES]), "--template NAME", f"Default: {DEFAULT}."
     ],
-    map_file: Annotated[options.InputOption, "--map FILE", "Use this map."],
-    rows: options.Rows,
-    cols: options.Cols,
-    side: options.Side,
-    share: options.Share,
     schema: Annotated[
         str | None,
         click.Choice(SCHEMAS),
@@ -54,27 +44,21 @@ def new(
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml; -: standard output), which runs
     unchanged; or what an option names."""
-    wanted = [template, map_file, schema, catalogue or None]
+    wanted = [template, schema, catalogue or None]
     if len(wanted) - wanted.count(None) > 1:
-        raise UsageError("give only one of --template, --map, --schema and --catalogue")
-    division = {"rows": rows, "cols": cols, "resolution": side, "share": share}
-    if map_file is None:
-        options.refuse("--map", "rows", "cols", "side", "share")
+        raise UsageError("give only one of --template, --schema and --catalogue")
     if schema is not None or catalogue:
         write_out(file or Path("-"), _reference(schema), replace=force)
         return ExitCode.OK
     file, template = file or Path("scenario.yaml"), template or DEFAULT
-    text, about = template_text(template), TEMPLATES[template]
-    if map_file is not None:
-        text, about = _on_map(map_file, file, division), f"two robots on {map_file}"
     name = quote(str(file))
     steps = [f"draw it:    safenav draw {name}", f"run it:     safenav run {name}"]
     place = file.parent / "safenav.schema.json"
     if not place.exists():
         steps.append(f"in editors: safenav new {quote(str(place))} --schema")
-    write_out(file, text, echo=False, replace=force)
+    write_out(file, template_text(template), echo=False, replace=force)
     if str(file) != "-":
-        click.echo("\n    ".join([f"{file}: {about}", *steps]), err=True)
+        click.echo("\n    ".join([f"{file}: {TEMPLATES[template]}", *steps]), err=True)
     return ExitCode.OK
 
 
@@ -96,19 +80,6 @@ def _reference(of: str | None) -> str:
 
         return schema_text(FleetKeys)
     return schema_text(ScenarioKeys)
-
-
-def _on_map(map_file: Path, file: Path, division: Mapping[str, float | None]) -> str:
-    world = load_map(map_file, division)
-    warn_of(world.notes)
-    folder = Path() if str(file) == "-" else file.parent
-    text = scenario_on(world, map_keys(map_file, division, folder), map_file.stem)
-    if text is None:
-        raise UsageError(
-            f"{map_file}: fewer than four free regions are connected\n"
-            "    try more regions, or --share 0.3: a region is then free if at most 30% is blocked"
-        )
-    return text
 
 
 DOCTOR_EXAMPLES = """\

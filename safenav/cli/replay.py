@@ -164,13 +164,13 @@ def draw(
     from safenav.scenario.reading.loader import load_scenario
     from safenav.scenario.reading.map import form_of, load_map
 
-    if form_of(scenario) is None:
+    if (form := form_of(scenario)) is None:
         if scenario.exists():  # its reader reports a file that is missing
             options.refuse("map files, not scenarios", "rows", "cols", "side", "share")
         plan = load_scenario(scenario)
     else:
         division = {"rows": rows, "cols": cols, "resolution": side, "share": share}
-        plan = Scenario(scenario.name, load_map(scenario, division), ())
+        plan = Scenario(scenario.name, load_map(scenario, form, division), ())
     if output is None or output.suffix.lower() != ".png":
         options.refuse("-o FILE in .png", "width")
     warn_of(plan.map.notes)

@@ -1,7 +1,6 @@
 """The ``map:`` of a scenario, drawn in it or read from a file, with names and metres. Also a map
-file alone, to draw it or to start a scenario on it."""
+file alone, to draw it."""
 
-import os
 from collections.abc import Mapping as Names
 from pathlib import Path
 
@@ -91,27 +90,15 @@ def form_of(path: Path) -> str | None:
     return "ros" if text is not None and kind_of(text) == ROS_MAP else None
 
 
-def map_keys(
-    path: Path, division: Names[str, float | None], folder: Path
-) -> dict[str, str | float]:
-    """Return the keys of a scenario's ``map`` for a file, relative to ``folder``. ``division``:
-    those that divide it, None if not given. Raises InputError if the file is not a map file."""
-    form = form_of(path)
-    if form is None:
-        maps = "PNG or PGM images, the YAML file of ROS map_server, MovingAI maps (.map)"
-        raise InputError([Diagnostic(str(path), 0, 0, "this is not a map file", maps)])
-    given = {key: value for key, value in division.items() if value is not None}
-    return {form: os.path.relpath(path, folder), **given}
-
-
-def load_map(path: Path, division: Names[str, float | None]) -> RegionMap:
-    """Return the regions of a map file. Raises InputError with all errors."""
+def load_map(path: Path, form: str, division: Names[str, float | None]) -> RegionMap:
+    """Return the regions of a map file. ``division``: the keys that divide it, None if not given.
+    Raises InputError with all errors."""
     if not path.is_file():
         message = "this is a directory" if path.is_dir() else "no such file"
         raise InputError([Diagnostic(str(path), 0, 0, message, "check the path")])
     reading = Reading(str(path))
-    reading.folder = Path.cwd()
-    root = node_of(map_keys(path, division, reading.folder), Place(0, 0))
+    given = {key: value for key, value in division.items() if value is not None}
+    root = node_of({form: path.name, **given}, Place(0, 0))
     resolve_map(read(MapKeys, root, "map", reading), root, reading)
     reading.raise_if_any()
     assert reading.world is not None, "else it was reported"
