@@ -197,10 +197,9 @@ def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> lis
             found.append(f"helpers: expected {robot} to be requested for {what}, {asked}")
     if expect.ticks is not None and end.ticks > expect.ticks and not ledger.live:
         found.append(f"ticks: expected at most {expect.ticks}, got {end.ticks}")
-    for robot, wanted_rounds in (expect.rounds or {}).items():
-        rounds = end.rounds.get(robot, 0)
-        if rounds < wanted_rounds:
-            found.append(f"rounds: expected at least {wanted_rounds} of {robot}, got {rounds}")
+    for robot, rounds in end.rounds.items():
+        if expect.rounds is not None and rounds < expect.rounds:
+            found.append(f"rounds: expected at least {expect.rounds} of {robot}, got {rounds}")
     return found
 
 

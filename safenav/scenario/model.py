@@ -42,7 +42,8 @@ class Input(Part, frozen=True):
     """A Boolean that the environment sets.
 
     It is the same for all robots in a tick, and off before the first. A simulation turns it on in
-    the ticks of ``spans`` (first and last).
+    the ticks of ``spans`` (first and last). ``again``: the values that specifications assume
+    infinitely often.
     """
 
     one: ClassVar = "input {name}"
@@ -172,17 +173,6 @@ ObstacleName = Annotated[
 ]
 Subject = Annotated[str, Key(by="subject")]
 """A robot, an obstacle, or the mission: what can have a deadline."""
-Rounds = Annotated[int, Key(least=1)] | dict[KnownRobot, int]
-TeamRounds = Annotated[
-    dict[str, int],
-    Key(
-        form=Rounds,
-        expected="a whole number, or one for each robot",
-        check=lambda value, _node, _what, findings: (
-            dict.fromkeys(findings.named, value) if isinstance(value, int) else value
-        ),
-    ),
-]
 
 
 class Expect(Part, frozen=True):
@@ -197,9 +187,7 @@ class Expect(Part, frozen=True):
     blocked: frozenset[ObstacleName] | None = key("Exactly the obstacles that become permanent.")
     helpers: dict[ObstacleName, KnownRobot] | None = key("The helper of each obstacle.")
     ticks: int | None = key("At most this many ticks (lockstep).", least=1)
-    rounds: TeamRounds | None = key(
-        "At least this many rounds, as in 'until': of every robot, or {quad: 3}."
-    )
+    rounds: int | None = key("At least this many rounds of every robot, as in 'until'.", least=1)
 
 
 MOST_CHARGE = 1_000_000

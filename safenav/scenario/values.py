@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+from safenav.data import Count
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.objective import Target
 from safenav.scenario.yaml.document import Node, Scalar, plain
@@ -155,7 +156,7 @@ Again = Annotated[
 _TICK = {"type": "integer", "minimum": 1, "maximum": MOST}
 _TICKS = {"anyOf": [_TICK, matching(SPAN)]}
 _SPANS = {"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]}
-Spans = Annotated[tuple[tuple[int, int], ...], Key(form=_SPANS, by="spans")]
+Spans = Annotated[tuple[tuple[Count, Count], ...], Key(form=_SPANS, by="spans")]
 """Ticks and ranges of ticks: ``12``, ``10-20``, or a list of both."""
 
 _NAMED_FORMULAS = dict[RequirementName, str]
