@@ -64,14 +64,14 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Turn():
             return state
         case now.Stayed(i, _, node):
-            state = _charged(team, state, i, event.ticks)
+            state = state if team.live else _charged(team, state, i, 1)
             begun = _stepped(team, state, i, state.robots[i].pose, event.values)
             begun |= {} if node is None else {"node": node}
             return _robot(state, i, **begun) if begun else state
         case now.Counted():
             return _with_counts(team, state, event)
-        case now.Time(at, flows):
-            for i, robot in enumerate(state.robots if flows else ()):
+        case now.Time(at):
+            for i, robot in enumerate(state.robots if team.live else ()):
                 if robot.to is None:
                     state = _charged(team, state, i, at - state.time)
             return replace(state, time=at)

@@ -186,11 +186,9 @@ class Ended(Event, frozen=True):
 
 
 class Turn(Event, frozen=True):
-    """The turn of a robot. ``ticks``: its duration (None: no time, so staying counts
-    immediately)."""
+    """The turn of a robot: a tick, or in a live run no time."""
 
     robot: int
-    ticks: int | None = 1
 
 
 class Goes(Event, frozen=True):
@@ -200,10 +198,9 @@ class Goes(Event, frozen=True):
 
 
 class Time(Change, frozen=True):
-    """The time of the run. ``flows``: charges change with it, else with each stay."""
+    """The time of the run, with which charges change in a live run; else with each stay."""
 
     now: float
-    flows: bool = False
 
 
 class Departed(Event, frozen=True):
@@ -258,14 +255,12 @@ class Lost(Ended, frozen=True):
 
 
 class Stayed(Event, frozen=True):
-    """A robot stays for this turn of ``ticks`` (as in ``Turn``). ``by``: the origin of the
-    decision."""
+    """A robot stays for this turn. ``by``: the origin of the decision."""
 
     robot: int
     by: str
     node: int | None = None
     values: Values | None = None
-    ticks: int = 0
 
 
 class Flat(Event, frozen=True):
@@ -396,12 +391,11 @@ class Met(Event, frozen=True):
 
 
 class Appeared(Change, frozen=True):
-    """An obstacle appears. ``truth``: the one that resolving it will reveal, in a simulated world;
-    ``another``: this truth differs from that of the last obstacle of its name."""
+    """An obstacle appears. ``truth``: the one that resolving it will reveal, in a simulated world,
+    if it differs from that of the last obstacle of its name."""
 
     obstacle: int
     truth: bool | None = None
-    another: bool = False
     cause: str = "scenario"
 
 
@@ -413,8 +407,8 @@ class Gone(Change, frozen=True):
 
 
 class Counted(Event, frozen=True):
-    """A robot's turn is over: goals count where it stands. ``ticks``: as in ``Turn``; ``duty``:
-    whether those of its duty count, too."""
+    """A robot's turn is over: goals count where it stands. ``ticks``: its duration (None: no time,
+    so staying counts immediately); ``duty``: whether those of its duty count, too."""
 
     robot: int
     ticks: int | None = 1

@@ -69,12 +69,14 @@ class Controller(Struct, frozen=True, eq=False):
         strategy = self.result.strategy
         return None if strategy is None else strategy.find_initial(values_of(self.task.pose))
 
-    def steps(self, node: int, heard: Mapping[str, int], size: int) -> list[Step]:
-        """Return the strategy's successors for these inputs. ``size``: that of the map."""
+    def step(self, node: int, heard: Mapping[str, int], size: int) -> Step | None:
+        """Return the strategy's step for these inputs, if it has one. ``size``: that of the map."""
         strategy = self.result.strategy
         assert strategy is not None
-        found = ((n, strategy.values(n)) for n in strategy.successors_for(node, heard))
-        return [(values["region"] + size * values.get("heading", 0), n) for n, values in found]
+        for after in strategy.successors_for(node, heard):
+            values = strategy.values(after)
+            return values["region"] + size * values.get("heading", 0), after
+        return None
 
     def values(self, node: int | None) -> Values | None:
         """Return the values at a node of the memory of formulas, and of inputs that they name."""
@@ -288,8 +290,8 @@ it pursued before."""
 
 def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
-) -> list[Step]:
-    """Return the steps of a strategy under the first command that leads its robot toward its goal;
+) -> Step | None:
+    """Return the step of a strategy under the first command that leads its robot toward its goal;
     if there is none, under the command to wait. ``safe``: the poses in which the team can
     continue."""
     robot, member, task = state.robots[i], team.members[i], found.task
@@ -300,14 +302,14 @@ def commanded(
     own, none = role.objective == member.objective, assignable.own(team.world)
     others, shut, here = heard(team, state, i, task), closed(team, state, i), before["region"]
 
-    def steps(node: int, place: int) -> list[Step]:
-        return found.steps(node, others | {"assigned": place}, team.size)
+    def under(place: int, node: int) -> Step | None:
+        return found.step(node, others | {"assigned": place}, team.size)
 
     free = member.floor & ~graph.on(shut) & (-1 if safe is None else safe)
     free_or_here = free | 1 << robot.pose  # it may stand in an obstacle
     goal = _goal(team, state, i, role) & free_or_here
     if own and (not shut or goal >> robot.pose & 1):
-        return steps(node, none)
+        return under(none, node)
     field = graph.distances(goal, free_or_here)
 
     def leads(step: Step | None, place: int) -> bool:
@@ -317,7 +319,7 @@ def commanded(
                 return False
             if field[step[0]] < field[robot.pose]:
                 return True
-            step = next(iter(steps(step[1], place)), None)
+            step = under(place, step[1])
         return False
 
     def alike() -> Iterator[int]:
@@ -330,7 +332,7 @@ def commanded(
         return min(field[pose] for pose in bits(graph.on({region}))), region
 
     if not 0 < field[robot.pose] < FAR:
-        return steps(node, here)
+        return under(here, node)
     places, now = [before["assigned"]], (graph.pose(robot.pose), robot.values)
     if places[0] in (none, here):
         places = [
@@ -339,10 +341,9 @@ def commanded(
         places = [none, *places] if own else [*places, none]
     for each in alike():
         for place in places:
-            for step in steps(each, place):
-                if leads(step, place):
-                    return [step]
-    return steps(node, here)
+            if leads(step := under(place, each), place):
+                return step
+    return under(here, node)
 
 
 def _goal(team: Team, state: State, i: int, role: Role) -> Mask:

@@ -1,5 +1,4 @@
-"""A robot's next move: the proposal of its driver (NP), whether that is safe (EC), and the
-alternatives."""
+"""A robot's next move: the proposal of its driver (NP), and whether that is safe (EC)."""
 
 from typing import NamedTuple
 
@@ -57,7 +56,7 @@ def propose(run: Situation, i: int) -> Proposal:
         free = not is_reserved(team, state, i, behind)
         return Proposal(back, "backtrack") if free else stay
     if not team.members[i].planned:
-        return next(iter(_successors(run, i)), stay)
+        return successor(run, i) or stay
     pose = next_step(team, state, i)
     if pose is None or not _is_kept(run, i, pose):
         return stay
@@ -80,28 +79,32 @@ def _is_kept(run: Situation, i: int, pose: int) -> bool:
     return guarantees_of(formulas).allows_with(places[0], dict(robot.values), places[1], after)
 
 
-def _successors(run: Situation, i: int) -> list[Proposal]:
+def successor(run: Situation, i: int) -> Proposal | None:
+    """Return the only successor of the strategy's node for the present inputs; None if there is
+    none, or if the team could not continue there."""
     team, state = run.team, run.state
     controller, robot = run.control.controllers[i], state.robots[i]
     if controller is None or robot.node is None or not controller.realizable:
-        return []
-    safe, graph, found = None, team.members[i].graph, []
+        return None
+    safe, graph = None, team.members[i].graph
     if run.control.found.safe:  # else the team can never continue
         safe = run.control.found.safe[i]
     if controller.task.assignable:
-        steps = commanded(team, state, i, run.control.roles[i], controller, safe)
+        step = commanded(team, state, i, run.control.roles[i], controller, safe)
     else:
-        steps = controller.steps(robot.node, heard(team, state, i, controller.task), team.size)
-    for pose, node in steps:
-        if pose != robot.pose and pose not in graph.steps(robot.pose):
-            here, there = (team.world.label(p % team.size) for p in (robot.pose, pose))
-            raise SynthesizerError(
-                f"the strategy of {team.members[i].name} leads from {here} to {there}, which is "
-                "not a step on this map; the robot did not move"
-            )
-        if pose == robot.pose or safe is None or not graph.one_way or safe >> pose & 1:
-            found.append(Proposal(pose, "strategy", node, controller.values(node)))
-    return found
+        step = controller.step(robot.node, heard(team, state, i, controller.task), team.size)
+    if step is None:
+        return None
+    pose, node = step
+    if pose != robot.pose and pose not in graph.steps(robot.pose):
+        here, there = (team.world.label(p % team.size) for p in (robot.pose, pose))
+        raise SynthesizerError(
+            f"the strategy of {team.members[i].name} leads from {here} to {there}, which is "
+            "not a step on this map; the robot did not move"
+        )
+    if pose != robot.pose and safe is not None and graph.one_way and not safe >> pose & 1:
+        return None
+    return Proposal(pose, "strategy", node, controller.values(node))
 
 
 def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | None, bool]:
@@ -167,11 +170,3 @@ def way_back(run: Situation, i: int) -> int | None:
     robot = state.robots[i]
     here = (k for k, one in enumerate(team.obstacles) if one.region == robot.pose % team.size)
     return robot.behind if any(turns_back(team, state, i, k) for k in here) else None
-
-
-def others(run: Situation, i: int) -> list[Proposal]:
-    """Return the successors of the strategy's node, of which a robot takes a safe one instead."""
-    member = run.team.members[i]
-    if member.planned or member.ticks > 1:
-        return []
-    return [step._replace(by="backtrack") for step in _successors(run, i)]

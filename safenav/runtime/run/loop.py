@@ -188,18 +188,19 @@ class Run(Situation):
         return decide.closing(self, i, step.pose)
 
     def back_up(self, i: int) -> decide.Proposal:
-        """Return another, safe successor of the strategy's node; if there is none, the stay, which
-        keeps the node."""
-        if not self.world.live:
-            for step in decide.others(self, i):
-                if self.characterize(i, step) is None:
-                    return step
-        return decide.Proposal(self.state.robots[i].pose, "backtrack")
+        """Return the safe step under another command, of a robot with assigned goals; else the
+        stay, which keeps the node."""
+        other = None
+        if self.team.assignable(i) and self.team.members[i].ticks == 1 and not self.world.live:
+            other = decide.successor(self, i)
+        if other is None or self.characterize(i, other) is not None:
+            return decide.Proposal(self.state.robots[i].pose, "backtrack")
+        return other._replace(by="backtrack")
 
     def take(self, i: int, step: decide.Proposal, action: Action | None = None) -> None:
         if step.pose == self.state.robots[i].pose:
             node, strays = decide.node_while_staying(self, i, step)
-            self.happens(now.Stayed(i, step.by, node, step.values, int(not self.world.live)))
+            self.happens(now.Stayed(i, step.by, node, step.values))
             if strays:
                 self.happens(now.Astray(i, ()))
         else:
@@ -245,7 +246,8 @@ class Run(Situation):
             was = before.robots[i]  # perhaps new, and counted by the decision on its action
             same = robot.fresh or (robot.objective == was.objective and not was.fresh)
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
-                self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
+                at_once = self.world.live and isinstance(event, now.Turn)
+                self.happens(now.Counted(i, None if at_once else 1))
 
     def settle_after(self, strayed: list[int]) -> None:
         """Decide after changes. Robots that a failure has put out of service request no battery."""

@@ -170,8 +170,8 @@ class Recorder:
                 self._acted(before, event)
                 for k in event.again:
                     self.emit(records.Gone(self.tick, self._name(k), ChangeCause.WORLD))
-            case now.Appeared(k, truth, another, cause):
-                self._appeared(k, truth if another else None, ChangeCause(cause))
+            case now.Appeared(k, truth, cause):
+                self._appeared(k, truth, ChangeCause(cause))
             case now.Gone(k, cause):
                 self.emit(records.Gone(self.tick, self._name(k), ChangeCause(cause)))
                 self.why = Reason.GONE

@@ -117,7 +117,7 @@ class World:
         else:
             commands.hear(None, True)
         self.passes = self.passes + 1 if commands.now() == run.state.time else 0
-        yield now.Time(commands.now(), self.live)
+        yield now.Time(commands.now())
         for i in range(len(run.state.robots)):
             if charged(run.team, run.state, i):
                 yield now.Served(i, True, "battery")
@@ -148,7 +148,7 @@ class World:
                 if acted is not None:
                     yield from self._acted(run, i, self._news(run, i, acted))
             else:
-                yield now.Turn(i, None if self.live else 1)
+                yield now.Turn(i)
 
     def _on(self, run: Situation) -> frozenset[str]:
         """Return the inputs that are on now, as set by an operator or else by the world."""
@@ -224,7 +224,7 @@ class World:
             self._opened.pop(change.obstacle.name, None)
             yield from acts.joined(run.team, run.state, change.obstacle)
             k = acts.number(run.team, run.state, change.obstacle)
-            yield now.Appeared(k, change.truth, change.another, cause)
+            yield now.Appeared(k, change.truth, cause)
         elif change.obstacle.name in run.team.numbers:
             self._opened[change.obstacle.name] = self.commands.now()
             yield now.Gone(acts.number(run.team, run.state, change.obstacle), cause)

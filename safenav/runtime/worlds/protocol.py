@@ -170,14 +170,13 @@ def optional(world: object, name: str, without: object = None) -> Callable[..., 
 
 class Change(Struct, frozen=True):
     """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
-    watches the run caused it. ``truth``: revealed by resolving it; ``another``: this truth differs
-    from that of the last obstacle of this name."""
+    watches the run caused it. ``truth``: what resolving it reveals, if that differs from the truth
+    of the last obstacle of this name."""
 
     obstacle: Obstacle
     appeared: bool
     by_user: bool = False
     truth: bool | None = None
-    another: bool = False
 
 
 def is_time(found: Any) -> bool:

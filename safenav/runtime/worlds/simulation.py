@@ -28,13 +28,11 @@ from safenav.world.poses import Pose
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
     """The state of a simulated world. ``named``: the truth of the last obstacle of each name;
-    ``added``: the obstacles that the scenario does not list, which come last; ``brought``: the
-    numbers of those that a user has added."""
+    ``added``: the obstacles that the scenario does not list, which come last."""
 
     obstacles: tuple[ObstacleNow, ...]
     named: dict[str, bool | None]
     added: tuple[Obstacle, ...] = ()
-    brought: tuple[int, ...] = ()
 
 
 class SimulatedWorld:
@@ -46,6 +44,7 @@ class SimulatedWorld:
     def __init__(self, scenario: Scenario) -> None:
         self._team = team_of(scenario)
         self._number = {robot.name: i for i, robot in enumerate(scenario.robots)}
+        self._listed = len(scenario.obstacles)
         there = initial(self._team)
         opened = tuple(
             each if each.state is Is.AWAY else ObstacleNow(Is.OPEN) for each in there.obstacles
@@ -59,20 +58,18 @@ class SimulatedWorld:
         self.cleared: Collection[str] = ()
         self.absent: Collection[int] = ()
         self._parts: dict[str, tuple[tuple[Obstacle, Stage], ...]] = {}
-        self._brought: set[int] = set()
 
     def kept(self) -> Truth:
         """Return the state for a checkpoint."""
-        listed, brought = len(self._team.scenario.obstacles), tuple(sorted(self._brought))
-        added = tuple(each.source for each in self._team.obstacles[listed:])
-        return Truth(self._state.obstacles, {**self.truths}, added, brought)
+        added = tuple(each.source for each in self._team.obstacles[self._listed :])
+        return Truth(self._state.obstacles, {**self.truths}, added)
 
     def resume(self, truth: Truth, regions: Sequence[Region]) -> None:
         """Continue from that state, with the robots in these regions."""
         for source in truth.added:
             self._team = introduced(self._team, source)
         self._state = replace(self._state, obstacles=truth.obstacles)
-        self.truths, self._brought = {**truth.named}, {*truth.brought}
+        self.truths = {**truth.named}
         self._regions = [*regions]
 
     # A blocking world.
@@ -172,13 +169,13 @@ class SimulatedWorld:
                 truth = source.traversable
                 self._put(k, Is.OPEN)
                 before, self.truths[source.name] = self.truths[source.name], truth
-                found.append(Change(source, True, k in self._brought, truth, truth is not before))
+                new = None if truth is before else truth
+                found.append(Change(source, True, k >= self._listed, new))
         return found
 
     def bring(self, obstacle: Obstacle) -> None:
         """Let an obstacle of a user appear at its tick ``appears``, like one of the scenario."""
         assert obstacle.appears is not None
-        self._brought.add(len(self._team.obstacles))
         self.place(obstacle, Is.AWAY)
 
     def place(self, obstacle: Obstacle, state: Is = Is.OPEN) -> None:
