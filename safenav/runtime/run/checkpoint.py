@@ -38,7 +38,6 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
     """The memory of the recorder and of its ledger, by the names of their attributes."""
 
     tick: int
-    moved: int
     stack: tuple[tuple[int, int | None, tuple[str, ...]], ...] = ()
     helpers: tuple[tuple[int, tuple[str, ...]], ...] = ()
     planned: bool = False

@@ -81,15 +81,15 @@ class Recorder:
     def kept(self) -> Memory:
         """Return the recorder's memory, for a checkpoint."""
         stack, helpers, planned = tuple(self.stack), tuple(self.helpers.items()), self.plan
-        about = self.tick, self.moved, stack, helpers, planned is not None
+        about = self.tick, stack, helpers, planned is not None
         return Memory(*about, tuple(self.ledger.dues.items()), tuple(self.ledger.late))
 
     def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> None:
         """Continue after these lines."""
         for line in lines:
-            self._ends(line)
+            self._follow(line)
             self._listen(line)
-        self.tick, self.moved, self.time = memory.tick, memory.moved, state.time
+        self.tick, self.time = memory.tick, state.time
         self.stack, self.helpers = [*memory.stack], dict(memory.helpers)
         self.told = [robot.objective for robot in state.robots]
         self.ledger.dues, self.ledger.late = dict(memory.dues), [*memory.late]
@@ -227,14 +227,14 @@ class Recorder:
 
     def emit(self, line: records.Record) -> None:
         """Send a line, in a live run with its time."""
-        if isinstance(line, records.Move):
-            self.moved = self.tick
         line = replace(line, t=round(self.time, 9)) if self.team.live else line
-        self._ends(line)
+        self._follow(line)
         self._listen(line)
 
-    def _ends(self, line: records.Record) -> None:
-        if isinstance(line, records.Arrive | records.ActionEnd):
+    def _follow(self, line: records.Record) -> None:
+        if isinstance(line, records.Move):
+            self.moved = line.tick
+        elif isinstance(line, records.Arrive | records.ActionEnd):
             self.makespan = line.t or 0.0
 
     def _name(self, k: int) -> str:

@@ -123,7 +123,8 @@ class World:
                 yield now.Served(i, True, "battery")
         yield from self.operator.events(run, lambda: self.given_up(run))
         yield from self._heard(run)
-        for change in commands.changes(acts.occupied(run.team, run.state)):
+        occupied, tick = acts.occupied(run.team, run.state), int(commands.now())
+        for change in protocol.changes_of(self._world, tick, occupied, run.team.world):
             yield from self._changed(run, change)
         if isinstance(commands, Commands):
             yield from self._reported(run, commands)

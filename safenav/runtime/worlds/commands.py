@@ -49,7 +49,6 @@ class Lockstep:
     def __init__(self, world: protocol.BlockingWorld, scenario: Scenario) -> None:
         self._world, self._scenario, self._tick = world, scenario, 0
         self._simulated = world if isinstance(world, SimulatedWorld) else None
-        self._changes = protocol.optional(world, "changes", ())
         self._ended: dict[str, protocol.Ended] = {}
 
     def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
@@ -105,17 +104,6 @@ class Lockstep:
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
         """Return None: no action is under way."""
-
-    def changes(self, occupied: Collection[Region]) -> list[protocol.Change]:
-        """Return the obstacles that appeared or disappeared; none in a world without changes."""
-        call, changes = f"changes({self._tick})", []
-        for each in protocol.asked(call, lambda: list(self._changes(self._tick, occupied))):
-            change = protocol.part(call, each, protocol.Change)
-            obstacle = protocol.checked(call, change.obstacle, self._scenario.map)
-            if change.appeared and obstacle.region in occupied and not obstacle.ordered:
-                raise protocol.wrong(call, f"{obstacle.name} appears where a robot is")
-            changes.append(change)
-        return changes
 
     def _moved(self, robot: Robot, pose: Pose) -> protocol.Ended:
         """Return the end of a step, with the pose that the world reports, checked to be
@@ -186,7 +174,6 @@ class Commands:
         self.placed: Callable[[Robot, Pose], None] = protocol.optional(world, "placed")
         self.cleared: Callable[[Obstacle], None] = protocol.optional(world, "cleared")
         self.times: Callable[[], Sequence[float]] = protocol.optional(world, "times", ())
-        self._changes = protocol.optional(world, "changes", ())
         self.simulated = hasattr(world, "expected") and hasattr(world, "times")
         """Whether the world knows how long commands take."""
         self.pauses = self.simulated or bool(getattr(world, "pauses", False))
@@ -274,11 +261,6 @@ class Commands:
         self._cancel_overdue()
         over = due is not None and self.now() >= due
         return self._drain() or heard or over or self.simulated
-
-    def changes(self, occupied: Collection[Region]) -> Sequence[protocol.Change]:
-        """Return the obstacles that have appeared or disappeared."""
-        found: Sequence[protocol.Change] = self._changes(int(self.now()), occupied)
-        return found
 
     def _clock(self) -> float:
         """Return the seconds on the world's clock. Raises WorldError."""

@@ -315,6 +315,20 @@ def inputs_of(world: object, tick: int) -> dict[str, bool]:
     return asked(f"inputs({tick})", read)
 
 
+def changes_of(
+    world: object, tick: int, occupied: Collection[Region], floor: RegionMap
+) -> list[Change]:
+    """Return the obstacles that appeared or disappeared by a tick. Raises WorldError."""
+    call, changes = f"changes({tick})", []
+    for each in asked(call, lambda: list(optional(world, "changes", ())(tick, occupied))):
+        change: Change = part(call, each, Change)
+        obstacle = checked(call, change.obstacle, floor)
+        if change.appeared and obstacle.region in occupied and not obstacle.ordered:
+            raise wrong(call, f"{obstacle.name} appears where a robot is")
+        changes.append(change)
+    return changes
+
+
 def sensed(
     world: BlockingWorld | World, robot: Robot, region: Region, floor: RegionMap
 ) -> Obstacle | None:
