@@ -328,23 +328,6 @@ class Decision:
         return None
 
 
-def first_controllers(
-    team: Team, names: Collection[str], answers: Answers
-) -> dict[str, Controller]:
-    """Return the controllers with which the named robots begin."""
-    state = initial(team)
-    plain, here = without_memory(team, state)
-    floor = floor_now(plain, here)
-    stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
-    found = solve.settle(solve.Solver(floor), poses, stages, frozenset(), frozenset())
-    roles = tuple(Role(member.objective) for member in team.members)
-    if not found.hopeless:
-        roles = Roles(plain, here, floor, stages, found).all()
-    wanted = {i: roles[i] for i, m in enumerate(team.members) if m.name in names}
-    made = synthesized(team, state, wanted, answers)
-    return {team.members[i].name: made[i] for i in wanted}
-
-
 def _question(team: Team, state: State) -> Hashable:
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.stands)
     out = tuple([(i, robot.next) for i, robot in enumerate(state.robots) if not robot.active])
@@ -397,7 +380,7 @@ def _is_timed(member: Member, pose: int) -> bool:
 def _out_of_service(team: Team, state: State, control: Control) -> ends.End | None:
     """Return the end if only robots out of service have not met their objectives."""
     robots, out = state.robots, [i for i, r in enumerate(state.robots) if not r.active]
-    if control.found.served or not out or any(r.acting for r in robots):
+    if control.found.served or not out or any(r.acting is not None for r in robots):
         return None
     every = range(len(robots))
     left = [i for i in every if not (done(team, state, i) and stands(team, state, i))]

@@ -16,9 +16,9 @@ from msgspec.structs import replace
 
 from safenav.errors import Outcome, SafenavError, UsageError
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import first_controllers
 from safenav.runtime.control.ends import End, Stopped, lacks_of
-from safenav.runtime.control.strategies import Controller
+from safenav.runtime.control.roles import Role
+from safenav.runtime.control.strategies import Controller, synthesized
 from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
 from safenav.runtime.run.deadlines import refusal_of
 from safenav.runtime.run.loop import Run
@@ -33,6 +33,7 @@ from safenav.scenario.reading.loader import unsafe_live, unsafe_lockstep
 from safenav.solve.reasons import Shortfall
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
+from safenav.team.apply import initial
 from safenav.team.team import team_of
 from safenav.trace import records
 from safenav.trace.file import Listener
@@ -287,10 +288,12 @@ def first_results(
     names: Collection[str] | None = None,
 ) -> dict[str, Controller]:
     """Return the first controllers of the named robots (default: all), in the scenario's order,
-    without running the scenario."""
-    answers = Answers(synthesizer, progress=progress)
-    every = [robot.name for robot in scenario.robots]
-    return first_controllers(team_of(scenario), every if names is None else names, answers)
+    without running the scenario. No obstacle is known yet: each pursues its own objective."""
+    team, answers = team_of(scenario), Answers(synthesizer, progress=progress)
+    own = {i: Role(member.objective) for i, member in enumerate(team.members)}
+    asked = {i: own[i] for i in own if names is None or team.members[i].name in names}
+    found = synthesized(team, initial(team), asked, answers)
+    return {team.members[i].name: found[i] for i in asked}
 
 
 def default_synthesizer(

@@ -220,8 +220,7 @@ class Commands:
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
         """Send a robot to ``pose``; return the end of its step, if it has already ended."""
-        number = self._begin(robot, here, pose, ())
-        self._send(robot, here, "start", lambda: self.world.start(robot, pose, number))
+        self._send(robot, here, pose, (), lambda number: self.world.start(robot, pose, number))
         return self.ended(robot, pose)
 
     def ended(self, robot: Robot, to: Pose) -> protocol.Ended | None:
@@ -233,8 +232,8 @@ class Commands:
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted | None:
         """Let a robot act where it stands; return the results, if the action has already ended."""
-        number = self._begin(robot, here, None, obstacles)
-        self._send(robot, here, "act", lambda: self.world.act(robot, obstacles, number))
+        act = self.world.act
+        self._send(robot, here, None, obstacles, lambda number: act(robot, obstacles, number))
         return self.acted(robot)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
@@ -269,31 +268,29 @@ class Commands:
             raise protocol.WorldError(f"World.now() returned {found!r}, not seconds")
         return float(found)
 
-    def _begin(
-        self, robot: Robot, here: Pose, target: Pose | None, obstacles: Sequence[Obstacle]
-    ) -> int:
+    def _send(
+        self,
+        robot: Robot,
+        here: Pose,
+        target: Pose | None,
+        obstacles: Sequence[Obstacle],
+        send: Callable[[int], protocol.WorldEvent | None],
+    ) -> None:
+        """Give the world the next command; an exception of a user's world ends it."""
         assert robot.name not in self._open, "one command at a time"
         self._count += 1
-        self._open[robot.name] = OpenCommand(
-            self._count, robot, here, target, obstacles, self.now()
-        )
-        return self._count
-
-    def _send(
-        self, robot: Robot, here: Pose, word: str, send: Callable[[], protocol.WorldEvent | None]
-    ) -> None:
-        """Give the world the command that has just begun; an exception of a user's world ends
-        that command."""
-        command = self._open[robot.name]
+        command = OpenCommand(self._count, robot, here, target, obstacles, self.now())
+        self._open[robot.name] = command
         try:
-            event = send()
+            event = send(command.command)
             if not isinstance(event, protocol.WorldEvent | None):
                 raise TypeError(f"it returned {event!r}, neither None nor an event")
         except Exception as error:
             if type(self.world) is LiveSimulation:
                 raise  # a defect, not a failure of the robot
-            reason, number = f"{word}: {error}", command.command
-            event = protocol.Failed(self.now(), robot.name, here, reason, True, command=number)
+            reason = f"{'act' if target is None else 'start'}: {error}"
+            who = self.now(), robot.name, here
+            event = protocol.Failed(*who, reason, True, command=command.command)
         if event is not None:
             self._take(event)
         else:
