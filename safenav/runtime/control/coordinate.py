@@ -5,7 +5,7 @@ changes since. The plan of the robots that share a floor is computed again iff t
 surprise has dropped it (``apply``), or it is at its end and the mission is not complete.
 """
 
-from collections.abc import Callable, Collection, Hashable, Sequence
+from collections.abc import Collection, Hashable, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -25,8 +25,6 @@ from safenav.team.state import State
 from safenav.team.team import Member, Team, without_memory
 from safenav.trace.words import listed
 
-Coming = Callable[[], bool]
-"""Whether the scenario still changes something."""
 _OUT = {
     "scenario": "by a change of the scenario",
     "user": "by an operator",
@@ -72,20 +70,11 @@ Decided = tuple[State, now.Event]
 """The state before a decision, and that decision."""
 
 
-def coordinate(
-    team: Team, state: State, before: Control, answers: Answers, coming: Coming
-) -> tuple[Control, list[Decided], State]:
-    """Return the intentions of the team now, the decisions that lead there, in order, and the state
-    after them. ``coming``: whether a change is to come, for which a team waits if it can do nothing
-    else."""
-    decision = Decision(team, state, answers, coming)
-    return decision.control(before), decision.decided, decision.state
-
-
 class Decision:
-    """A decision of the team. ``decided``: its events; ``state``: the one after them."""
+    """A decision of the team. ``decided``: its events, in order; ``state``: the one after them.
+    ``coming``: whether a change is to come, for which a team waits if it can do nothing else."""
 
-    def __init__(self, team: Team, state: State, answers: Answers, coming: Coming) -> None:
+    def __init__(self, team: Team, state: State, answers: Answers, *, coming: bool) -> None:
         self.team, self.state, self.answers, self.coming = team, state, answers, coming
         self.decided: list[Decided] = []
 
@@ -212,7 +201,7 @@ class Decision:
             stands = Control(None, found, roles, before.controllers, (), never)
             anywhere = replace(found, safe=(None,) * len(poses))
             others = Roles(plain, here, floor, stages, anywhere)
-            return self._meanwhile(stands, others) if self.coming() else stands
+            return self._meanwhile(stands, others) if self.coming else stands
         held, asked = before.controllers or (None,) * len(poses), dict[int, Role]()
         for i, (role, mine) in enumerate(zip(roles, held, strict=True)):
             if i in lone:

@@ -19,7 +19,7 @@ from operator import is_
 from msgspec.structs import replace
 
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.coordinate import Control, Situation, coordinate, is_complete
+from safenav.runtime.control.coordinate import Control, Decision, Situation, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import candidates, looked
@@ -301,9 +301,10 @@ class Run(Situation):
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
-        self.control, decided, self.state = coordinate(
-            self.team, before, intended, self.answers, lambda: self.world.awaited(self) is not None
-        )
+        awaited = self.world.awaited(self) is not None
+        decision = Decision(self.team, before, self.answers, coming=awaited)
+        self.control = decision.control(intended)
+        decided, self.state = decision.decided, decision.state
         if self.control.new or self.control.question != intended.question:
             coming = self.world.coming(self) is not None
             self.recorder.settled(decided, self.state, self.control, coming=coming)
