@@ -74,7 +74,8 @@ def changes(e: Line, s: State) -> Iterator[str]:
     yield from unread(e.robot, e.objective)
     if e.active is not None and e.active is not robot.out:
         yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
-    if e.cause == "scenario" and not any(applies(one, e, s) for one in s.changes):
+    found = [one for one in s.scenario.changes if one.at == s.now(e) and e.kind == "service"]
+    if e.cause == "scenario" and not any(applies(one, e, s) for one in s.changes + found):
         yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
     elif e.cause == "input":
         within = None if s.away(e.robot) else robot.data.within
@@ -133,7 +134,7 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
             break
         if change.objective is not None:
             yield f"{change.robot} does not get its objective of {change.at}"
-        elif change.active is s.robots[change.robot].out and change not in s.vain:
+        elif change.active is s.robots[change.robot].out:
             yield f"the service of {change.robot} does not change at {change.at}"
     for each in s.scenario.inputs:
         on = s.inputs[each.name]

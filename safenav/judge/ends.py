@@ -67,6 +67,9 @@ def goal(e: Line, s: State) -> Iterator[str]:
     once, and of goals in turn only one."""
     robot = s.robots[e.robot]
     own, given, here = robot.own, robot.given, robot.pose[0]
+    fits = counts(e, robot, s.live)
+    if e.duty:
+        fits = given.kind == "ltl" or (e.goal < given.count and here in given.targets[e.goal])
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
         return
@@ -74,11 +77,9 @@ def goal(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} is lost"
     if robot.bound is not None:
         yield f"{e.robot} is in transit to {s.show(robot.bound)}"
-    served = [one for one in (own, given) if one.kind != "ltl"]
-    there = any(e.goal < one.count and here in one.targets[e.goal] for one in served)
-    if not (counts(e, robot, s.live) or there) and (given.kind != "ltl" or given.serves(own)):
+    if not fits:
         yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
-    elif counts(e, robot, s.live) and given.serves(own):
+    elif not e.duty:
         if robot.again(e, s.live) and not own.covers:
             yield f"{e.robot} counts goal {e.goal} twice for one step"
         most = robot.progress.rounds(own, e.tick) + 1
@@ -181,12 +182,13 @@ def end(e: Line, s: State) -> Iterator[str]:
     if s.live and not s.external and s.time > s.limit:
         yield f"the limit is {s.limit:g} s"
     if e.outcome == "unrealizable":
+        failed = [name for name, spec in (e.unrealizable or {}).items() if (name, spec) in s.failed]
         if s.moves:
             yield "unrealizable is for runs that never begin, but robots have moved"
-        elif not (s.unrealizable or e.refused):
+        elif not (failed or e.refused):
             yield "no robot is unrealizable, and nothing is refused"
-        elif s.unrealizable:
-            names = ", ".join(s.unrealizable)
+        elif failed:
+            names = ", ".join(failed)
             yield NotJudged(f"whether {names} is unrealizable (a bundle proves it)")
 
 

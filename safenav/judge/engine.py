@@ -16,7 +16,6 @@ BATTERY = "battery"
 def after(e: Line, s: State) -> None:
     """Apply a line to the state."""
     if e.tick > s.tick:
-        s.unrealizable.clear()
         s.missed |= s.overdue(e.tick)
     s.tick, s.time = e.tick, s.time if e.t is None else e.t
     by_hand = e.cause in ("user", "world") and e.kind != "order"
@@ -42,14 +41,12 @@ def after(e: Line, s: State) -> None:
                 s.robots[name].given = objective
         case "deadline" if e.verdict == "kept" and e.of == "mission":
             s.promised = e.tick if s.promised is None else s.promised
-        case "waiting":
-            s.lost_before = dict(s.unrealizable)
         case "outcome":
             s.ended = e.outcome
+    _find_changes(e, s)
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
-    _end_changes(e, s)
     match e.kind:
         case "move" | "depart" | "arrive":
             _moved(e, robot, s)
@@ -80,12 +77,16 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.told = e.cause == "user"
             robot.met.clear()
             robot.given = e.objective if e.at_once else robot.given
+            applied = next((one for one in s.changes if applies(one, e, s)), None)
+            s.changes = [one for one in s.changes if one is not applied]
             robot.within = None if s.live else e.within
             s.restart(robot)
             robot.was_away, robot.away = False, not robot.given.serves(robot.own)
             robot.follow(s.inputs)
             robot.progress.stayed += robot.stays  # immediately, and again in its turn
         case "service":
+            if s.live or e.cause != "battery":  # in lockstep, that is before the changes of a tick
+                _find_changes(e, s)
             robot.out = not e.active
             robot.progress.stayed += s.live and robot.stays
             if e.active:
@@ -95,9 +96,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             if e.active and robot.filled:
                 _fill(e, robot, s)
         case "synthesis":
-            s.spec_memory[e.robot, e.spec] = e.memory or {}
             if e.verdict == "unrealizable":
-                s.unrealizable[e.robot] = e.spec
+                s.failed[e.robot, e.spec] = e.memory or {}
             elif e.node is not None:
                 known = (e.knowledge or {}).keys() & s.robots.keys()
                 robot.observes = {name: s.robots[name].jumps for name in known}
@@ -147,21 +147,15 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
     robot.memories = robot.recalled | after if stays else after or robot.recalled
 
 
-def _end_changes(e: Line, s: State) -> None:
-    """End the changes of the scenario that a line applies, and those before it that found the state
-    of service that the line ends. A battery is brought before the changes of its tick; in a live
-    run, perhaps after those of its instant."""
-    left, applied, now, charged = list[Line](), False, s.now(e), e.cause == "battery"
+def _find_changes(e: Line, s: State) -> None:
+    """End the changes of the scenario that are due and find the service that they set, those of
+    each robot in their order."""
+    left, waits = list[Line](), set[str]()
     for change in s.changes:
-        found = change.objective is None and change.active is not s.robots[change.robot].out
-        found = found and e.kind == "service" and change.robot == e.robot
-        now_applied = not applied and applies(change, e, s)
-        applied = applied or now_applied
-        if found and charged and s.live and change.at == now:
-            s.vain.append(change)
-        ended = found and not applied and (change.at < now or (change.at == now and not charged))
-        if not (now_applied or ended or (change in s.vain and change.at < now)):
+        found = change.active is not None and change.active is not s.robots[change.robot].out
+        if not found or change.at > s.now(e) or change.robot in waits:
             left.append(change)
+            waits.add(change.robot)
     s.changes = left
 
 
@@ -188,9 +182,7 @@ def _use_charge(e: Line, robot: Robot, s: State) -> None:
 
 def _goal(e: Line, robot: Robot, s: State) -> None:
     own, progress = robot.own, robot.progress
-    lone = s.scenario.coordination == "resynthesis" and not s.is_planned(robot.name)
-    duty = lone and not robot.given.serves(own)  # it forgets its own goals
-    if duty or not counts(e, robot, s.live) or robot.again(e, s.live):
+    if e.duty or not counts(e, robot, s.live) or robot.again(e, s.live):
         return
     if robot.memories is not None:
         robot.memories = meeting(e, robot, s.live)
@@ -204,8 +196,6 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
         progress.goals, progress.turn = progress.goals + 1, e.goal + 1
         if not own.ends:
             progress.turn %= own.count
-            served = robot.given.serves(own)
-            progress.former = None if served else e.goal  # perhaps only of its duty
     if own.ends:
         progress.stayed += robot.stays
     if robot.out and own.settles and (not own.ends or progress.ended(own)):

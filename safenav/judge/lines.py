@@ -281,11 +281,11 @@ KINDS = {
         "service": f"robot active:bool {_CAUSE}|battery",
         "operator": "intervention:resolved|permanent|put_back|out_of_service|objective|added"
         "|give_up robot? obstacle? region?:int heading?:heading",
-        "goal": "robot goal:count region:int round:count",
+        "goal": "robot goal:count region:int round:count duty?:bool",
         "assumption": "robot",
         "deadline": "of due:count verdict:set|kept|late|excused|lost earliest?:count",
         "checkpoint": "lines:count",
-        "waiting": f"outcome:{_AVERTED} {_ENDS} until?:number",
+        "waiting": f"outcome:{_AVERTED} {_ENDS} until?:number unrealizable?:str~",
         "outcome": f"outcome:{_AVERTED}|{_ENDED} {_ENDS} rounds:count~ ticks:count"
         " unrealizable?:str~ late?:str* refused?:least~",
     }.items()

@@ -22,13 +22,12 @@ SLOWEST = 20
 @dataclass
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
-    met in turn, or rounds of ``cover``; ``turn``: the next target (None: the first), ``former``:
-    the one that was counted last, if that was on a duty; ``seen``: those of a round of ``cover``;
-    ``counts``: how often each was met; ``stayed``: ticks at the last target."""
+    met in turn, or rounds of ``cover``; ``turn``: the next target (None: the first); ``seen``:
+    those of a round of ``cover``; ``counts``: how often each was met; ``stayed``: ticks at the last
+    target."""
 
     goals: int = 0
     turn: int | None = None
-    former: int | None = None
     seen: frozenset[int] = frozenset()
     counts: tuple[int, ...] = ()
     stayed: int = 0
@@ -46,13 +45,11 @@ class Progress:
 
     def anew(self, own: Objective) -> Progress:
         """Return the progress with rounds from zero: the next target stays the next."""
-        return Progress(turn=self.turn, former=self.former, counts=(0,) * own.count)
+        return Progress(turn=self.turn, counts=(0,) * own.count)
 
     def may_count(self, own: Objective, target: int) -> bool:
-        """Return whether a target may be the next that counts. The first target of a round may
-        count again if the robot met it on a duty, perhaps not for its own objective."""
-        first = not self.goals and (own.strict or target == self.former)
-        return first or target == (self.turn or 0)
+        """Return whether a target may be the next that counts."""
+        return (own.strict and not self.goals) or target == (self.turn or 0)
 
 
 @dataclass
@@ -294,7 +291,6 @@ class State:
         listed = [one for one in h.obstacles if one.appears is not None]
         self.coming = sorted(listed, key=lambda one: one.appears)
         self.changes = sorted(h.changes, key=lambda one: one.at)
-        self.vain: list[Line] = []  # those that may have found the service that they set
         self.by_user: set[str] = set()
         self.by = None if self.live else h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
@@ -308,10 +304,8 @@ class State:
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
-        self.unrealizable: dict[str, str] = {}  # of this tick: the specification of each robot
-        self.lost_before: dict[str, str] = {}  # the same, when the team began to wait
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
-        self.spec_memory: dict[tuple[str, str], dict[str, int]] = {}
+        self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
         self.ended: str | None = None
         self.rivals = {
             name: [one for one in self.names if one != name and self._conflict(name, one)]

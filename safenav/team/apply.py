@@ -346,12 +346,13 @@ def on_own(team: Team, state: State, i: int) -> bool:
 
 def goals(
     team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = True
-) -> Iterator[tuple[int, int]]:
+) -> Iterator[tuple[int, int, bool]]:
     """Yield the targets that a robot counts where it stands, its own and those of its ``duty``,
-    each with the rounds then completed."""
+    each with the rounds then completed, and whether it is its own."""
     for objective, before, after, met in _counts(team, state, i, ticks, duty):
+        own = objective == team.members[i].objective
         for goal in met if objective.goals else ():
-            yield goal, objective.pursuit.rounds((after if goal == met[-1] else before).met)
+            yield goal, objective.pursuit.rounds((after if goal == met[-1] else before).met), own
 
 
 def _remembers(team: Team, state: State, i: int) -> bool:

@@ -201,6 +201,7 @@ class Waiting(Record, frozen=True, tag="waiting"):
     cause: vocabulary.OperatorCause | None = None
     proof: Proof | None = None
     until: Seconds | None = None
+    unrealizable: Mapping[str, Sha256] | None = None
 
 
 class Operator(Record, frozen=True, tag="operator"):
@@ -333,9 +334,9 @@ class Duty(Record, frozen=True, tag="duty"):
 
 
 class Part(Record, frozen=True, tag="part"):
-    """``robot`` has done its part of the ``need`` of that number in the region ``at``; the last
-    part of a single need has none. ``robots``: all that did so, if together; ``missing``: how many
-    others must still do so."""
+    """``robot`` has done its part of need number ``need`` in the region ``at`` (of a single need,
+    ``resolved`` records the last). ``robots``: all that did so, if together; ``missing``: how many
+    others must do so."""
 
     obstacle: str
     need: Count
@@ -372,12 +373,13 @@ class KnownObstacle(Record, frozen=True, tag="blocked"):
 
 class Goal(Record, frozen=True, tag="goal"):
     """An objective made progress. ``goal``: index of the target in it; ``round``: completed
-    rounds."""
+    rounds; ``duty``: true if not the robot's own."""
 
     robot: str
     goal: Count
     region: Region
     round: Count
+    duty: bool | None = None
 
 
 class Belief(Note, frozen=True, tag="belief"):

@@ -391,7 +391,7 @@ class Evidence:
             what = f"{e.of} cannot be resolved by tick {e.due}, when it is due"
             self.claim("lost", e, f"{what}, whatever the robots do.")
         elif e.kind in ("outcome", "waiting"):
-            stated = {**s.unrealizable, **(e.unrealizable or {})}
+            stated = e.unrealizable or {}
             lost = {name for name, spec in stated.items() if self._is_lost(name, spec, s)}
             if e.kind == "waiting" or (lost and e.proof is None and lost == stated.keys()):
                 self.proven.add(e.number)

@@ -325,8 +325,8 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
     """Yield why no robot has lost its objective forever: alone, and without any obstacle that may
     yet be resolved, each can continue."""
     s = case.state
-    stated = {**s.lost_before, **s.unrealizable, **(e.unrealizable or {})}
-    if not all(_continues(s.robots[n], case, s.spec_memory.get((n, stated[n]))) for n in stated):
+    stated = e.unrealizable or {}
+    if not all(_continues(s.robots[n], case, s.failed.get((n, stated[n]))) for n in stated):
         return
     for name in stated:
         if _is_a_game(s.robots[name], s):

@@ -94,7 +94,7 @@ class Ledger:
             case now.Served(i, True) | now.Placed(i):
                 self._begins(team, i)
             case now.Counted(i, ticks):
-                for _, whole in goals(team, before, i, ticks, duty=False):
+                for _, whole, _ in goals(team, before, i, ticks, duty=False):
                     round_ = self.dues.get((ROUND, i))
                     if round_ is not None and whole > round_.done:  # the goal completes it
                         if not round_.past:

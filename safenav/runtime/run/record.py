@@ -126,8 +126,9 @@ class Recorder:
                 if before is after:  # no goal was met
                     return
                 region = before.robots[i].pose % self.team.size
-                for goal, whole in goals(self.team, before, i, ticks, duty):
-                    self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
+                for goal, whole, own in goals(self.team, before, i, ticks, duty):
+                    met = self._robot(i), goal, region, whole, not own or None
+                    self.emit(records.Goal(self.tick, *met))
             case now.Time(at):
                 self._plan_reached(before)
                 self.time, self.tick = at, self.tick + 1 if self.team.live else int(at)
@@ -439,7 +440,7 @@ class Recorder:
             self.waited = (until,)
             cause = None if end.cause is None else OperatorCause(end.cause)
             about = AvertedEnd(end.outcome), end.explanation, cause, end.proof, until
-            self.emit(records.Waiting(self.tick, *about))
+            self.emit(records.Waiting(self.tick, *about, dict(end.unrealizable) or None))
 
     def ends(self, state: State, end: End, answers: Answers, seconds: float) -> records.End:
         """Record the end of the run; ``seconds``: its wall time."""
