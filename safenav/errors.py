@@ -83,8 +83,8 @@ _NAME = 96
 _LINE = 76
 """Width of an excerpt with its line number: indented, it fits into 80 columns, so that the caret
 stays below its column."""
-_REPORTED = 101
-"""Maximum number of diagnostics in a message: 100 of a scenario, and one that counts the rest."""
+REPORTED = 100
+"""Maximum number of diagnostics in a message, which counts the rest."""
 
 
 def follows_an_interruption(error: BaseException | None) -> bool:
@@ -141,9 +141,9 @@ class InputError(SafenavError):
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
-        lines = [str(d) for d in self.diagnostics[:_REPORTED]]
-        if len(self.diagnostics) > _REPORTED:
-            lines.append(f"and {len(self.diagnostics) - _REPORTED} more")
+        lines = [str(d) for d in self.diagnostics[:REPORTED]]
+        if len(self.diagnostics) > REPORTED:
+            lines.append(f"and {len(self.diagnostics) - REPORTED} more")
         super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[Sequence[Diagnostic]]]:

@@ -11,7 +11,6 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import Any
 
 MOST_NUMBER = 2**53 - 1
@@ -73,8 +72,7 @@ MOST_LEVELS = 200
 MOST_ROBOTS = 1000
 MOST_REGIONS = 512 * 512
 """Maximum number of regions of a map, walls included."""
-_LONGEST_NAME = 200
-NAME = re.compile(rf"[A-Za-z0-9_][A-Za-z0-9_.@#-]{{0,{_LONGEST_NAME - 1}}}")
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""
 ROBOT = re.compile(r"(?!mission\b)[A-Za-z_][A-Za-z0-9_]{0,99}")
 TYPE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
@@ -86,16 +84,6 @@ _TEXTS = {
 """Keys of texts: for people, formulas, and the map."""
 _WRITTEN = (str, dict, list)
 """Values that can have flaws: numbers have none."""
-
-
-def _is_name(text: str) -> bool:
-    """Return whether a text is a name; only short texts are remembered."""
-    return len(text) <= _LONGEST_NAME and _is_short_name(text)
-
-
-@lru_cache(maxsize=4096)
-def _is_short_name(text: str) -> bool:
-    return NAME.fullmatch(text) is not None  # the lines of a trace repeat the same few
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
@@ -111,13 +99,13 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             return
         if isinstance(value, dict):
             for name, inner in value.items():
-                if not _is_name(name) and key not in _TEXTS:  # names of requirements are free
+                if not NAME.fullmatch(name) and key not in _TEXTS:  # names of requirements are free
                     yield f"{_shown(name)} is neither a field nor a name"
                 if isinstance(inner, _WRITTEN):
                     left.append((key if key in _TEXTS else name, inner, level + 1))
         elif isinstance(value, list):
             left.extend((key, inner, level + 1) for inner in value if isinstance(inner, _WRITTEN))
-        elif isinstance(value, str) and not (key in _TEXTS or _is_name(value)):
+        elif isinstance(value, str) and not (key in _TEXTS or NAME.fullmatch(value)):
             yield f"`{key}` must be a name, not {_shown(value)}"
     if kind == "header":
         yield from _flaws_of_scenario(line["scenario"])

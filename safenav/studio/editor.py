@@ -10,7 +10,7 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from safenav.errors import InputError, UsageError
+from safenav.errors import REPORTED, InputError, UsageError
 from safenav.files import check_kind, decoded, kind_of, read_input, write_whole
 from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.reading.catalogue import built_in
@@ -174,7 +174,7 @@ class Editor(Studio):
             "file": None if file is None else self.scenarios.name(file),
             "drawing": self._drawing,
             "palette": palette(self._draft.catalogue),
-            "problems": [found._asdict() for found in self._draft.diagnostics],
+            "problems": [found._asdict() for found in self._draft.diagnostics[:REPORTED]],
         }
 
     def _ordered(self) -> RunOrder:

@@ -26,8 +26,6 @@ from safenav.scenario.yaml.document import (
 
 T = TypeVar("T")
 
-MAX_REPORTED = 100
-
 
 class Findings:
     """Diagnostics of one file; ``beside`` returns those of another file of the same input.
@@ -105,14 +103,10 @@ class Findings:
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """All diagnostics so far with their lines, in the order of the files; the first
-        MAX_REPORTED of many."""
+        """All diagnostics so far with their lines, in the order of the files."""
         rank = {file: index for index, file in reversed(list(enumerate(self._files)))}
         once = dict.fromkeys(self._found)
         ordered = sorted(once, key=lambda d: (rank[d.file], d.line, d.column))
-        if len(ordered) > MAX_REPORTED:
-            more = f"and {len(ordered) - MAX_REPORTED} more"
-            ordered[MAX_REPORTED:] = [Diagnostic(self.file, 0, 0, more)]
         return tuple(d._replace(source=self._line(d)) for d in ordered)
 
     def __len__(self) -> int:
