@@ -204,20 +204,37 @@ def obeys_inputs(e: Line, s: State) -> Iterator[str]:
 @rule("synthesis")
 def memory(e: Line, s: State) -> Iterator[str]:
     """A strategy begins with a memory that its robot may have."""
-    robot = s.robots[e.robot]
-    own, turn = robot.own, robot.progress.turn
-    if e.objective.data != own.data:
-        return
-    if robot.memories and own.formulas.names:
-        begins = own.formulas.begins(s.destination(e.robot))
-        begins = own.formulas.remembering(e.memory) if e.memory else begins
-        if s.arriving(robot).isdisjoint(begins):
-            what = ", ".join(e.memory or own.formulas.names)
+    robot, stated = s.robots[e.robot], e.memory or {}
+    own, duty, turn = robot.own, not e.objective.serves(robot.own), robot.progress.turn
+    if e.objective.kind == "ltl":
+        formulas = own.formulas or e.objective.formulas
+        known = s.arriving(robot) if robot.memories else set[int]()
+        begins = {*formulas.begins(s.destination(e.robot))}
+        if stated:
+            begins = formulas.remembering(stated) if {*stated} <= {*formulas.names} else set()
+        if (stated if duty else robot.memories and formulas.names) and known.isdisjoint(begins):
+            what = ", ".join(stated or formulas.names)
             yield f"the formulas of {e.robot} exclude this memory: {what}"
         return
-    same = own.in_turn and not own.ends and e.objective.kind == own.kind and e.memory
-    if same and e.form != "other_memory" and turn not in (None, e.memory.get("goal", turn)):
-        yield f"{e.robot} continues with target {turn}, not {e.memory['goal']}"
+    # A strategy for targets in turn meets them from each, so its memory matters only elsewhere.
+    refutes = e.objective.strict and e.form != "alternation" and e.verdict == "unrealizable"
+    matters = e.objective.ends or refutes
+    if duty or not stated:
+        if matters and any(stated.values()):
+            yield f"{e.robot} begins a duty with another target than the first"
+        return
+    if matters:
+        turn = (turn or 0) if own.ends else robot.first or 0 if turn is None else turn
+    elif turn is None or e.form == "other_memory" or e.objective.kind != own.kind:
+        return
+    here, turn = s.destination(e.robot)[0], min(turn, own.count - 1)
+    turns = {turn}
+    while here in own.targets[turn] and turn + 1 < own.count:
+        turns.add(turn := turn + 1)
+    standing = {k for k, target in enumerate(own.targets) if here in target}
+    turns |= standing if own.strict else set()
+    if not {*stated.values()} <= turns:
+        yield f"{e.robot} continues with target {min(turns)}, not {max(stated.values())}"
 
 
 @rule("duty", "synthesis")

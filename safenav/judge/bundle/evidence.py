@@ -131,32 +131,6 @@ class Precedence:
         return j > 0 and bool(self._later.get((one, i + 1), 0) & self._bits[other, j])
 
 
-def may_remember(task: Task, s: State) -> bool:
-    """Return whether the memory with which a strategy or counterstrategy begins is one that the
-    robot may have now. Any memory is accepted where it does not matter for the claim: a strategy
-    for targets in turn meets them from each. The judge follows that of the robot's own formulas."""
-    e, robot = task.line, s.robots[task.line.robot]
-    own, duty = robot.own, not e.objective.serves(robot.own)
-    judged = task.objective.ends or (task.objective.strict and e.verdict == "unrealizable")
-    if duty and task.own and e.memory:  # on a duty it keeps the memory of its own formulas
-        if robot.memories is None or not {*e.memory} <= {*own.formulas.names}:
-            return False
-        return not s.arriving(robot).isdisjoint(own.formulas.remembering(e.memory))
-    if not (judged and e.memory):
-        return True
-    progress, here, count = robot.progress, task.pose[0], own.count
-    if duty:
-        return not any(e.memory.values())
-    first = (progress.turn or 0) if own.ends else progress.turn
-    turn = min(robot.first or 0 if first is None else first, count - 1)
-    turns = {turn}
-    while here in own.targets[turn] and turn + 1 < count:
-        turns.add(turn := turn + 1)
-    if own.strict:
-        turns |= {k for k, target in enumerate(own.targets) if here in target}
-    return {*e.memory.values()} <= turns
-
-
 def proof_file(e: Line) -> str:
     """Return the file of the proof for a synthesis. Lines about the same task share one."""
     return f"proofs/{hashlib.sha256(e.text.encode()).hexdigest()}.json"
@@ -300,7 +274,6 @@ class Evidence:
         view, there = {*(e.sight_closed or ())}, {one.region for one in known}
         blind = not e.knowledge or view == there
         require(blind, f"{name} takes {sorted(view)} to block the view, not {sorted(there)}")
-        require(may_remember(task, s), f"{name} cannot have the memory {dict(task.memory)}")
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
