@@ -366,12 +366,13 @@ class Recorder:
             if isinstance(event, now.GaveUp):
                 gives_up = True
                 self._given_up(state, event.obstacle, control, coming=coming)
-        if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
+        goes_on = control.end is None or control.end.cause in ("deadlock", "out_of_service")
+        if goes_on or gives_up:
             self._pops(after)
+        if goes_on:
             self._stack(after, control)
-        elif gives_up:
-            self._pops(after)
-        self._duties([robot.objective for robot in after.robots])
+        if goes_on or gives_up or control.new:
+            self._duties([robot.objective for robot in after.robots])
         why = self.why if self.tick else Reason.INITIAL
         for failed in control.failed:
             self.emit(synthesis_line(self.tick, why, failed, self.team.world))
