@@ -321,11 +321,12 @@ class World:
         ready = {k for k, stage in stages.items() if team.obstacles[k].next(stage) is None}
         if self.live:  # others came meanwhile
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
+        there = run.state.obstacles  # one that is over has disappeared in this instant
         if self.truth is not None:
             stages = {k: stages[k] for k in stages if k in ready} | {
-                acts.number(run.team, run.state, obstacle): stage
+                n: stage
                 for obstacle, stage in self.truth.parts(team.members[i].robot)
-                if self.truth.stands(obstacle)  # else it has disappeared in this instant
+                if there[n := acts.number(team, run.state, obstacle)].state is not now.Is.OVER
             }
         else:
             stages |= self._unnoticed(run, i)
@@ -344,7 +345,6 @@ class World:
         self._opened |= dict.fromkeys(over, self.commands.now())
         failed = tuple(k for k in failed if k not in truths and k not in gone)
         undone = {*failed, *gone} - truths.keys()
-        there = run.state.obstacles
         if any(i in (there[k].stage.group or ()) for k in failed):  # it still carries that load
             open_ = [k for k in stages if k not in truths]
             needs = {k: team.obstacles[k].needs[there[k].stage.need] for k in open_}
