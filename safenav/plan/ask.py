@@ -10,7 +10,15 @@ from itertools import chain, combinations, islice
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.charged import ChargedSearch, Charges, Part, charged_plan, raced
+from safenav.plan.charged import (
+    ChargedSearch,
+    Charges,
+    Part,
+    charged_plan,
+    furthest,
+    raced,
+    sustained,
+)
 from safenav.plan.order import plan_of, preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import coupled, shortened
@@ -165,20 +173,25 @@ def ask_charged(
     time: float,
     check: Callable[[], None] = lambda: None,
 ) -> Found | None:
-    """Return a plan for which the charges suffice: forever after it, or at least until its end.
+    """Return a plan for which the charges suffice: forever after it, or at least until its end. If
+    none is found for the whole mission, it may be one for a part, after which they suffice.
     Robots that cannot hinder each other are planned apart, if their charges last until the end of
     all."""
     if _crowded(floor) is not None:
         return None
-    for apart in ([] if floor.open(joint.stages) else coupled(floor)), [floor.robots]:
-        parts = list[Part]()
+    lasts, groups = sustained(floor), [] if floor.open(joint.stages) else [*coupled(floor)]
+    for apart in (groups, [floor.robots]) if len(groups) > 1 else ([floor.robots],):
+        legs, parts = lasts and len(apart) < 2, list[Part]()
         for few in (replace(floor, robots=group) for group in apart):
-            states = _charged(few, joint, frozenset(served), seed, charges, check)
+            states = _charged(few, joint, frozenset(served), seed, charges, check, legs)
             if states is None:
-                return None
+                break
             parts.append((few, states))
-        if parts and (plan := charged_plan(parts, time)) is not None:
-            return Found(plan)
+        if len(parts) < len(apart) and not lasts:
+            return None
+        if len(parts) == len(apart) and (plan := charged_plan(parts, time)) is not None:
+            part = not all(few.completed(states[-1], frozenset(served)) for few, states in parts)
+            return Found(replace(plan, part=part))
     return None
 
 
@@ -189,22 +202,27 @@ def _charged(
     seed: int,
     charges: Charges,
     check: Callable[[], None],
+    legs: bool,
 ) -> Sequence[Joint] | None:
     """Return the joint states of such a plan; if soon found, of one with charge for a further
-    stay."""
+    stay. ``legs``: it may be a plan for a part of the mission."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
     guide = _guide(floor, wanted)
     work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
+    tried = list[ChargedSearch]()
     for lasting, begins in (True, late), (True, charges), (False, charges):
+        if not lasting and legs and (leg := furthest(tried)) is not None:
+            return leg
         start = joint._replace(charges=begins)
         # If a charger is near, short stops cost least; if it is far, few stops.
         searches = [
             ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), check)
             for full in ((False, True) if begins is late else (False,))
         ]
+        tried += searches
         fits = searches[0].fits(start)
         if fits and (found := raced(searches, work)) is not None:
             return found

@@ -11,7 +11,17 @@ from itertools import cycle, islice, pairwise
 
 from safenav.data import cached_method
 from safenav.plan.order import plan_of
-from safenav.plan.search import FIRST_BUDGET, ORDERS, ROUNDS, Answer, Exhausted, Goal, Guide, Search
+from safenav.plan.search import (
+    FIRST_BUDGET,
+    ORDERS,
+    ROUNDS,
+    Answer,
+    Exhausted,
+    Goal,
+    Guide,
+    Search,
+    path,
+)
 from safenav.scenario.model import DECIMALS
 from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint, Stages
@@ -28,6 +38,9 @@ maximum charge, its gain, and the least charge that it then needs."""
 
 TRIES, BETTER = 12, 20_000
 """Maximum number of searches for a better plan; the minimum work of each."""
+AMPLE = 0.25
+"""Part of the capacity that each robot has left at the end of a plan for a part of the mission, if
+possible: others may use the chargers first."""
 
 
 class ChargedSearch(Search):
@@ -51,6 +64,7 @@ class ChargedSearch(Search):
         self.energies = {
             i: energy for i in floor.robots if (energy := self.team.members[i].energy) is not None
         }
+        self.furthest = [start]
         self._best: dict[object, list[Charges]] = {}
         self._effects: dict[object, dict[tuple[int, ...], Effect]] = {}
         self._joint: Joint | None = None
@@ -91,7 +105,36 @@ class ChargedSearch(Search):
     ) -> Answer:
         self._best = {}
         found = super().deep(start, goal, budget, how, order, far)
-        return None if isinstance(found, Exhausted) else found
+        if found is not None and not isinstance(found, Exhausted):
+            return found
+        if start is self.start and self.how[0]:
+            end = max(self.seen, key=self.progress)
+            if self.progress(end) > self.progress(self.furthest[-1]):
+                self.furthest = path(end, self.seen)
+        return None
+
+    def progress(self, joint: Joint) -> tuple[int, int]:
+        """Return the numbers of needs fulfilled and of targets met."""
+        pairs = zip(self.team.members, joint.counts, strict=True)
+        met = sum(member.pursuit.reached(*count) for member, count in pairs)
+        return sum(stage.need for stage in joint.stages), met
+
+    def leg(self) -> list[Joint] | None:
+        """Return a plan for a part of the mission: the way to the greatest progress that has been
+        found, or half of it and as much more as all robots have ample charge."""
+        begun, way, ends = self.progress(self.start), self.furthest, dict[int, float]()
+        for place in range(len(way) // 2, len(way)):
+            if self.progress(way[place]) > begun:
+                ends[place] = min(self._left(way[place]), default=1)
+        ample = [place for place, left in ends.items() if left >= AMPLE]
+        last = ample[-1] if ample else max(ends, key=ends.__getitem__, default=0)
+        return way[: last + 1] if ends else None
+
+    def _left(self, joint: Joint) -> Iterator[float]:
+        """Yield the part of each battery that its robot does not need to continue."""
+        for i, energy in self.energies.items():
+            spare = joint.charges[i] - needed(self.floor, joint, i)
+            yield spare / energy.battery.capacity
 
     def singles(self, budget: int) -> Answer:
         """Return None: a complete search would examine each charge of a state."""
@@ -223,6 +266,20 @@ def raced(searches: Sequence[ChargedSearch], work: int) -> list[Joint] | None:
                 found.append(search.bettered(answer, work - search.work))
                 until = min(until, turn + 1)
     return min(found, key=searches[0].ticks, default=None)
+
+
+def furthest(searches: Sequence[ChargedSearch]) -> list[Joint] | None:
+    """Return the plan for a part of the mission of the search with the greatest progress."""
+    most = max(searches, key=lambda each: each.progress(each.furthest[-1]), default=None)
+    return None if most is None else most.leg()
+
+
+def sustained(floor: Floor) -> bool:
+    """Return whether the chargers can give at least what all robots use by standing."""
+    members = (floor.team.members[i] for i in floor.robots)
+    batteries = [member.energy.battery for member in members if member.energy is not None]
+    most = max((battery.charge for battery in batteries), default=0)
+    return len(floor.team.scenario.chargers) * most >= sum(each.stay for each in batteries)
 
 
 def _duration(times: Sequence[float], before: Joint, joint: Joint) -> float:

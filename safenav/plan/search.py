@@ -61,6 +61,7 @@ class Search:
         self._fields: dict[Stages, dict[tuple[int, Mask], Field]] = {}
         self._one_way = any(floor.graphs[i].one_way for i in floor.robots)
         self._turn = 0
+        self.seen: dict[Joint, Joint | None] = {}  # by the last search, with the states before them
 
     def goal(self, joint: Joint) -> bool:
         self._check()
@@ -176,7 +177,7 @@ class Search:
     ) -> Answer:
         """Search depth first: at most ``budget`` states, and as many more as a plan that is as long
         as ``far`` has to have."""
-        before: dict[Joint, Joint | None] = {start: None}
+        before = self.seen = dict[Joint, Joint | None]({start: None})
         stack = [(start, self._next(start, how, order))]
         edges = 0
         while stack:

@@ -73,6 +73,12 @@ class Pursuit(NamedTuple):
         """Return the rounds that this number of counts of ``step`` completes."""
         return met // self.targets if self.in_turn and not self.settles else met
 
+    def reached(self, memory: int, met: int) -> int:
+        """Return the number of targets met by this progress, one after the other."""
+        if self.in_turn:
+            return met + memory * self.settles
+        return met * self.targets + memory.bit_count()
+
 
 class Objective:
     """An objective of a robot; a class for each kind. Its targets are numbered in its own order.

@@ -145,11 +145,12 @@ class Waypoint(NamedTuple):
 class Plan(Struct, frozen=True):
     """A joint plan in execution: the waypoints of each robot (the present one first; else empty).
     ``foreseen``: the obstacles that it knows; ``charges``: those of all robots at its end, if they
-    suffice for it."""
+    suffice for it; ``part``: it does not complete the mission."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]
     charges: tuple[float, ...] = ()
+    part: bool = False
 
 
 class State(Struct, frozen=True):

@@ -78,7 +78,8 @@ def plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
             for j, left in way[place].after:
                 if (since := left - state.robots[j].at) > 0:
                     orders.append((team.members[j].name, since, member.name, place - at))
-    return records.Plan(tick, "the remaining mission", ways, tuple(orders))
+    what = "a part of the mission" if plan.part else "the remaining mission"
+    return records.Plan(tick, what, ways, tuple(orders))
 
 
 def request_line(

@@ -231,7 +231,7 @@ def told_by_signals(trace: Sequence[Line]) -> list[str]:
 def broken_promises(trace: Sequence[Line]) -> list[str]:
     """Plans that the robots have followed to their end, whereupon they need another one although
     nothing else has happened (a battery loses charge while its robot waits): a plan completes the
-    mission, or all that it serves. Only rounds that are due continue, by a plan at a time."""
+    mission, or all that it serves, if it is not for a part. Only rounds that are due continue."""
     scenario, rounds = trace[0]["scenario"], Counter[str]()
     due = any(robot.get("within") for robot in scenario["robots"])
     kinds = {r["name"]: next(iter(r["objective"].items())) for r in scenario["robots"]}
@@ -239,14 +239,15 @@ def broken_promises(trace: Sequence[Line]) -> list[str]:
         n for n, (kind, to) in kinds.items() if kind != "once" and isinstance(to, list) and to[1:]
     }
     """Robots that meet a goal as soon as they are there, and do not complete rounds by standing."""
-    ended, found = False, list[str]()
+    ended, part, found = False, False, list[str]()
     for line in trace:
         match line["type"]:
             case "plan_end":
-                ended = line["reason"] == "reached"
-            case "plan" if ended:
+                ended = line["reason"] == "reached" and not part
+            case "plan":
+                part = line["reason"] == "a part of the mission"
                 wanted, those = scenario["until"]["rounds"], told & line["robots"].keys()
-                if not due or any(rounds[name] < wanted for name in those):
+                if ended and (not due or any(rounds[name] < wanted for name in those)):
                     found.append(f"plan: it ends in tick {line['tick']} without what it promises")
             case "goal":
                 rounds[line["robot"]] = line["round"]
