@@ -10,7 +10,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -195,7 +195,7 @@ def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: b
 
     Raises UsageError if it cannot be written.
     """
-    data = content.encode() if isinstance(content, str) else content
+    data = _bytes(content)
     if str(path) == "-":
         sys.stdout.flush()
         sys.stdout.buffer.write(data)
@@ -204,6 +204,10 @@ def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: b
     write_whole(path, lambda part: part.write_bytes(data), replace=replace)
     if echo:
         tell(path)
+
+
+def _bytes(content: str | bytes) -> bytes:
+    return content.encode() if isinstance(content, str) else content
 
 
 def try_out(path: Path) -> None:
@@ -268,3 +272,18 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
             raise UsageError(f"{path} already exists\n    {hint}") from None
         finally:
             part.unlink(missing_ok=True)
+
+
+def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
+    """Write files by their names into a folder, which need not exist: all of them, or none if there
+    is no space. Raises UsageError if that cannot be done."""
+    # Imported here: it loads the modules of all archives, which takes 2 ms.
+    from tempfile import TemporaryDirectory
+
+    with _writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=folder, prefix=".") as scratch:
+            for name, content in files:
+                Path(scratch, name).write_bytes(_bytes(content))
+            for part in Path(scratch).iterdir():
+                part.replace(folder / part.name)

@@ -12,7 +12,7 @@ from safenav import errors
 from safenav.cli import options, warn, warn_of
 from safenav.cli.options import code_of, print_json
 from safenav.explain.play import Cause, vacuities
-from safenav.files import json_flaw, json_line, read_input, write_out
+from safenav.files import json_flaw, json_line, read_input, write_all, write_out
 from safenav.report.terminal.layout import WaitingLine, echo_lines, table
 from safenav.report.terminal.specification_text import (
     data_of,
@@ -250,9 +250,7 @@ def _report(
         write_out(Path("-"), made[0].result.strategy_json or b"")
     elif output is not None:
         files = [file for one in made for file in one.files(of_robot=first == "robot")]
-        output.mkdir(parents=True, exist_ok=True)
-        for name, content in files:
-            write_out(output / name, content, echo=False)
+        write_all(output, files)
         for name in {name for one in made for name in one.outdated()} - {name for name, _ in files}:
             (output / name).unlink(missing_ok=True)
     if as_json:
