@@ -20,7 +20,7 @@ from safenav.plan.charged import (
     sustained,
 )
 from safenav.plan.order import plan_of, preview
-from safenav.plan.search import Answer, Exhausted, Guide, Search
+from safenav.plan.search import Answer, Exhausted, Guide, Search, jammed
 from safenav.plan.shorten import coupled, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
@@ -34,6 +34,9 @@ WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
+READY, TRIES, LITTLE, CROWD = 3, 3, 10_000, 20
+"""Rounds, number and work (of a robot) of searches for a plan after which the team can continue,
+with at most ``CROWD`` robots."""
 
 
 class Found(Struct, frozen=True):
@@ -113,15 +116,17 @@ def _continued(
     return found
 
 
-def _goes_on(more: Floor, joint: Joint, found: Found, seed: int, check: Callable[[], None]) -> bool:
-    """Return whether the team can complete one round ``more`` after a plan for a part of its
-    rounds: a robot that cannot go back may otherwise end where it has no room to turn around."""
-    if not any(more.graphs[i].one_way for i in more.robots):
+def _goes_on(
+    more: Floor, joint: Joint, found: Found, seed: int, check: Callable[[], None], work: int = 0
+) -> bool:
+    """Return whether the team can complete one round ``more`` after a plan: a robot that cannot go
+    back may otherwise end where it has no room to turn around."""
+    if not more.one_way:
         return True
     ticks = None if found.first else preview(more, found.plan, joint)
     if ticks is None:
         return False
-    search = _search(more, ticks[-1], frozenset(), seed, check)
+    search = _search(more, ticks[-1], frozenset(), seed, check, work)
     return not isinstance(search.run(), Exhausted | None)
 
 
@@ -144,8 +149,7 @@ def _ask(
     if answer is None or isinstance(answer, Deadlock):
         return answer
     if not isinstance(answer, Exhausted):
-        others = search.others(len(answer))
-        return Found(shortened(floor, chain([answer], others), frozenset(served)))
+        return _found(search, answer, check)
     assert isinstance(reached, Exhausted)
     stages = {each.stages for each in reached if floor.completed(each, frozenset())}
     ends, possible = [{*served}.difference(floor.open(each)) for each in stages], set[int]()
@@ -154,6 +158,27 @@ def _ask(
     if ends:
         return Unserved(tuple(g for g in served if g not in possible))
     return _deadlock(floor, joint)
+
+
+def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
+    """Return the plan of these states. Where robots cannot turn around, it is preferably one
+    after which the team can continue: an order or a resolution restarts their rounds."""
+    floor, served, members = search.floor, search.served, search.floor.team.members
+    turns = not floor.one_way or len(floor.robots) > CROWD
+    ready, found = replace(floor, ready=True), list[Found]()
+    rounds = (n + (not m.pursuit.settles) for n, m in zip(floor.wanted, members, strict=True))
+    more, work = replace(floor, rounds=tuple(rounds)), LITTLE * len(floor.robots)
+    while states is not None and not isinstance(states, Exhausted):
+        moves = not turns and not jammed(ready, states[-1])
+        every = chain([states], search.others(len(states)))
+        found.append(Found(shortened(ready if moves else floor, every, served)))
+        if turns or (moves and _goes_on(more, search.start, found[-1], 0, check, work)):
+            return found[-1]
+        if len(found) == TRIES:
+            break
+        search = _search(ready, search.start, served, len(found), check, work)
+        states = search.run(READY)
+    return found[0]
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
@@ -212,14 +237,14 @@ def _charged(
     )
     guide = _guide(floor, wanted)
     work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
-    tried = list[ChargedSearch]()
+    tried, ready = list[ChargedSearch](), replace(floor, ready=floor.one_way)
     for lasting, begins in (True, late), (True, charges), (False, charges):
         if not lasting and legs and (leg := furthest(tried)) is not None:
             return leg
-        start = joint._replace(charges=begins)
+        start, on = joint._replace(charges=begins), ready if lasting else floor
         # If a charger is near, short stops cost least; if it is far, few stops.
         searches = [
-            ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), check)
+            ChargedSearch(on, wanted, guide, start, seed, work, (lasting, full), check)
             for full in ((False, True) if begins is late else (False,))
         ]
         tried += searches
@@ -285,9 +310,14 @@ def _crowded(floor: Floor) -> Deadlock | None:
 
 
 def _search(
-    floor: Floor, joint: Joint, served: frozenset[int], seed: int, check: Callable[[], None]
+    floor: Floor,
+    joint: Joint,
+    served: frozenset[int],
+    seed: int,
+    check: Callable[[], None],
+    work: int = 0,
 ) -> Search:
-    work = max(WORK, WORK_OF_A_ROBOT * len(floor.robots))
+    work = work or max(WORK, WORK_OF_A_ROBOT * len(floor.robots))
     return Search(floor, served, _guide(floor, served), joint, seed, work, check)
 
 

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from random import Random
 
-from safenav.data import cached_method
 from safenav.team.floor import Floor, Joint, Stages
 from safenav.world.poses import FAR, Mask
 
@@ -59,13 +58,12 @@ class Search:
         self._propose = Proposals(floor, self.random, alive).propose
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._fields: dict[Stages, dict[tuple[int, Mask], Field]] = {}
-        self._one_way = any(floor.graphs[i].one_way for i in floor.robots)
         self._turn = 0
         self.seen: dict[Joint, Joint | None] = {}  # by the last search, with the states before them
 
     def goal(self, joint: Joint) -> bool:
         self._check()
-        return self.floor.completed(joint, self.served)
+        return completes(self.floor, joint, self.served)
 
     def run(self, until: int = ROUNDS) -> Answer:
         """Return the first plan that a variant of the search finds. Cheap variants are tried first.
@@ -155,10 +153,11 @@ class Search:
             for after in self._singles(joint):
                 if self._new(after, before):
                     before[after] = joint
+                    self.work -= 1
                     if self.goal(after):
                         return path(after, before)
                     queue.append(after)
-            if len(before) > budget:
+            if len(before) > budget or self.work <= 0:
                 return None
         return Exhausted(before)
 
@@ -189,7 +188,7 @@ class Search:
             edges += 1
             if edges > budget * 12 + far or self.work <= 0:
                 return None
-            if self._new(after, before) and not (self._one_way and self._is_jammed(after)):
+            if self._new(after, before) and not (self.floor.one_way and jammed(self.floor, after)):
                 before[after] = joint
                 if goal(after):
                     return path(after, before)
@@ -216,30 +215,6 @@ class Search:
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
         """Return whether a state is to be examined."""
         return after not in before
-
-    def _is_jammed(self, joint: Joint) -> bool:
-        """Return whether a robot that has not completed its mission can never move again: all its
-        steps, and those of the robots in its way, lead into regions of such robots. Two that face
-        each other in a corner stay there forever."""
-        floor, poses, size = self.floor, joint.poses, self.floor.team.size
-        taken = {poses[i] % size for i in floor.robots}
-        stuck = {i for i in floor.robots if taken.issuperset(self._ahead(i, poses[i]))}
-        before = None
-        while stuck != before:
-            before, now = stuck, stuck
-            shut = {i: {poses[j] % size for j in floor.rivals(i) & now} for i in now}
-            stuck = {i for i in now if shut[i].issuperset(self._ahead(i, poses[i]))}
-        left = ((i, floor.awaited(i, joint.counts[i])) for i in stuck)
-        return any(
-            not floor.is_done(i, joint.counts[i]) or (goal and not goal >> poses[i] & 1)
-            for i, goal in left
-        )
-
-    @cached_method
-    def _ahead(self, i: int, pose: int) -> frozenset[int]:
-        """Return the regions into which steps lead after which a robot can continue."""
-        ahead = (p for p in self.floor.graphs[i].steps(pose) if self._alive[i] >> p & 1)
-        return frozenset(p % self.floor.team.size for p in ahead)
 
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
         """Return the state after all robots have gone to these poses; None if that is impossible,
@@ -333,6 +308,33 @@ class Search:
             return changed or field[joint.poses[i]] == 0 or self.goal(joint)
 
         return reached
+
+
+def completes(floor: Floor, joint: Joint, served: frozenset[int]) -> bool:
+    """Return whether a plan may end in a joint state."""
+    return floor.completed(joint, served) and not (floor.ready and jammed(floor, joint))
+
+
+def jammed(floor: Floor, joint: Joint) -> bool:
+    """Return whether a robot that has not completed its mission can never move again: all its
+    steps, and those of the robots in its way, lead into regions of such robots. Two that face each
+    other in a corner stay there forever. On a floor that is to be ``ready``, also one that has
+    completed its rounds and does not stay at its last target: a resolution would restart them."""
+    poses, size = joint.poses, floor.team.size
+    taken = {poses[i] % size for i in floor.robots}
+    stuck = {i for i in floor.robots if taken.issuperset(floor.ahead(i, poses[i]))}
+    before = None
+    while stuck != before:
+        before, now = stuck, stuck
+        shut = {i: {poses[j] % size for j in floor.rivals(i) & now} for i in now}
+        stuck = {i for i in now if shut[i].issuperset(floor.ahead(i, poses[i]))}
+    left = ((i, floor.awaited(i, joint.counts[i])) for i in stuck)
+    return any(
+        not floor.is_done(i, joint.counts[i])
+        or (goal and not goal >> poses[i] & 1)
+        or (floor.ready and not floor.team.members[i].pursuit.settles)
+        for i, goal in left
+    )
 
 
 def _distance(field: Field, pose: int) -> int:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from safenav.components import reached
 from safenav.plan.order import plan_of, preview
-from safenav.plan.search import FEWEST
+from safenav.plan.search import FEWEST, completes
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
 from safenav.world.poses import Mask, bits, region_mask
@@ -188,9 +188,9 @@ def _shown(
     with other durations, completes the mission."""
     plan, last = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
-    if shown is None or not floor.completed(shown[-1], served):
+    if shown is None or not completes(floor, shown[-1], served):
         return Draft(plan, [])
-    if floor.completed(last, served):
+    if completes(floor, last, served):
         pairs = pairwise(joint.poses for joint in shown)
         moves = sum(a != b for x, y in pairs for a, b in zip(x, y, strict=True))
         return Draft(plan, shown, (_time(floor, plan, shown), moves))

@@ -19,8 +19,6 @@ from safenav.world.poses import Mask, PoseGraph, bits
 
 Stages = tuple[Stage, ...]
 T = TypeVar("T")
-
-
 Inside = tuple[int, int, int, int | None]
 """A robot in an obstacle that is closed to it, its pose, and the only region to which it may leave,
 if it has entered it to resolve it (None: any)."""
@@ -43,8 +41,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     ``inside``: of each robot where it is in obstacles closed to it; ``helping``: those that serve
     each obstacle already; ``rounds``: those that each robot is to complete, if not those of the
     mission; ``away``: poses that only robots out of service keep from each robot; ``either``:
-    whether strict objectives may begin with any target; ``laden``: robots that carry loads of other
-    obstacles; ``standing``: those out of service that act where they are."""
+    whether strict objectives may begin with any target; ``ready``: whether robots with completed
+    rounds must still be able to move; ``laden``: robots that carry loads of other obstacles;
+    ``standing``: those out of service that act where they are."""
 
     team: Team
     gates: tuple[int, ...]
@@ -57,6 +56,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     rounds: tuple[int, ...] = ()
     away: tuple[Mask, ...] = ()
     either: bool = False
+    ready: bool = False
     laden: frozenset[int] = frozenset()
     standing: tuple[int, ...] = ()
 
@@ -111,6 +111,17 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         service."""
         more = self.away[i] if self.away else 0
         return self.graphs[i].live(self.team.members[i].aims, allowed | more) & allowed
+
+    @cached_property
+    def one_way(self) -> bool:
+        """Whether some robots cannot turn around."""
+        return any(self.graphs[i].one_way for i in self.robots)
+
+    @cached_method
+    def ahead(self, i: int, pose: int) -> frozenset[int]:
+        """Return the regions into which steps lead after which a robot can continue."""
+        live = self.live(i, self.floors[i])
+        return frozenset(p % self.team.size for p in self.graphs[i].steps(pose) if live >> p & 1)
 
     def candidates(self, g: int, stages: Stages) -> Iterator[int]:
         """Yield the robots with the skills of the next need, also those out of service; only those
@@ -412,17 +423,10 @@ def turns_back(team: Team, state: State, i: int, k: int) -> bool:
     return failed or (each.state is Is.SEALED and obstacle.lets_in(i, each))
 
 
-def gates_of(state: State) -> tuple[int, ...]:
-    """Return the open obstacles in the order of service: by the ticks at which they are due, then
-    the newest first, as the paper's stack has it."""
-    newest, dues = state.requests[::-1], {k: state.obstacles[k].due for k in state.requests}
-    return tuple(sorted(newest, key=lambda k: (dues[k] is None, dues[k] or 0)))
-
-
 def floor_now(team: Team, state: State) -> Floor:
     """Return the floor as the team knows it, with all robots in service."""
     out = frozenset((i, robot.next) for i, robot in enumerate(state.robots) if not robot.active)
-    return floor_with(team, state, gates_of(state), state.sealed, out)
+    return floor_with(team, state, state.gates, state.sealed, out)
 
 
 def acting_floor(team: Team, state: State, among: Collection[int] | None = None) -> Floor:

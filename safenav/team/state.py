@@ -168,6 +168,13 @@ class State(Struct, frozen=True):
     inputs: frozenset[str] = frozenset()
 
     @property
+    def gates(self) -> tuple[int, ...]:
+        """The open obstacles in the order of service: by the ticks at which they are due, then the
+        newest first, as the paper's stack has it."""
+        dues = {k: self.obstacles[k].due for k in self.requests[::-1]}
+        return tuple(sorted(dues, key=lambda k: (dues[k] is None, dues[k] or 0)))
+
+    @property
     def sealed(self) -> frozenset[int]:
         return frozenset(k for k, each in enumerate(self.obstacles) if each.state is Is.SEALED)
 

@@ -289,19 +289,23 @@ class Decision:
             floor = replace(floor, barred=floor.barred | only)
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
         answer = answers.plan(floor, joint, served, state)
-        if answer is None and all(state.obstacles[floor.gates[g]].asked for g in served):
-            # The search took too long. The mission may not need requests of robots.
-            without = answers.plan(floor, joint, (), state)
-            answer = Unserved(served) if isinstance(without, Found) else None
+        brings = replace(floor, rounds=(0,) * len(team.members))
+        if answer is None and served:
+            # The search took too long. The mission may not need requests of robots; an order may
+            # be served before the rounds, which its resolution restarts.
+            if all(state.obstacles[floor.gates[g]].asked for g in served):
+                without = answers.plan(floor, joint, (), state)
+                answer = Unserved(served) if isinstance(without, Found) else None
+            elif isinstance(first := answers.plan(brings, joint, served, state), Found):
+                answer = replace(first, plan=replace(first.plan, part=True))
         empty = tuple(g for g in served if team.obstacles[floor.gates[g]].battery_of in out)
         if empty and (answer is None or isinstance(answer, Deadlock)):
             # Robots that get a battery return to service, and then no longer stand in the way.
-            brings = replace(floor, rounds=(0,) * len(team.members))
             brought = answers.plan(brings, joint, empty, state)
             answer = brought if isinstance(brought, Found) else answer
         match answer:
-            case Found(plan, first):
-                for i, memory in first:
+            case Found(plan, turned):
+                for i, memory in turned:
                     self._decide(now.Turned(i, memory))
                 self._decide(now.Planned(plan))
             case Unserved(gates):

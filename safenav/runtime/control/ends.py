@@ -48,7 +48,7 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
-    floor = floors.floor_with(team, state, (*floors.gates_of(state), *again), sealed)
+    floor = floors.floor_with(team, state, (*state.gates, *again), sealed)
     if serving:
         here, free = floors.floor_now(team, state), enumerate(floor.floors)
         within = tuple(each if i in here.robots else here.floors[i] for i, each in free)

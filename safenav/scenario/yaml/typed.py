@@ -113,11 +113,12 @@ def _item(
             findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
     values: dict[str, Any] = {}
     for word in (*stages, *(each for each in known if each not in stages)):
-        key, inner = known[word], node.get(word)
-        title = f"{word if isinstance(inner, document.Mapping) else repr(word)} {of}".rstrip()
-        value = read(key.annotation, inner, title, findings, key)
-        if inner is not None and value is not None and key.check is not None:
-            value = key.check(value, inner, title, findings)
+        key, inner, value = known[word], node.get(word), None
+        if inner is not None:
+            title = f"{word if isinstance(inner, document.Mapping) else repr(word)} {of}".rstrip()
+            value = read(key.annotation, inner, title, findings, key)
+            if value is not None and key.check is not None:
+                value = key.check(value, inner, title, findings)
         if value is not None:
             values[key.field] = value
         if word in stages:
