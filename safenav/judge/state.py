@@ -406,7 +406,7 @@ class State:
         rate = battery.charge if robot.pose[0] in self.scenario.chargers else -battery.stay
         if robot.stands is not None:
             charge += rate * max(0.0, (now if self.live else robot.moved) - robot.stands)
-        return float(round(min(battery.capacity, max(0.0, charge)), 6))
+        return float(round(min(battery.capacity, max(0.0, charge)), 9))
 
     def destination(self, name: str) -> Pose:
         """Return a robot's pose; in transit, the one where it will arrive."""

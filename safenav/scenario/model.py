@@ -193,7 +193,7 @@ class Expect(Part, frozen=True):
 MOST_CHARGE = 1_000_000
 Charge = Annotated[int, Meta(ge=0, le=MOST_CHARGE)]
 SomeCharge = Annotated[int, Meta(ge=1, le=MOST_CHARGE)]
-DECIMALS = 6
+DECIMALS = 9
 """Decimals of a charge."""
 
 

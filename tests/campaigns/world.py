@@ -118,8 +118,7 @@ class Nature(Uneven):
     def _fate(
         self, name: str, here: Pose, pose: Pose, *, stopped: bool
     ) -> tuple[Pose, float, WorldEvent] | None:
-        """What becomes of a step by a fault: where the robot is, the share of the step's time, and
-        the event."""
+        """Where a robot is by a fault, after which share of the step's time, and the event."""
         if name in self._dead:
             return here, 0.1, Failed(0.0, name, here, "motor off", fatal=True)
         if stopped:
@@ -190,9 +189,8 @@ class Nature(Uneven):
     def changes(self, at: float, occupied: Collection[Region]) -> list[Any]:
         found = super().changes(at, {*occupied}.union(*self._occupied().values()))
         for change in found:
-            kind = "there" if change.appeared else "gone"
-            about = {"obstacle": change.obstacle.name, "region": change.obstacle.region}
-            self._write(kind, **about, untold=True)
+            kind, one = "there" if change.appeared else "gone", change.obstacle
+            self._write(kind, obstacle=one.name, region=one.region, untold=True)
             if change.appeared:
                 self._ghosts.pop(change.obstacle.region, None)
         return found
@@ -211,10 +209,13 @@ class Nature(Uneven):
             self._ghosts.pop(obstacle.region, None)
         if isinstance(event, Acted) and self._strikes("act"):
             found = [(o, ActResult.NOTHING) for o in missing]
-            there = [o for o in self._acts_on[name] if self.truth.stands(o)]
-            found += [(obstacle, ActResult.FAILED) for obstacle in there]
+            found += [(o, ActResult.FAILED) for o in self._acts_on[name] if self.truth.stands(o)]
             return self._acted(replace(event, at=at, found=tuple(found), reason="it failed"))
         if isinstance(event, Acted):
+            steps = [(n, k) for *_, e, n, k in self._telling if not isinstance(e, Acted)]
+            late = {n for n, k in steps if self._untold.get(n) == k}  # nobody has told them to act
+            numbers = (i for i, each in enumerate(self._robots) if each in late)
+            self.truth.absent = {*self.truth.absent, *numbers}
             done = super()._happens(event, robot, missing)
             assert isinstance(done, Acted)
             for obstacle, result in done.found:
@@ -231,9 +232,8 @@ class Nature(Uneven):
         pose = self._poses[name]
         if name in self._dead:
             self.truth.move(robot, None)
-        within = sorted(event.regions) if isinstance(event, Lost) else None
-        kind = type(event).__name__.lower()
-        self._write("end", robot=name, at=pose.region, how=kind, within=within)
+        within, kind = sorted(event.regions) if isinstance(event, Lost) else None, type(event)
+        self._write("end", robot=name, at=pose.region, how=kind.__name__.lower(), within=within)
         self._bound.pop(name, None)
         return event
 
