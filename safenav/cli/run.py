@@ -274,10 +274,15 @@ def _carry_out(mission: Mission, operator: bool) -> None:
         signal.signal(number, lambda number, _: _interrupt(mission, number))
     wall = plan.limits.seconds if plan.clock is Clock.LOCKSTEP else None
     signal.setitimer(signal.ITIMER_REAL, wall or 0, PATIENCE)
-    if operator:
-        run_with_operator(mission)
-    else:
-        mission.run()
+    try:
+        if operator:
+            run_with_operator(mission)
+        else:
+            mission.run()
+    except KeyboardInterrupt:  # between two passes
+        if mission.ending:
+            raise
+        mission.give_up()
     signal.setitimer(signal.ITIMER_REAL, 0)
 
 

@@ -255,6 +255,8 @@ class Mission:
         try:
             part()
             end = self._run.over()
+            if end is None:
+                self._check()  # nothing may have happened
         except Stopped as stopped:
             end = stopped.end
         except KeyboardInterrupt:
