@@ -164,15 +164,15 @@ def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
     """Return the plan of these states. Where robots cannot turn around, it is preferably one
     after which the team can continue: an order or a resolution restarts their rounds."""
     floor, served, members = search.floor, search.served, search.floor.team.members
-    turns = not floor.one_way or len(floor.robots) > CROWD
+    careful = floor.one_way and len(floor.robots) <= CROWD
     ready, found = replace(floor, ready=True), list[Found]()
     rounds = (n + (not m.pursuit.settles) for n, m in zip(floor.wanted, members, strict=True))
     more, work = replace(floor, rounds=tuple(rounds)), LITTLE * len(floor.robots)
     while states is not None and not isinstance(states, Exhausted):
-        moves = not turns and not jammed(ready, states[-1])
+        moves = careful and not jammed(ready, states[-1])
         every = chain([states], search.others(len(states)))
         found.append(Found(shortened(ready if moves else floor, every, served)))
-        if turns or (moves and _goes_on(more, search.start, found[-1], 0, check, work)):
+        if not careful or (moves and _goes_on(more, search.start, found[-1], 0, check, work)):
             return found[-1]
         if len(found) == TRIES:
             break
