@@ -252,6 +252,7 @@ def entries(kind: type[Part]) -> Mapping[str, Key]:
     return found
 
 
+@cache
 def key_of(annotation: Any, outer: Key | None = None) -> Key:
     """Return the key of an annotation, else the ``outer`` one, with the limits of a ``Meta``."""
     parts = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()

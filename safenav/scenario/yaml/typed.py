@@ -107,13 +107,13 @@ def _item(
     meant = set[str]()
     if not kind.open:
         node, meant = as_meant(node, what, known, kind.elsewhere, findings)
-    of = _filled(kind.label, what, node)
+    of, inside = _filled(kind.label, what, node), {key.text: inner for key, inner in node.entries}
     for word, key in known.items():  # in the order of the class, not of the stages
-        if key.required and node.get(word) is None and word not in meant:
+        if key.required and word not in inside and word not in meant:
             findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
     values: dict[str, Any] = {}
-    for word in (*stages, *(each for each in known if each not in stages)):
-        key, inner, value = known[word], node.get(word), None
+    for word in (*stages, *(each for each in known if each in inside and each not in stages)):
+        key, inner, value = known[word], inside.get(word), None
         if inner is not None:
             title = f"{word if isinstance(inner, document.Mapping) else repr(word)} {of}".rstrip()
             value = read(key.annotation, inner, title, findings, key)
