@@ -209,9 +209,7 @@ def _add_adversary(text: _Text, rows: int, cols: int, diagonal: bool) -> None:
         why="the other robot moves by at most one cell",
     )
     text.add(
-        "ENV_TRANS",
-        "!(other_row' = row & other_col' = col)",
-        why="and does not step onto this one",
+        "ENV_TRANS", "!(other_row' = row & other_col' = col)", why="and does not step onto this one"
     )
     middle = rows // 2
     for col in (0, cols - 1):

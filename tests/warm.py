@@ -82,11 +82,7 @@ def started(
 
 
 def _asked(
-    module: str,
-    words: list[str],
-    files: list[int],
-    cwd: Path | None,
-    env: Mapping[str, str] | None,
+    module: str, words: list[str], files: list[int], cwd: Path | None, env: Mapping[str, str] | None
 ) -> socket.socket:
     """Start a command; return a connection with its process id, and then its exit status."""
     place, environment = str(cwd or Path.cwd()), dict(env or os.environ)

@@ -21,13 +21,7 @@ from safenav.batch.matrix import is_matrix, read_matrix, varied
 from safenav.data import cached_method
 from safenav.errors import UsageError
 from safenav.files import kind_of
-from safenav.scenario.yaml.document import (
-    DocumentError,
-    Mapping,
-    Node,
-    Place,
-    read_document,
-)
+from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Place, read_document
 from safenav.scenario.yaml.findings import (
     STDIN,
     Findings,

@@ -46,10 +46,7 @@ class Made(Struct, frozen=True):
 
 
 def make_bundle(
-    target: Path,
-    trace: bytes,
-    sources: Mapping[str, bytes],
-    synthesizer: Synthesizer,
+    target: Path, trace: bytes, sources: Mapping[str, bytes], synthesizer: Synthesizer
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 

@@ -32,11 +32,7 @@ event (violation, request, push, resolved, blocked, pop, goal): its first tick.
 
 FILE = options.Output(".html", ".svg", ".png", ".gif")
 SPEED = options.range_of("x", 0.1, 100)
-_READ_BY = {
-    "at": (".svg", ".png"),
-    "width": (".png", ".gif"),
-    "speed": (".gif",),
-}
+_READ_BY = {"at": (".svg", ".png"), "width": (".png", ".gif"), "speed": (".gif",)}
 """The endings of files for which an option is read."""
 
 

@@ -115,10 +115,7 @@ def anywhere(_goal: Constraint) -> Nearness:
 
 
 def losing_play(
-    whole: Specification,
-    core: Specification,
-    ask: Questions,
-    near: Near = anywhere,
+    whole: Specification, core: Specification, ask: Questions, near: Near = anywhere
 ) -> LosingPlay | None:
     """Return a play that an unrealizable ``core`` of ``whole`` loses; None if the limits do not
     allow it."""

@@ -46,10 +46,7 @@ class Goals:
     with which it ends (``events``). No other code sends goals."""
 
     def __init__(
-        self,
-        scenario: Scenario,
-        stations: Mapping[str, Station],
-        transport: Transport,
+        self, scenario: Scenario, stations: Mapping[str, Station], transport: Transport
     ) -> None:
         self.scenario = scenario
         self.places = Places(scenario.map, frame_of(scenario))

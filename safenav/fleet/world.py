@@ -28,10 +28,7 @@ class FleetWorld:
     executes the commands."""
 
     def __init__(
-        self,
-        scenario: Scenario,
-        stations: Mapping[str, Station],
-        middleware: transport.Transport,
+        self, scenario: Scenario, stations: Mapping[str, Station], middleware: transport.Transport
     ) -> None:
         self.goals = Goals(scenario, stations, middleware)
         self.now = self.goals.now

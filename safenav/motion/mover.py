@@ -24,12 +24,7 @@ class Mover(ABC):
     seconds; ``due``: it has acted in its own region, and must resume from there."""
 
     def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        figures: Figures,
+        self, robot: str, floor: MetricFloor, region: int, heading: str | None, figures: Figures
     ) -> None:
         self.robot, self.floor, self.figures = robot, floor, figures
         self.kind, self.values = figures.kind, figures.values
@@ -174,10 +169,7 @@ def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) ->
             if first and second:  # if it returns, the two directions cancel out
                 speed = min(first / (one.t1 - one.t0), second / (other.t1 - other.t0)) / 2
                 speed *= width if abs(a * c + b * d) < AT_ONCE else 1.0
-                speeds[index] = (
-                    speed * (a / first + c / second),
-                    speed * (b / first + d / second),
-                )
+                speeds[index] = (speed * (a / first + c / second), speed * (b / first + d / second))
     for index, flight in enumerate(found):
         start, goal = speeds[index : index + 2]
         if (start, goal) != ((0.0, 0.0), (0.0, 0.0)):

@@ -45,12 +45,7 @@ from safenav.motion.file import (
     Swing,
     limits_of,
 )
-from safenav.motion.geometry import (
-    MetricFloor,
-    transformed,
-    turn,
-    unit_vector,
-)
+from safenav.motion.geometry import MetricFloor, transformed, turn, unit_vector
 from safenav.motion.mover import Mover
 from safenav.pace.gait import Apex, Gait, Stride, gait_on, starting, stopping, walking
 from safenav.pace.robot import AT_ONCE, YAW

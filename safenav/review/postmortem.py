@@ -121,9 +121,7 @@ class Postmortem(Struct, frozen=True):
 
 
 def explain_run(
-    scenario: Scenario,
-    models: Mapping[str, RobotModel],
-    synthesizer: Callable[[], Synthesizer],
+    scenario: Scenario, models: Mapping[str, RobotModel], synthesizer: Callable[[], Synthesizer]
 ) -> Postmortem:
     """Run a scenario; if it needs an operator, explain why and search for repairs. ``models``:
     those of robots that could be added."""
@@ -394,10 +392,7 @@ def explain_team(
     """
     limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
     quick = Synthesizer(
-        synthesizer.binary,
-        seconds=limit,
-        memory_mb=synthesizer.memory_mb,
-        cache=synthesizer.cache,
+        synthesizer.binary, seconds=limit, memory_mb=synthesizer.memory_mb, cache=synthesizer.cache
     )
     for name, answer in first_results(scenario, synthesizer, progress, names).items():
         if answer.realizable:

@@ -243,9 +243,7 @@ OPERATOR_ACTION = "operator"
 Action = Annotated[
     str,
     name_key(
-        "an action",
-        taken=frozenset({OPERATOR_ACTION}),
-        reserved="is reserved for human operators",
+        "an action", taken=frozenset({OPERATOR_ACTION}), reserved="is reserved for human operators"
     ),
 ]
 

@@ -101,11 +101,7 @@ class Solver:
         return found
 
     def _steps(
-        self,
-        now: Sets,
-        origins: Sets | None,
-        wanted: frozenset[int],
-        before: tuple[Step, ...] = (),
+        self, now: Sets, origins: Sets | None, wanted: frozenset[int], before: tuple[Step, ...] = ()
     ) -> tuple[Step, ...] | None:
         key = now, wanted
         if self._known.get(key) is False or (origins is None and key in self._known):
@@ -124,11 +120,7 @@ class Solver:
         return found
 
 
-def options(
-    now: Sets,
-    origins: Sets | None,
-    before: tuple[Step, ...] = (),
-) -> list[Step]:
+def options(now: Sets, origins: Sets | None, before: tuple[Step, ...] = ()) -> list[Step]:
     """Return the steps that may come next, the best first (docs/coordination.md, Helpers); of the
     lossless ones one for each obstacle. ``before``: those that precede them."""
     found: list[tuple[Rank, Step]] = []
@@ -174,10 +166,7 @@ def _options(
             return  # the first group is the best
     for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
-        yield (
-            (True, not lossless, ticks[i], g, i),
-            Step(g, (i,), (places[i],), lossless),
-        )
+        yield ((True, not lossless, ticks[i], g, i), Step(g, (i,), (places[i],), lossless))
 
 
 def _ticks(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> int:

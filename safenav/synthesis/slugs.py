@@ -27,13 +27,7 @@ from safenav.errors import Diagnostic, InputError, ResourceLimitError, Synthesiz
 from safenav.files import check_kind, decoded
 from safenav.spec.specification import Section, Specification, read_specification
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
-from safenav.synthesis.program import (
-    VARIABLE,
-    Finished,
-    ProcessGroup,
-    find_binary,
-    find_own_binary,
-)
+from safenav.synthesis.program import VARIABLE, Finished, ProcessGroup, find_binary, find_own_binary
 from safenav.synthesis.strategy import Strategy
 
 PRINTED: Mapping[Verdict, str] = {

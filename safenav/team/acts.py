@@ -3,14 +3,7 @@ unknown obstacles and lost robots."""
 
 from collections.abc import Collection, Iterator, Sequence
 
-from safenav.scenario.model import (
-    OPERATOR_ACTION,
-    FailedMoves,
-    Need,
-    Obstacle,
-    ObstacleType,
-    Robot,
-)
+from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Need, Obstacle, ObstacleType, Robot
 from safenav.team import state as now
 from safenav.team.floor import acting_floor, barred, put, stages_of
 from safenav.team.state import Is, State

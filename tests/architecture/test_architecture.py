@@ -165,10 +165,7 @@ FORBIDDEN = {
     *("types.FunctionType", "types.CodeType", "os.system", "os.popen"),
     *("yaml.load_all", "yaml.unsafe_load", "yaml.full_load", "yaml.unsafe_load_all"),
 }
-OF_A_TABLE = {
-    "safenav": "homes[name]",
-    "safenav.cli.options": "f'safenav.cli.{COMMANDS[name][0]}'",
-}
+OF_A_TABLE = {"safenav": "homes[name]", "safenav.cli.options": "f'safenav.cli.{COMMANDS[name][0]}'"}
 """Modules that import by a name: one of a table in the same module."""
 SAFE = {"_LOADER", "yaml.CSafeLoader", "yaml.SafeLoader"}
 """Loaders of YAML that make plain data only."""

@@ -16,10 +16,7 @@ from children import ran
 
 # Not imported: each worker of the tests would import it for the processes that do.
 MISSING = find_spec("distributed") is None
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(MISSING, reason="needs the extra 'dask'"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(MISSING, reason="needs the extra 'dask'")]
 PROGRAM = """\
 import json, logging, sys
 from dask import config

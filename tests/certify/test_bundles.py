@@ -27,12 +27,7 @@ from certify.making import (
     shipped,
     with_lines,
 )
-from safenav import (
-    Synthesizer,
-    UsageError,
-    check_bundle,
-    make_bundle,
-)
+from safenav import Synthesizer, UsageError, check_bundle, make_bundle
 
 COMPLETED = "The mission is completed"
 LARGE = [f"case_study_{k}" for k in ("1", "1_beliefs", "2", "2_beliefs", "3", "3_beliefs")]
@@ -108,7 +103,7 @@ def test_the_page_groups_the_claims_and_leads_to_their_evidence() -> None:
         assert (bundle / link).is_file(), link
     headings = re.findall(r"<h([23])>(.*?)</h\1>", text)
     assert [words for level, words in headings if level == "2"] == [
-        *("Guaranteed", "Not covered", "Check it yourself"),
+        *("Guaranteed", "Not covered", "Check it yourself")
     ]
     assert [words for level, words in headings if level == "3"][:2] == ["Run", "Strategies"]
     ids = [claim["id"] for claim in check_bundle(bundle).claims]

@@ -122,9 +122,7 @@ def interrupted(*_, **__):
         *("a defect after it", "a defect from it", "an error after it", "an error from it"),
     ],
 )
-def test_an_interruption_is_reported_even_at_the_start_or_when_a_step_fails(
-    before: str,
-) -> None:
+def test_an_interruption_is_reported_even_at_the_start_or_when_a_step_fails(before: str) -> None:
     done = run(*CATALOGUE, before=before)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
 

@@ -12,15 +12,7 @@ import numpy as np
 
 from oracle.game import Array, build_game, realizable, solve
 from oracle.generator import random_specification
-from oracle.specification import (
-    SECTIONS,
-    Atom,
-    Formula,
-    Section,
-    Specification,
-    Variable,
-    apply,
-)
+from oracle.specification import SECTIONS, Atom, Formula, Section, Specification, Variable, apply
 from oracle.text import inputs_first, read_infix
 from safenav import Heading, InputError, Pose, RegionMap, Robot, Scenario, load_scenario_text
 from safenav import Specification as Compiled

@@ -8,12 +8,7 @@ from msgspec.structs import replace
 from explain.games import drawn_scenario
 from once import SCENARIOS
 from safenav import RegionMap, Synthesizer, Task, Verdict, compile_task
-from safenav.explain.explanation import (
-    NoStrategyCause,
-    diagnose,
-    explain_unrealizable,
-    play,
-)
+from safenav.explain.explanation import NoStrategyCause, diagnose, explain_unrealizable, play
 from safenav.scenario.objective import Ltl, describe
 from safenav.spec.task import NO_MEMORY, Known
 

@@ -195,9 +195,7 @@ def test_no_motion_is_made_of_moves_that_no_robot_makes(to: bytes, tmp_path: Pat
         motion_of(read_trace(trace))
 
 
-def test_columns_are_derivatives_of_each_other_in_the_frame_of_the_world(
-    tmp_path: Path,
-) -> None:
+def test_columns_are_derivatives_of_each_other_in_the_frame_of_the_world(tmp_path: Path) -> None:
     (trace := tmp_path / "plain.jsonl").write_bytes(trace_of_shipped("case_study_1").read_bytes())
     columns = {**exported(trace, motion("case_study_1"), "--rate", "500")}
     for robot in ("digit", "quad"):

@@ -24,8 +24,7 @@ TEXTS = {
     "door": DOOR,
     **TABLE["texts"],
     "listed": COMMENTED.replace(
-        "patrol: [12, 15]  # in turn",
-        "patrol:\n      - 12  # the bed\n      - 15  # the hall",
+        "patrol: [12, 15]  # in turn", "patrol:\n      - 12  # the bed\n      - 15  # the hall"
     ),
     "areas": DOOR.replace(
         "robots:",

@@ -154,10 +154,7 @@ def test_a_run_whose_process_is_killed_has_failed(page: Page, served: Served) ->
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
 def test_a_full_disk_ends_the_run_and_is_reported() -> None:
-    with (
-        Served("run", DOOR, "--live", "--trace", "/dev/full") as served,
-        served.opened() as page,
-    ):
+    with Served("run", DOOR, "--live", "--trace", "/dev/full") as served, served.opened() as page:
         for _ in range(2):  # another run ends the first one
             page.say("restart")
             page.state(phase="starting")

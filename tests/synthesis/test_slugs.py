@@ -78,10 +78,7 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
     ids=["missing", "directory", "not executable"],
 )
 def test_an_environment_variable_without_a_usable_binary_is_reported(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    make: Callable[[Path], object],
-    complaint: str,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: Callable[[Path], object], complaint: str
 ) -> None:
     make(tmp_path / "slugs")
     monkeypatch.setenv("SAFENAV_SLUGS", str(tmp_path / "slugs"))
@@ -169,10 +166,7 @@ def test_the_environment_determines_the_folder_of_the_cache(
 
 
 def test_a_request_is_synthesized_once(
-    answering: Callable[[bytes], Path],
-    patrol: Specification,
-    patrol_json: bytes,
-    tmp_path: Path,
+    answering: Callable[[bytes], Path], patrol: Specification, patrol_json: bytes, tmp_path: Path
 ) -> None:
     """Another request, or another binary in its place, is synthesized again; not other comments."""
     binary = answering(patrol_json)

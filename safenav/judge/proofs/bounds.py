@@ -78,11 +78,7 @@ class Bound:
         }
 
     def ticks(
-        self,
-        name: str,
-        seeds: Ticks,
-        ends_in: Collection[int] = (),
-        avoid: Collection[int] = (),
+        self, name: str, seeds: Ticks, ends_in: Collection[int] = (), avoid: Collection[int] = ()
     ) -> tuple[Ticks, Ticks]:
         """Return, for each pose, the earliest tick at whose end a robot is there, and in which a
         step ends there. ``ends_in``: regions where paths may end but not continue."""

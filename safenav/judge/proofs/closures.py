@@ -28,11 +28,7 @@ class Case:
     a load, or a part of one, that no robot can ever put down."""
 
     def __init__(
-        self,
-        s: State,
-        *,
-        hopeful: bool = False,
-        memory: Mapping[str, int] | None = None,
+        self, s: State, *, hopeful: bool = False, memory: Mapping[str, int] | None = None
     ) -> None:
         self.state, self.world, self.names, self.memory = s, s.world, s.names, memory or {}
         self.out = frozenset(n for n, r in s.robots.items() if r.out and not hopeful)

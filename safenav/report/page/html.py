@@ -133,11 +133,7 @@ def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
         "charger": GLYPHS.charger,
         "opens": run.last if run.failed else 0,
         **now,
-        "ending": ending
-        and {
-            "outcome": ending.outcome,
-            "explanation": ending.explanation,
-        },
+        "ending": ending and {"outcome": ending.outcome, "explanation": ending.explanation},
         "nose": GLYPHS.nose,
         "marks": {
             "status": {

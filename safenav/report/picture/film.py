@@ -18,12 +18,7 @@ from safenav.run.values import StoryKind
 if TYPE_CHECKING:
     from PIL import Image
 
-_HALTS = {
-    StoryKind.VIOLATION,
-    StoryKind.REQUEST,
-    StoryKind.RESOLVED,
-    StoryKind.BLOCKED,
-}
+_HALTS = {StoryKind.VIOLATION, StoryKind.REQUEST, StoryKind.RESOLVED, StoryKind.BLOCKED}
 PAUSE = 0.1
 """Seconds between frames, except where the film rests."""
 MOST_FRAMES = 2000

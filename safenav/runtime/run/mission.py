@@ -299,10 +299,7 @@ def first_results(
 
 
 def default_synthesizer(
-    scenario: Scenario,
-    *,
-    binary: Path | None = None,
-    at_once: int | None = None,
+    scenario: Scenario, *, binary: Path | None = None, at_once: int | None = None
 ) -> Synthesizer:
     """Return the synthesizer with the scenario's settings; it verifies every strategy."""
     limits = scenario.limits

@@ -322,11 +322,7 @@ class Recorder:
             self.emit(self._blocked(k, BlockReason.UNTRAVERSABLE, goes or None))
 
     def _blocked(
-        self,
-        k: int,
-        reason: BlockReason,
-        for_now: bool | None = None,
-        because: str | None = None,
+        self, k: int, reason: BlockReason, for_now: bool | None = None, because: str | None = None
     ) -> records.KnownObstacle:
         about = self._name(k), frozenset(map(self._robot, self.team.obstacles[k].blocks))
         return records.KnownObstacle(self.tick, *about, reason, because, for_now)

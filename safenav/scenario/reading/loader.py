@@ -25,11 +25,7 @@ from safenav.scenario.objective import unordered
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
-from safenav.scenario.reading.regions import (
-    Reading,
-    check_starts,
-    resolve_areas,
-)
+from safenav.scenario.reading.regions import Reading, check_starts, resolve_areas
 from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source

@@ -12,12 +12,7 @@ from safenav.scenario import language
 from safenav.scenario.language import FORMS, MapKeys
 from safenav.scenario.reading.regions import Reading, too_large
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped, node_of
-from safenav.scenario.yaml.findings import (
-    Findings,
-    described,
-    read_source,
-    wrong_type,
-)
+from safenav.scenario.yaml.findings import Findings, described, read_source, wrong_type
 from safenav.scenario.yaml.typed import read
 from safenav.strict_json import MOST_REGIONS
 from safenav.world.map import FREE, WALL, Frame, RegionMap

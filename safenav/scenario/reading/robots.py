@@ -177,10 +177,7 @@ def _check_reachable(
 
 
 def misses_targets(
-    robot: Robot,
-    objective: Objective | None,
-    item: language.ObjectiveKeys | None,
-    reading: Reading,
+    robot: Robot, objective: Objective | None, item: language.ObjectiveKeys | None, reading: Reading
 ) -> bool:
     """Return whether a robot cannot reach some target of an objective from its start; report those
     targets."""

@@ -25,16 +25,7 @@ from safenav.scenario.yaml.findings import (
     suggestion,
     wrong_type,
 )
-from safenav.scenario.yaml.keys import (
-    Beside,
-    Item,
-    Key,
-    OneOf,
-    Part,
-    Raw,
-    entries,
-    key_of,
-)
+from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, Part, Raw, entries, key_of
 
 Stages = Mapping[str, Callable[[Any, Node | None, Any], None]]
 """Keys of a mapping whose values are read first, in this order, each with a function that takes the
