@@ -79,6 +79,15 @@ def pressed(*given, **named):
 setattr(threading, called, pressed)
 """
 """Ctrl-C while the thread of a synthesis is started."""
+BETWEEN = """
+from safenav import Mission
+step = Mission.step
+def pressed(mission):
+    step(mission)
+    raise KeyboardInterrupt
+Mission.step = pressed
+"""
+"""Ctrl-C between two ticks."""
 PRESSED = """
 import sys
 class Presses:
@@ -160,8 +169,12 @@ def test_a_signal_ends_a_run_with_its_outcome(number: int, trace: Path) -> None:
     assert "not as expected" not in said and "not compared with 'expect'" in said
 
 
-def test_a_signal_inside_a_library_call_ends_the_run_cleanly(trace: Path) -> None:
-    status, _ = ended("run", HELLO, "--no-map", "--trace", trace, before=AT_ONCE)
+@pytest.mark.parametrize("before", [AT_ONCE, BETWEEN])
+@pytest.mark.parametrize("more", [(), ("--clock", "live", "--operator")])
+def test_a_signal_anywhere_ends_the_run_cleanly(
+    before: str, more: Sequence[str], trace: Path
+) -> None:
+    status, _ = ended("run", HELLO, "--no-map", *more, "--trace", trace, before=before)
     assert (status, outcome(trace)) == (INTERRUPTED, "interrupted")
 
 

@@ -3,6 +3,7 @@
 from contextlib import suppress
 
 from selenium.common.exceptions import NoAlertPresentException
+from selenium.webdriver import ActionChains
 from selenium.webdriver.common.alert import Alert
 
 from report.browser import Browser, Keys, WebElement
@@ -121,4 +122,6 @@ class Board(Page):
         if typed is not None:
             found[0].send_keys(typed)
         found[0].accept() if accept else found[0].dismiss()
+        # The question may have come before the keys were released that led to it.
+        ActionChains(self.browser.driver).reset_actions()
         return said
