@@ -289,6 +289,8 @@ def schema_text(root: type[Item]) -> str:
 
 def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None) -> Any:
     """Return the JSON Schema of an annotation; a schema is its own. Classes become definitions."""
+    if isinstance(annotation, dict):
+        return annotation
     origin, arguments = get_origin(annotation), get_args(annotation)
     key = key_of(annotation, key)
     found: dict[str, Any]
@@ -312,8 +314,6 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
         return found
     if origin is Literal:
         return {"enum": list(arguments)}
-    if not isinstance(annotation, type):
-        return annotation
     if annotation in (int, float):
         least, most = key.range(annotation)
         limits = {"minimum": least, "maximum": most, "exclusiveMinimum": key.above}
