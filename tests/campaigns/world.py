@@ -215,8 +215,9 @@ class Nature(Uneven):
             steps = [(n, k) for *_, e, n, k in self._telling if not isinstance(e, Acted)]
             late = {n for n, k in steps if self._untold.get(n) == k}  # nobody has told them to act
             numbers = (i for i, each in enumerate(self._robots) if each in late)
-            self.truth.absent = {*self.truth.absent, *numbers}
+            before, self.truth.absent = self.truth.absent, {*self.truth.absent, *numbers}
             done = super()._happens(event, robot, missing)
+            self.truth.absent = before
             assert isinstance(done, Acted)
             for obstacle, result in done.found:
                 if result in (ActResult.DONE, ActResult.UNTRAVERSABLE):
