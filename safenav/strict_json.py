@@ -11,11 +11,13 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 MOST_NUMBER = 2**53 - 1
 """Greatest whole number that all programs represent exactly."""
 _DIGITS = len(str(MOST_NUMBER)) + 1
+_PERHAPS_LARGE = re.compile(rf"\d{{{_DIGITS - 1}}}")
 _PERHAPS_HALF = re.compile(r"\\u[dD][89a-fA-F]")
 _SHOWN = 40
 """Characters of a key or number in a message."""
@@ -26,13 +28,7 @@ def read_json(text: str | bytes) -> Any:
     some programs only: a repeated key, a number beyond 2**53 - 1, half of a character."""
     text = text.decode("utf-8") if isinstance(text, bytes) else text
     try:
-        value = json.loads(
-            text,
-            object_pairs_hook=_object,
-            parse_int=_whole,
-            parse_float=_fraction,
-            parse_constant=_constant,
-        )
+        value = (_CAREFUL if _PERHAPS_LARGE.search(text) else _FAST).decode(text)
         if _PERHAPS_HALF.search(text):
             json.dumps(value, ensure_ascii=False).encode("utf-8")
     except RecursionError:
@@ -67,6 +63,12 @@ def _constant(word: str) -> float:
     raise ValueError(f"{word} is not a valid JSON number")
 
 
+_FAST = json.JSONDecoder(object_pairs_hook=_object, parse_float=_fraction, parse_constant=_constant)
+_CAREFUL = json.JSONDecoder(
+    object_pairs_hook=_object, parse_float=_fraction, parse_constant=_constant, parse_int=_whole
+)
+"""That of texts which may hold large whole numbers: it looks at each number."""
+
 MOST_LEVELS = 200
 """Deepest nesting of a line."""
 MOST_ROBOTS = 1000
@@ -86,6 +88,11 @@ _WRITTEN = (str, dict, list)
 """Values that can have flaws: numbers have none."""
 
 
+@lru_cache(10_000)
+def _named(text: str) -> bool:
+    return NAME.fullmatch(text) is not None
+
+
 def flaws(line: Any, kind: str) -> Iterator[str]:
     """Yield the errors in the values of a line whose fields have been read. ``kind``: its type. The
     state in a checkpoint is left to the reader that continues its run."""
@@ -99,13 +106,13 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             return
         if isinstance(value, dict):
             for name, inner in value.items():
-                if not NAME.fullmatch(name) and key not in _TEXTS:  # names of requirements are free
+                if not _named(name) and key not in _TEXTS:  # names of requirements are free
                     yield f"{_shown(name)} is neither a field nor a name"
                 if isinstance(inner, _WRITTEN):
                     left.append((key if key in _TEXTS else name, inner, level + 1))
         elif isinstance(value, list):
             left.extend((key, inner, level + 1) for inner in value if isinstance(inner, _WRITTEN))
-        elif isinstance(value, str) and not (key in _TEXTS or NAME.fullmatch(value)):
+        elif isinstance(value, str) and not (key in _TEXTS or _named(value)):
             yield f"`{key}` must be a name, not {_shown(value)}"
     if kind == "header":
         yield from _flaws_of_scenario(line["scenario"])

@@ -8,7 +8,7 @@ from safenav.judge.changes import applies
 from safenav.judge.ends import counts, meeting
 from safenav.judge.lines import Line, Reader, Text
 from safenav.judge.rules import RULES, NotJudged, Rule, is_empty
-from safenav.judge.state import Obstacle, Progress, Robot, State
+from safenav.judge.state import DECIMALS, Obstacle, Progress, Robot, State
 
 BATTERY = "battery"
 
@@ -176,7 +176,7 @@ def _use_charge(e: Line, robot: Robot, s: State) -> None:
     if e.kind == "depart" or e.toward is not None:
         robot.stands = None
     elif e.kind == "arrive" or e.to != e.start:
-        robot.charge = round(max(0.0, robot.charge - robot.data.battery.move), 6)
+        robot.charge = round(max(0.0, robot.charge - robot.data.battery.move), DECIMALS)
         robot.stands = s.now(e)
 
 

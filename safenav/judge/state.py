@@ -15,6 +15,8 @@ EXTERNAL = (
     "A world of the user's ran it: what it reports is trusted, what it never showed may be absent."
 )
 """The reservation about a run whose world is not simulated."""
+DECIMALS = 9
+"""Those of a charge."""
 SLOWEST = 20
 """Seconds per tick of the limit, for a simulated live run without one in seconds."""
 
@@ -406,7 +408,7 @@ class State:
         rate = battery.charge if robot.pose[0] in self.scenario.chargers else -battery.stay
         if robot.stands is not None:
             charge += rate * max(0.0, (now if self.live else robot.moved) - robot.stands)
-        return float(round(min(battery.capacity, max(0.0, charge)), 9))
+        return float(round(min(battery.capacity, max(0.0, charge)), DECIMALS))
 
     def destination(self, name: str) -> Pose:
         """Return a robot's pose; in transit, the one where it will arrive."""
