@@ -78,8 +78,10 @@ def ask(
         every = len(floor.team.members)
         part, more = (replace(floor, rounds=(done + AHEAD + k,) * every) for k in (0, 1))
         found = _continued(part, joint, served, seed, check)
-        if not isinstance(found, Found) or _goes_on(more, joint, found, seed, check):
+        if not isinstance(found, Found):
             return found  # impossible for some rounds: impossible for all
+        if _goes_on(more, joint, found, seed, check):
+            return replace(found, plan=replace(found.plan, part=True))
     return _continued(floor, joint, served, seed, check)
 
 
