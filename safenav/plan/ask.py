@@ -73,7 +73,8 @@ def ask(
     rounds are completed, if possible. ``check`` raises if the search must end."""
     if (none := _crowded(floor) or _alone(floor, joint)) is not None:
         return none
-    done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in floor.robots)
+    sharing = [i for i in floor.robots if i in floor.team.sharing] or floor.robots
+    done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in sharing)
     if max(floor.wanted) - done > MOST_AHEAD:
         every = len(floor.team.members)
         part, more = (replace(floor, rounds=(done + AHEAD + k,) * every) for k in (0, 1))
