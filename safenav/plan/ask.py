@@ -10,30 +10,24 @@ from itertools import chain, combinations, islice
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.charged import (
-    ChargedSearch,
-    Charges,
-    Part,
-    charged_plan,
-    furthest,
-    raced,
-    sustained,
-)
+from safenav.plan.charged import ChargedSearch, Charges, furthest, raced, sustained
+from safenav.plan.course import Course, charged_plan
 from safenav.plan.order import plan_of, preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search, jammed
-from safenav.plan.shorten import coupled, shortened
+from safenav.plan.shorten import coupled, earlier, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
 from safenav.team.bound import least_within
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
-from safenav.world.poses import Mask
+from safenav.world.poses import FAR, Mask
 
 WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 20_000
 """``CHARGED_LEAST``: where obstacles are open, so that the question will soon change."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
-AHEAD, MOST_AHEAD = 2, 6
-"""A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
+AHEAD, MOST_AHEAD, AHEAD_CHARGED = 2, 6, 4
+"""A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time, with
+batteries ``AHEAD_CHARGED``, for fewer stops."""
 READY, TRIES, LITTLE, CROWD = 3, 3, 10_000, 20
 """Rounds, number and work (of a robot) of searches for a plan after which the team can continue,
 with at most ``CROWD`` robots."""
@@ -207,19 +201,29 @@ def ask_charged(
     all."""
     if _crowded(floor) is not None:
         return None
+    sharing = [i for i in floor.robots if i in floor.team.sharing]
+    # Others complete their rounds by their strategies.
+    helpers = frozenset[int]().union(*(_helpers(floor, joint, g) for g in floor.open(joint.stages)))
+    robots = tuple(i for i in floor.robots if i in sharing or i in helpers)
+    done = min((floor.rounds_done(i, joint.counts[i]) for i in sharing), default=0)
+    whole = max(floor.wanted) <= done + MOST_AHEAD
+    most = FAR if whole else done + AHEAD_CHARGED
+    rounds = tuple(min(n, most) if i in sharing else 0 for i, n in enumerate(floor.wanted))
+    floor = replace(floor, rounds=rounds, robots=robots)
     lasts, groups = sustained(floor), [] if floor.open(joint.stages) else [*coupled(floor)]
     for apart in (groups, [floor.robots]) if len(groups) > 1 else ([floor.robots],):
-        legs, parts = lasts and len(apart) < 2, list[Part]()
+        legs, parts = lasts and len(apart) < 2, list[Course]()
         for few in (replace(floor, robots=group) for group in apart):
-            states = _charged(few, joint, frozenset(served), seed, charges, check, legs)
-            if states is None:
+            how = legs, whole
+            course = _charged(few, joint, frozenset(served), seed, charges, check, how)
+            if course is None:
                 break
-            parts.append((few, states))
+            parts.append(course)
         if len(parts) < len(apart) and not lasts:
             return None
         if len(parts) == len(apart) and (plan := charged_plan(parts, time)) is not None:
-            part = not all(few.completed(states[-1], frozenset(served)) for few, states in parts)
-            return Found(replace(plan, part=part))
+            ends = (each.floor.completed(each.states[-1], frozenset(served)) for each in parts)
+            return Found(replace(plan, part=not (whole and all(ends))))
     return None
 
 
@@ -230,10 +234,10 @@ def _charged(
     seed: int,
     charges: Charges,
     check: Callable[[], None],
-    legs: bool,
-) -> Sequence[Joint] | None:
-    """Return the joint states of such a plan; if soon found, of one with charge for a further
-    stay. ``legs``: it may be a plan for a part of the mission."""
+    how: tuple[bool, bool],
+) -> Course | None:
+    """Return such a plan; if soon found, one with charge for a further stay. ``how``: whether it
+    may complete fewer rounds, and whether these are all rounds of the mission."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
@@ -241,19 +245,32 @@ def _charged(
     guide = _guide(floor, wanted)
     work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
     tried, ready = list[ChargedSearch](), replace(floor, ready=floor.one_way)
+    legs, whole = how
+
+    def goes_on(last: Joint) -> bool:  # those that cannot turn around may be in each other's way
+        if not floor.one_way or (whole and floor.completed(last, wanted)):
+            return True
+        done = (floor.rounds_done(i, count) for i, count in enumerate(last.counts))
+        more = replace(floor, rounds=tuple(1 + each for each in done))
+        further = _search(more, last, wanted, seed, check, LITTLE * len(floor.robots))
+        return not isinstance(further.run(), Exhausted | None)
+
+    mixed = len({floor.team.step_ticks[i] for i in floor.robots}) > 1
     for lasting, begins in (True, late), (True, charges), (False, charges):
-        if not lasting and legs and (leg := furthest(tried)) is not None:
-            return leg
+        if not lasting and legs and (leg := furthest(tried, goes_on)) is not None:
+            return earlier(leg)
         start, on = joint._replace(charges=begins), ready if lasting else floor
         # If a charger is near, short stops cost least; if it is far, few stops.
+        ways = [(False, False), (False, True)] if begins is late else [(False, False)]
+        ways += [(True, False), (True, True)] if begins is late and mixed else []
         searches = [
-            ChargedSearch(on, wanted, guide, start, seed, work, (lasting, full), check)
-            for full in ((False, True) if begins is late else (False,))
+            ChargedSearch(on, wanted, guide, start, seed, work, (lasting, full), check, brisk=brisk)
+            for brisk, full in ways
         ]
         tried += searches
         fits = searches[0].fits(start)
-        if fits and (found := raced(searches, work)) is not None:
-            return found
+        if fits and (found := raced(searches, work, goes_on)) is not None:
+            return earlier(found)
         work //= 4 if fits else 1  # a weaker request is likely to fail as well
     return None
 

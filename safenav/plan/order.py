@@ -191,18 +191,23 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 
 def starving(team: Team, state: State) -> bool:
-    """Return whether a robot that waits off the chargers has to go to one now, since it has less
-    charge than its plan foresees, or the plan has ended."""
+    """Return whether a robot off the chargers has to go to one now: it waits, and has less charge
+    than its plan foresees, or the plan has ended; or the plan was made without regard to charge.
+    Such a plan is also examined again when an obstacle has been resolved."""
     plan = state.plan
-    if plan is not None and not plan.charges:
-        return False
+    blind = plan is not None and not plan.charges
+    foreseen = () if plan is None or not team.charged else plan.foreseen
+    if blind and any(state.obstacles[k].state is Is.OVER for k in foreseen):
+        return True
     for i in team.charged:
         spare, robot = _spare(team, state, i), state.robots[i]
-        ready = spare is not None and robot.idle and robot.active
-        if spare is None or not ready or next_step(team, state, i) is not None:
+        if spare is None or not robot.idle or not robot.active:
             continue
-        late = plan is None or robot.charge < _foreseen(plan, state, i)
-        if late and -_slack(team, i) <= spare <= EARLY:  # it still reaches a charger
+        if not blind and next_step(team, state, i) is not None:
+            continue
+        late = plan is None or blind or robot.charge < _foreseen(plan, state, i)
+        least = -_unit(team, i) if blind else -_slack(team, i)  # it still reaches a charger
+        if late and least <= spare <= EARLY:
             return True
     return False
 
@@ -225,10 +230,14 @@ def _spare(team: Team, state: State, i: int) -> float | None:
 
 
 def _slack(team: Team, i: int) -> float:
-    member = team.members[i]
-    assert member.energy is not None
-    battery = member.energy.battery
-    return (4 if member.rivals else 1) * max(battery.stay * team.step_ticks[i], battery.move)
+    return (4 if team.members[i].rivals else 1) * _unit(team, i)
+
+
+def _unit(team: Team, i: int) -> float:
+    """Return the charge that a robot uses in a step, or while another one takes its step."""
+    energy = team.members[i].energy
+    assert energy is not None
+    return max(energy.battery.stay * team.step_ticks[i], energy.battery.move)
 
 
 def charging_ends(team: Team, state: State) -> float | None:

@@ -1,0 +1,238 @@
+"""The execution of a plan: when each robot takes its steps, and which charge it then has.
+
+Plans say in what order robots step, not when. A robot leaves a charger as soon as it has what it
+needs until its next stop there. If a charge does not suffice, the robot waits on the charger rather
+than elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from math import ceil
+
+from safenav.plan.order import plan_of
+from safenav.scenario.model import DECIMALS
+from safenav.team.battery import Energy
+from safenav.team.floor import Floor, Joint
+from safenav.team.state import Plan, Waypoint
+
+COURSES = 4
+AMPLE = 0.25
+"""Part of the capacity that each robot has left at the end of a plan for a part of the mission, if
+possible: others may use the chargers first. Robots also leave chargers with so much more than they
+need: in a lab they are late."""
+
+
+Leaves = Callable[[int, int, float, float], float]
+"""When a robot takes a step to a place of its path: robot, place, when it came to where it is, and
+when it may step."""
+
+
+def timed(
+    floor: Floor,
+    plan: Plan,
+    ticks: Sequence[Joint],
+    times: Sequence[float],
+    leaves: Leaves | None = None,
+    acts: Sequence[float] = (),
+) -> list[list[float]]:
+    """Return when each robot arrives at each place of its path, if its steps take these ``times``,
+    and its actions those of ``acts``. ``ticks``: the joint states of the plan in an order of its
+    steps."""
+    arrives: list[list[float]] = [[0] for _ in times]
+    met, lockstep = dict[tuple[int, int], float](), not floor.team.live  # then in turns
+    for before, joint in pairwise(ticks):
+        last = 0.0
+        moved = deque(i for i in floor.robots if before.poses[i] != joint.poses[i])
+        while moved:
+            i = moved.popleft()
+            place, came = len(arrives[i]), arrives[i][-1]
+            waypoint = plan.ways[i][place]
+            if any(len(arrives[j]) <= other for j, other in waypoint.after):
+                moved.append(i)  # that robot has to leave first
+                continue
+            waits = [arrives[j][other] - (j < i and lockstep) for j, other in waypoint.after]
+            waits += [met.get(need, 0) for need in waypoint.needs]
+            ready = max(came, *waits, 0)
+            ready = ready if leaves is None else leaves(i, place, came, ready)
+            arrives[i].append(ready + times[i])
+            last = max(last, arrives[i][-1])
+        if joint.stages != before.stages:
+            now = last
+            there = floor.acting(before.stages) if acts else 0
+            on = (i for i in floor.robots if there >> joint.poses[i] % floor.team.size & 1)
+            now += max((acts[i] for i in on), default=0)
+            pairs = zip(floor.gates, before.stages, joint.stages, strict=True)
+            met |= {(k, n + 1): now for k, a, b in pairs for n in range(a.need, b.need)}
+    return arrives
+
+
+class Course:
+    """An execution of a plan in which a robot leaves chargers with at least the charges ``least``
+    (robot and place), and no earlier than ``since``. ``failed``: the robots whose charge does not
+    suffice."""
+
+    def __init__(
+        self,
+        floor: Floor,
+        states: Sequence[Joint],
+        plan: Plan,
+        least: Mapping[tuple[int, int], float],
+        since: Mapping[tuple[int, int], float] = {},
+    ) -> None:
+        self.floor, self.states, self.plan = floor, states, plan
+        self.least, self.since = least, since
+        self.charges, team = [*states[0].charges], floor.team
+        self.energies = {i: e for i in floor.robots if (e := team.members[i].energy) is not None}
+        self.left = dict[tuple[int, int], tuple[float, float, float]]()
+        self.waits = dict[tuple[int, int], float]()
+        self.failed, acts = set[int](), team.act_times if team.live else ()
+        self.arrives = timed(floor, plan, states, team.step_times, self._leaves, acts)
+        self.end = max(each[-1] for each in self.arrives)
+        for i, energy in self.energies.items():
+            waits, pose = self.end - self.arrives[i][-1], states[-1].poses[i]
+            self.charges[i] = _stayed(energy, self.charges[i], pose, waits)
+            if self.charges[i] < _wanted(floor, states[-1], i):
+                self.failed.add(i)
+
+    def _leaves(self, i: int, place: int, came: float, ready: float) -> float:
+        if (energy := self.energies.get(i)) is None:
+            return ready
+        pose, battery, key = self.plan.ways[i][place - 1].pose, energy.battery, (i, place)
+        if energy.charging(pose):
+            waits = max(0.0, self.least[key] - self.charges[i]) / battery.charge
+            self.waits[key] = waits
+            ready = max(ready, came + (waits if self.floor.team.live else ceil(waits)))
+            ready = max(ready, self.since.get(key, 0))
+        self.charges[i] = _stayed(energy, self.charges[i], pose, ready - came)
+        self.left[key] = came, ready, self.charges[i]
+        self.charges[i] = round(self.charges[i] - battery.move, DECIMALS)
+        if self.charges[i] < 0:
+            self.failed.add(i)
+        return ready
+
+    def needs(self) -> Iterator[tuple[tuple[int, int], float, float]]:
+        """Yield with which charge each robot has to leave each of its places, if it waits as long
+        as here, and when, to wait nowhere else until the next charger."""
+        last = self.states[-1]
+        for i, energy in self.energies.items():
+            on, way = energy.charging(last.poses[i]), self.plan.ways[i]
+            waits = 0 if on else self.end - self.arrives[i][-1]
+            need = _wanted(self.floor, last, i) + waits * energy.battery.stay
+            for place in range(len(way) - 1, 0, -1):
+                need += energy.battery.move
+                came, ready, _ = self.left[i, place]
+                yield (i, place), need, ready + waits
+                on = energy.charging(way[place - 1].pose)
+                waits = 0 if on else waits + ready - came
+                need = 0 if on else need + (ready - came) * energy.battery.stay
+
+    @property
+    def capacities(self) -> tuple[float, ...]:
+        """The greatest charges of all robots."""
+        found = [0.0] * len(self.charges)
+        for i, energy in self.energies.items():
+            found[i] = energy.battery.capacity
+        return tuple(found)
+
+    def stops(self, i: int) -> dict[int, int]:
+        """Return the places where a robot waits for charge, each with its ticks."""
+        tick = min(self.floor.team.step_times[j] for j in self.floor.robots)
+        found = ((place, ceil(waits / tick)) for (j, place), waits in self.waits.items() if j == i)
+        return {place - 1: ticks for place, ticks in found}
+
+    def way(self, i: int, begun: float) -> tuple[Waypoint, ...]:
+        """Return the path of a robot, in which it leaves chargers with enough charge, and in its
+        tick here if it waits there: waiting elsewhere uses charge."""
+        if (energy := self.energies.get(i)) is None:
+            return self.plan.ways[i]
+        way = [*self.plan.ways[i]]
+        for place in range(1, len(way)):
+            came, ready, charge = self.left[i, place]
+            due = 0.0
+            if energy.charging(way[place - 1].pose):
+                charge = self.least[i, place]
+                if energy.battery.stay and ready > came:
+                    due = begun + ready + (not self.floor.team.live)
+            way[place] = way[place]._replace(charge=charge, tick=due)
+        return tuple(way)
+
+
+def course_of(floor: Floor, states: Sequence[Joint], *, exact: bool) -> Course | None:
+    """Return the execution of the plan of these states that ends first of several: robots leave
+    chargers with the charges of the states, or with less, as far as it suffices. None if it fails;
+    if the states are ``exact``, it then takes as long as these."""
+    plan, _ = plan_of(floor, states[0], [joint.poses for joint in states])
+    at, tick = [0] * len(plan.ways), 0.0
+    planned, since = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
+    for before, joint in pairwise(states):
+        for i in floor.robots:
+            if before.poses[i] != joint.poses[i]:
+                at[i] += 1
+                planned[i, at[i]] = before.charges[i]
+                since[i, at[i]] = tick
+        tick += _duration(floor.team.step_times, before, joint)
+    best, course, later = None, Course(floor, states, plan, planned), dict[tuple[int, int], float]()
+    for _ in range(COURSES):
+        if not course.failed and (best is None or course.end < best.end):
+            best = course
+        least = {}
+        for key, need, ready in course.needs():
+            battery = course.energies[key[0]].battery
+            spare = min(planned[key], need + AMPLE * battery.capacity * (battery.stay > 0))
+            least[key] = min(battery.capacity, max(need, spare))
+            if key[0] in course.failed:  # it rather waits on the charger
+                later[key] = ready
+        course = Course(floor, states, plan, least, later)
+    return best or (Course(floor, states, plan, planned, since) if exact else None)
+
+
+def _stayed(energy: Energy, charge: float, pose: int, time: float) -> float:
+    """Return the charge after some time in a pose."""
+    battery = energy.battery
+    if energy.charging(pose):
+        return min(battery.capacity, round(charge + time * battery.charge, DECIMALS))
+    return round(charge - time * battery.stay, DECIMALS)
+
+
+def _wanted(floor: Floor, last: Joint, i: int) -> float:
+    """Return the charge at the end of a plan: what the robot needs to continue and, off the
+    chargers, an ample part of the battery, but at most its charge in the plan."""
+    energy = floor.team.members[i].energy
+    assert energy is not None
+    more = 0 if energy.charging(last.poses[i]) or not energy.battery.stay else AMPLE
+    return min(needed(floor, last, i) + more * energy.battery.capacity, last.charges[i])
+
+
+def charged_plan(courses: Sequence[Course], begun: float) -> Plan | None:
+    """Return the plan of robots that need not wait for others, part by part; None if one of them
+    cannot wait for the end of the others. ``begun``: the tick before its first one; in a live run
+    its start."""
+    team = courses[0].floor.team
+    end, charges = max(course.end for course in courses), [0.0] * len(team.members)
+    ways: list[tuple[Waypoint, ...]] = [()] * len(team.members)
+    for course in courses:
+        for i in course.floor.robots:
+            ways[i], charges[i] = course.way(i, begun), course.charges[i]
+            energy, last = team.members[i].energy, course.states[-1]
+            if energy is not None and not energy.charging(last.poses[i]) and end > course.end:
+                charges[i] -= (end - course.end) * energy.battery.stay
+                if charges[i] < min(needed(course.floor, last, i), last.charges[i]):
+                    return None
+    return Plan(tuple(ways), courses[0].plan.foreseen, tuple(charges))
+
+
+def needed(floor: Floor, joint: Joint, i: int) -> float:
+    """Return the charge with which a robot with a battery continues forever from where it is."""
+    energy = floor.team.members[i].energy
+    assert energy is not None
+    allowed, turn = floor.allowed(i, joint.stages), energy.turn(joint.counts[i][0])
+    return energy.need(allowed, joint.poses[i], turn)
+
+
+def _duration(times: Sequence[float], before: Joint, joint: Joint) -> float:
+    """Return the time of a transition, that of its slowest step, by the times of each robot."""
+    steps = zip(times, before.poses, joint.poses, strict=True)
+    return max((time for time, a, b in steps if a != b), default=1)
