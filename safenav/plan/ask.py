@@ -263,13 +263,14 @@ def _charged(
         # If a charger is near, short stops cost least; if it is far, few stops.
         ways = [(False, False), (False, True)] if begins is late else [(False, False)]
         ways += [(True, False), (True, True)] if begins is late and mixed else []
+        each = work * 2 // max(2, len(ways))  # as much in all as with one speed
         searches = [
-            ChargedSearch(on, wanted, guide, start, seed, work, (lasting, full), check, brisk=brisk)
+            ChargedSearch(on, wanted, guide, start, seed, each, (lasting, full), check, brisk=brisk)
             for brisk, full in ways
         ]
         tried += searches
         fits = searches[0].fits(start)
-        if fits and (found := raced(searches, work, goes_on)) is not None:
+        if fits and (found := raced(searches, each, goes_on)) is not None:
             return earlier(found)
         work //= 4 if fits else 1  # a weaker request is likely to fail as well
     return None
