@@ -192,24 +192,24 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 def starving(team: Team, state: State) -> bool:
     """Return whether a robot off the chargers has to go to one now: it waits, and has less charge
-    than its plan foresees, or the plan has ended; or the plan was made without regard to charge.
-    Such a plan is also examined again when an obstacle has been resolved."""
+    than its plan foresees, or the plan has ended; or the plan is ``blind``."""
     plan = state.plan
-    blind = plan is not None and not plan.charges
-    foreseen = () if plan is None or not team.charged else plan.foreseen
-    if blind and any(state.obstacles[k].state is Is.OVER for k in foreseen):
-        return True
     for i in team.charged:
         spare, robot = _spare(team, state, i), state.robots[i]
         if spare is None or not robot.idle or not robot.active:
             continue
-        if not blind and next_step(team, state, i) is not None:
+        if not blind(state) and next_step(team, state, i) is not None:
             continue
-        late = plan is None or blind or robot.charge < _foreseen(plan, state, i)
-        least = -_unit(team, i) if blind else -_slack(team, i)  # it still reaches a charger
+        late = plan is None or blind(state) or robot.charge < _foreseen(plan, state, i)
+        least = -_unit(team, i) if blind(state) else -_slack(team, i)  # it still gets to a charger
         if late and least <= spare <= EARLY:
             return True
     return False
+
+
+def blind(state: State) -> bool:
+    """Return whether the plan was made without regard to charge."""
+    return state.plan is not None and not state.plan.charges
 
 
 def _foreseen(plan: Plan, state: State, i: int) -> float:

@@ -30,8 +30,8 @@ def test_an_exhausted_search_names_the_robot_out_of_service(
     """Only an operator brings the robot back, whatever plan another search would find."""
     plan = Answers.plan
 
-    def spent(answers: Answers, floor: Any, *about: Any) -> Any:
-        return plan(answers, floor, *about) if 0 in floor.robots else None
+    def spent(answers: Answers, floor: Any, *about: Any, **how: Any) -> Any:
+        return plan(answers, floor, *about, **how) if 0 in floor.robots else None
 
     monkeypatch.setattr(Answers, "plan", spent)
     ring = case("failures/ring")

@@ -57,7 +57,8 @@ class Question(Struct, eq=False):
 class Answers:
     """``check`` raises if the run must end; ``busy``: the run's own thread computes an answer, so
     that an exception may end it. ``background``: whether answers come from threads. ``count`` and
-    ``seconds``: the cost of the syntheses."""
+    ``seconds``: the cost of the syntheses. ``examined``: the number of resolved obstacles when a
+    better plan was last asked for."""
 
     def __init__(
         self,
@@ -72,6 +73,7 @@ class Answers:
         self._awaited = self.background = self.busy = False
         self._recent: dict[Hashable, Any] = {}
         self._vain = set[Hashable]()
+        self.examined = 0
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
@@ -92,16 +94,26 @@ class Answers:
         return found
 
     def plan(
-        self, floor: Floor, joint: Joint, served: tuple[int, ...], state: State
+        self,
+        floor: Floor,
+        joint: Joint,
+        served: tuple[int, ...],
+        state: State,
+        *,
+        better: bool = False,
     ) -> Found | Deadlock | Unserved | None:
         """Return the joint plan for the remaining mission, or the reason why there is none.
-        ``state``: of the team, with its charges."""
+        ``state``: of the team, with its charges; ``better``: only one for which these suffice."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         key = floor.team, *about, floor.helping, floor.laden, joint, served, len(state.over)
         plain, charged = _searches(floor, joint, served, state)
         if charged is None:
             return self._ask(key, plain)
         with_charges = *key, charges_now(floor.team, state), state.time
+        if better:
+            found = self._ask(with_charges, charged)
+            self.examined = len(state.over)
+            return found
         if len(floor.robots) > FEW:
             return self._ask(with_charges, charged) or self._ask(key, plain)
         found = self._ask(key, plain)

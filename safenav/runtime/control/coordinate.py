@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock, Found, Unserved, lost
-from safenav.plan.order import at_end, awaited, joint_now, starving, stuck
+from safenav.plan.order import at_end, awaited, blind, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role, Roles
@@ -254,10 +254,12 @@ class Decision:
             return None
         helped = _helped(team, control)
         goes_on = not is_complete(team, state, control)
-        starves = goes_on and starving(team, state)
+        unseen = bool(team.charged) and blind(state) and len(state.over) > answers.examined
+        starves = goes_on and (unseen or starving(team, state))
         acts = any(state.robots[i].acting is not None for i in team.sharing)
         over = state.plan is None or (at_end(state, team.sharing) and not acts)
-        if not starves and not over and not stuck(team, state, helped):
+        ends_ = over or stuck(team, state, helped)
+        if not starves and not ends_:
             return None
         sharing = driven(team, state)
         if not sharing:
@@ -288,7 +290,10 @@ class Decision:
             only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
             floor = replace(floor, barred=floor.barred | only)
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        answer = answers.plan(floor, joint, served, state)
+        better = blind(state) and not ends_
+        answer = answers.plan(floor, joint, served, state, better=better)
+        if better and not isinstance(answer, Found):
+            return None  # it follows the plan that it has
         brings = replace(floor, rounds=(0,) * len(team.members))
         if answer is None and served:
             # The search took too long. The mission may not need requests of robots; an order may
