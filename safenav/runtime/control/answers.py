@@ -58,7 +58,7 @@ class Answers:
     """``check`` raises if the run must end; ``busy``: the run's own thread computes an answer, so
     that an exception may end it. ``background``: whether answers come from threads. ``count`` and
     ``seconds``: the cost of the syntheses. ``examined``: the number of resolved obstacles when a
-    better plan was last asked for."""
+    plan was last asked for; ``kept``: the plan for which there was no better one."""
 
     def __init__(
         self,
@@ -73,7 +73,7 @@ class Answers:
         self._awaited = self.background = self.busy = False
         self._recent: dict[Hashable, Any] = {}
         self._vain = set[Hashable]()
-        self.examined = 0
+        self.examined, self.kept = 0, cast("Plan | None", None)
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
@@ -111,9 +111,7 @@ class Answers:
             return self._ask(key, plain)
         with_charges = *key, charges_now(floor.team, state), state.time
         if better:
-            found = self._ask(with_charges, charged)
-            self.examined = len(state.over)
-            return found
+            return self._ask(with_charges, charged)
         if len(floor.robots) > FEW:
             return self._ask(with_charges, charged) or self._ask(key, plain)
         found = self._ask(key, plain)

@@ -255,7 +255,8 @@ class Decision:
         helped = _helped(team, control)
         goes_on = not is_complete(team, state, control)
         unseen = bool(team.charged) and blind(state) and len(state.over) > answers.examined
-        starves = goes_on and (unseen or starving(team, state))
+        kept = state.plan is not None and state.plan is answers.kept
+        starves = goes_on and (unseen or (not kept and starving(team, state)))
         acts = any(state.robots[i].acting is not None for i in team.sharing)
         over = state.plan is None or (at_end(state, team.sharing) and not acts)
         ends_ = over or stuck(team, state, helped)
@@ -292,7 +293,9 @@ class Decision:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
         better = blind(state) and not ends_
         answer = answers.plan(floor, joint, served, state, better=better)
+        answers.examined = len(state.over)
         if better and not isinstance(answer, Found):
+            answers.kept = state.plan
             return None  # it follows the plan that it has
         brings = replace(floor, rounds=(0,) * len(team.members))
         if answer is None and served:
