@@ -38,6 +38,7 @@ class Browser:
         for argument in ("--headless=new", "--no-sandbox", "--hide-scrollbars", *software):
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        options.unhandled_prompt_behavior = "ignore"  # a question stays until it is answered
         self.driver = webdriver.Chrome(options=options, service=Service(driver))
         # Without it a page loses its focus for a while after a dialog of the browser.
         self.driver.execute_cdp_cmd("Emulation.setFocusEmulationEnabled", {"enabled": True})

@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 
-from selenium.common.exceptions import NoAlertPresentException
+from selenium.common.exceptions import NoAlertPresentException, UnexpectedAlertPresentException
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.alert import Alert
 
@@ -122,6 +122,8 @@ class Board(Page):
         if typed is not None:
             found[0].send_keys(typed)
         found[0].accept() if accept else found[0].dismiss()
-        # The question may have come before the keys were released that led to it.
-        ActionChains(self.browser.driver).reset_actions()
+        # The question may have come before the keys were released that led to it. If the next one
+        # is already there, they are released after that.
+        with suppress(UnexpectedAlertPresentException):
+            ActionChains(self.browser.driver).reset_actions()
         return said
