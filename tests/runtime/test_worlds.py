@@ -408,6 +408,22 @@ def test_a_run_continues_although_an_obsolete_synthesis_never_ends(tmp_path: Pat
     assert run.outcome["outcome"] == "completed" and not run.findings
 
 
+def test_a_team_with_batteries_gets_its_next_plan_while_the_charges_change() -> None:
+    """An order ends the first plan; the robots wait off the chargers until there is another one."""
+
+    class Running(Clocked):
+        pauses = False
+
+        def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
+            sleep(0.005)
+            return self.simulation.wait(timeout)
+
+    text = case("energy/charges_until_the_next_order").replace("stay: 1", "stay: 0.01")
+    scenario, run = loaded(f"{text}clock: live\nlimits: {{seconds: 900}}\n"), Run()
+    Mission(scenario, world=Running(scenario), listeners=[run]).run()
+    assert run.outcome["outcome"] == "completed" and not run.findings
+
+
 def test_a_run_that_is_completed_waits_for_no_strategy() -> None:
     """The cart has done its round, and is to go around a gate that appears before it, while the
     synthesizer is kept from answering; the bee does its own meanwhile."""

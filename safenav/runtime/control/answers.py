@@ -73,7 +73,8 @@ class Answers:
         self._awaited = self.background = self.busy = False
         self._recent: dict[Hashable, Any] = {}
         self._vain = set[Hashable]()
-        self.examined, self.kept = 0, cast("Plan | None", None)
+        self.examined = 0
+        self.kept: Plan | None = None
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
@@ -109,15 +110,19 @@ class Answers:
         plain, charged = _searches(floor, joint, served, state)
         if charged is None:
             return self._ask(key, plain)
-        with_charges = *key, charges_now(floor.team, state), state.time
-        if better:
-            return self._ask(with_charges, charged)
-        if len(floor.robots) > FEW:
-            return self._ask(with_charges, charged) or self._ask(key, plain)
-        found = self._ask(key, plain)
-        if isinstance(found, Deadlock | Unserved):
-            return found  # impossible with any charge: the proof is quick
-        return self._ask(with_charges, charged) or found
+        found = None
+        if not better and len(floor.robots) <= FEW:
+            found = self._ask(key, plain)
+            if isinstance(found, Deadlock | Unserved):
+                return found  # impossible with any charge: the proof is quick
+        # Beside a running clock the charges change while their question is open, though the robots
+        # stand. Its plan is followed once: the next one is for the charges of that time.
+        about_charges = () if self.background else (charges_now(floor.team, state), state.time)
+        with_charges = *key, "charges", *about_charges
+        if (lasting := self._ask(with_charges, charged)) is not None:
+            self._questions.pop(with_charges, None)
+            return lasting
+        return found if better or found else self._ask(key, plain)
 
     def more(self, floor: Floor, joint: Joint, state: State) -> Plan | None:
         """Return a plan for rounds beyond the mission, if the charges suffice for one. The search

@@ -57,6 +57,8 @@ def propose(run: Situation, i: int) -> Proposal:
         return Proposal(back, "backtrack") if free else stay
     if not team.members[i].planned:
         return successor(run, i) or stay
+    if run.control.thinks:
+        return stay  # the next plan begins where the robots are
     pose = next_step(team, state, i)
     if pose is None or not _is_kept(run, i, pose):
         return stay

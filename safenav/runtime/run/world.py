@@ -97,8 +97,13 @@ class World:
         if self.live:
             if self.truth is not None:
                 self.truth.excuse(run.state.robots)
-            here = replace(run.state, time=0)
-            places = tuple((robot.pose, robot.to, robot.acting) for robot in here.robots)
+            robots = (
+                run.state.robots
+            )  # their charges matter when one of them ends a wait: see ``due``
+            if run.team.charged:
+                robots = tuple(replace(robot, charge=0) for robot in robots)
+            here = replace(run.state, time=0, robots=robots)
+            places = tuple((robot.pose, robot.to, robot.acting) for robot in robots)
             if (stands := (places, run.control.controllers)) != self._stands:
                 self._stands, self._stood = stands, []
             news = here not in self._stood
