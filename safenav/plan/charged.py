@@ -289,9 +289,8 @@ def raced(
     searches: Sequence[ChargedSearch], work: int, goes_on: Callable[[Joint], bool]
 ) -> Course | None:
     """Return the plan that ends first of searches with so much work each, after which the team
-    ``goes_on``. They take turns until one
-    turn after the first plan: where one of them finds nothing, it costs as much as the others at
-    most."""
+    ``goes_on``. They take turns until one turn after the first plan: where one of them finds
+    nothing, it costs as much as the others at most."""
     left, found, turn, until = [*searches], list[Course](), 0, ROUNDS
     while turn < until:
         turn += 1

@@ -338,11 +338,13 @@ def _back(
             if came:
                 pose = next(bits(came))
                 break
-            if passed and vias[passed - 1][2] and cells[t - 1][passed - 1] >> pose & 1:
-                passed -= 1  # a tick of a stop
-                break
+            assert passed, "the cell was reached from another"
             via, _, stop = vias[passed - 1]
-            assert passed and not stop and via >> pose & 1, "the cell was reached from another"
+            assert via >> pose & 1, "the cell was reached from another"
+            if stop:
+                passed -= 1  # the tick of the stop
+                assert cells[t - 1][passed] >> pose & 1, "it stood there"
+                break
         k, t = passed, t - 1
         way.append(pose)
     return way[::-1]

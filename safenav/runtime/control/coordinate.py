@@ -259,8 +259,8 @@ class Decision:
         starves = goes_on and (unseen or (not kept and starving(team, state)))
         acts = any(state.robots[i].acting is not None for i in team.sharing)
         over = state.plan is None or (at_end(state, team.sharing) and not acts)
-        ends_ = over or stuck(team, state, helped)
-        if not starves and not ends_:
+        due = over or stuck(team, state, helped)
+        if not starves and not due:
             return None
         sharing = driven(team, state)
         if not sharing:
@@ -291,7 +291,7 @@ class Decision:
             only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
             floor = replace(floor, barred=floor.barred | only)
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        better = blind(state) and not ends_
+        better = blind(state) and not due
         answer = answers.plan(floor, joint, served, state, better=better)
         answers.examined = len(state.over)
         if better and not isinstance(answer, Found):
