@@ -97,10 +97,8 @@ class World:
         if self.live:
             if self.truth is not None:
                 self.truth.excuse(run.state.robots)
-            robots = (
-                run.state.robots
-            )  # their charges matter when one of them ends a wait: see ``due``
-            if run.team.charged:
+            robots = run.state.robots
+            if run.team.charged:  # a charge matters when it ends a wait: see ``due``
                 robots = tuple(replace(robot, charge=0) for robot in robots)
             here = replace(run.state, time=0, robots=robots)
             places = tuple((robot.pose, robot.to, robot.acting) for robot in robots)
