@@ -22,7 +22,7 @@ def listed(e: Line, s: State) -> Iterator[str]:
 def timetable(e: Line, s: State) -> Iterator[str]:
     """Obstacles appear, disappear and are ordered by the scenario, by a user, or by a world that is
     not simulated. No obstacle that a scenario or a user adds appears where a robot is. Their truths
-    change only as they appear."""
+    change only when they appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         new = e.cause == "user" and one.since == e.tick
@@ -57,9 +57,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
-    """Inputs change as the scenario lists, or by a user. Robots get other objectives, and leave or
-    return to service, as the scenario lists, by a user, as an input changes, or in a world that is
-    not simulated."""
+    """Inputs change as the scenario lists, or by a user. Objectives and service of robots change as
+    the scenario lists, by a user, with an input, or in a world that is not simulated."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
@@ -193,7 +192,7 @@ def later_change(e: Line, s: State) -> float | None:
 
 @rule("move", "depart", "outcome")
 def obeys_inputs(e: Line, s: State) -> Iterator[str]:
-    """A robot that moves, and each in a completed run, has the objective that the inputs give
+    """A robot that moves, and each robot of a completed run, has the objective that the inputs give
     it."""
     for name in s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None):
         robot = s.robots[name]
@@ -240,8 +239,8 @@ def memory(e: Line, s: State) -> Iterator[str]:
 @rule("duty", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
-    that blocks it, on which it can act, or that brings its battery. Its strategy is for the
-    objective that it has."""
+    that blocks the robot, on which the robot can act, or whose resolution brings its battery. Its
+    strategy is for the objective that it has."""
     every = [x for x in s.obstacles.values() if x.open and x.known]
     busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
     busy |= {s.flat[x.name] for x in every if x.name in s.flat}

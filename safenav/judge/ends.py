@@ -64,7 +64,7 @@ def time(e: Line, s: State) -> Iterator[str]:
 def goal(e: Line, s: State) -> Iterator[str]:
     """A robot that meets a target is in its region, and not lost. The goals of formulas are met by
     its last step, or by staying, with some possible memory. In lockstep, a step meets each goal
-    once, and of goals in turn only one."""
+    once, and only one of several goals in turn."""
     robot = s.robots[e.robot]
     own, given, here = robot.own, robot.given, robot.pose[0]
     fits = counts(e, robot, s.live)
@@ -91,7 +91,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
     can meet it. An obstacle is excused once it need not be resolved, a round if the robot pursued
-    something else in it or the one before."""
+    something else in it or in the previous round."""
     due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
@@ -119,8 +119,8 @@ def _is_excused(of: str, s: State) -> bool:
 
 @rule("outcome")
 def deadlines(e: Line, s: State) -> Iterator[str]:
-    """The outcome lists each missed deadline, and no other; the deadline of the mission is kept as
-    it is completed."""
+    """The outcome lists exactly the missed deadlines; the deadline of the mission is kept when the
+    mission is completed."""
     late, missed = {*(e.late or ())}, s.missed | s.overdue(e.tick)
     if forgotten := (missed if e.outcome == "completed" else s.missed) - late:
         yield f"the deadline of {', '.join(sorted(forgotten))} was missed, which is not listed"
@@ -139,8 +139,8 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as the scenario requires since the
     last resolution, and each robot with a last target is there. A live run states the rounds of a
-    stay there. It has no cause to fail. A run ends at a limit when it reaches it, not earlier or
-    later."""
+    stay there. A completed run states no cause of failure. A run ends at a limit exactly when it
+    reaches the limit."""
     wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)
@@ -194,8 +194,9 @@ def end(e: Line, s: State) -> Iterator[str]:
 
 @rule("assumption", "outcome", "waiting")
 def assumption(e: Line, s: State) -> Iterator[str]:
-    """A run that ends or waits because other robots have violated an assumption records that: one
-    that the robot's strategy observes has moved by more than a step, or was put elsewhere."""
+    """A run that ends or waits because other robots have violated an assumption records the
+    violation. In a violation, a robot that the strategy observes has moved by more than a step, or
+    was put elsewhere."""
     observed = s.robots[e.robot].observes.items() if e.kind == "assumption" else ()
     if e.kind == "assumption" and not any(s.robots[name].jumps > n for name, n in observed):
         yield f"no robot that the strategy of {e.robot} observes was moved farther than a step"
@@ -206,7 +207,7 @@ def assumption(e: Line, s: State) -> Iterator[str]:
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission, and the
-    scenario changes nothing more. If the run waits for a change, the scenario has one."""
+    scenario changes nothing more. If the run waits for a change, the scenario lists it."""
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"

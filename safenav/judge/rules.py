@@ -78,8 +78,8 @@ def placed(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
     """A robot stays or steps to a free neighbouring region, with a heading never backwards. A step
-    ends where it leads or, interrupted in a live run, where it began. Only in a world of the
-    user's may it fail, or end elsewhere."""
+    ends where it leads or, interrupted in a live run, where it began. Only in a world of the user's
+    may a step fail, or end elsewhere."""
     robot, step = s.robots[e.robot], s.step(e)
     side, bound = s.world.side(step.start, step.to), robot.bound
     if (e.result == "lost") is not bool(e.regions):
@@ -159,7 +159,8 @@ def never_together(e: Line, s: State) -> Iterator[str]:
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
     entering. Either the obstacle is resolved in that turn, or the robot returns to the region that
-    it came from. If it appears around a robot (external worlds), that robot leaves anywhere."""
+    it came from. If an obstacle appears around a robot (external worlds), the robot leaves on any
+    side."""
     robot, step = s.robots[e.robot], s.step(e)
     entered = step.holds - robot.holds
     if not entered or (step.strays and s.external):
@@ -211,9 +212,9 @@ def service(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
-    """No robot takes a step for which its charge does not suffice. In lockstep, one whose charge is
-    used up is out of service in its turn. A battery is replaced only as the obstacle is resolved or
-    gone that appeared when it was used up."""
+    """No robot takes a step for which its charge does not suffice. In lockstep, a robot whose
+    charge is used up is out of service in its turn. Its battery is replaced only when the obstacle
+    that then appeared is resolved or gone."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         if e.active and e.cause == "battery" and not robot.filled:
@@ -262,8 +263,8 @@ def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
 
 @rule("move", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world in lockstep, a robot does its part of a need in each turn in its regions
-    (if together, when enough are there), unless that takes a load."""
+    """In a simulated world in lockstep, a robot in the regions of a need does its part in each turn
+    (if together, once enough robots are there), unless the need takes a load."""
     names = s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None)
     for one in s.obstacles.values() if not (s.live or s.external) else ():
         for name in names if one.open and one.rest.left and not one.rest.takes() else ():
@@ -277,7 +278,7 @@ def done(e: Line, s: State) -> Iterator[str]:
 @rule("violation", "request")
 def encounter(e: Line, s: State) -> Iterator[str]:
     """A robot encounters an obstacle that blocks it, in or beside its region; in a simulated world
-    it is present. Only known ones are requested."""
+    the obstacle is present. Only known obstacles are requested."""
     one = s.obstacles[e.obstacle]
     if e.kind != "violation":
         if not (one.open and one.known):
