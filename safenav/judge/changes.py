@@ -21,8 +21,8 @@ def listed(e: Line, s: State) -> Iterator[str]:
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
     """Obstacles appear, disappear and are ordered by the scenario, by a user, or by a world that is
-    not simulated. No obstacle that a scenario or a user adds appears where a robot is. Their truths
-    change only when they appear."""
+    not simulated. Obstacles of a scenario or a user never appear where a robot is. Truths of
+    obstacles change only when they appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         new = e.cause == "user" and one.since == e.tick
@@ -239,8 +239,8 @@ def memory(e: Line, s: State) -> Iterator[str]:
 @rule("duty", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
-    that blocks the robot, on which the robot can act, or whose resolution brings its battery. Its
-    strategy is for the objective that it has."""
+    that concerns it. The obstacle blocks the robot, needs its action, or represents its empty
+    battery. Its strategy is for the objective that it has."""
     every = [x for x in s.obstacles.values() if x.open and x.known]
     busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
     busy |= {s.flat[x.name] for x in every if x.name in s.flat}

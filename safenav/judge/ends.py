@@ -13,8 +13,8 @@ from safenav.judge.world import TooLargeError
 
 @rule("header")
 def header(_: Line, s: State) -> Iterator[str]:
-    """The scenario is consistent: free starts, robots in conflict at different ones, headings where
-    needed, batteries at most full, and types of one name that agree."""
+    """The scenario is consistent: free starts, different ones for robots in conflict, headings
+    where needed, batteries at most full, and one type per name."""
     for name, robot in s.robots.items():
         region = robot.pose[0]
         if region not in s.world.free:
@@ -137,10 +137,10 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
-    """In a completed run each objective has been met as often as the scenario requires since the
-    last resolution, and each robot with a last target is there. A live run states the rounds of a
-    stay there. A completed run states no cause of failure. A run ends at a limit exactly when it
-    reaches the limit."""
+    """In a completed run each objective has been met as often as required since the last
+    resolution, and each robot with a last target is there. A live run states the rounds of a stay
+    at a last target. A completed run states no cause of failure. A run ends at a limit exactly when
+    it reaches the limit."""
     wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)

@@ -177,7 +177,7 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart")
 def own_rules(e: Line, s: State) -> Iterator[str]:
-    """No robot enters a region that its own objective avoids, and each of its steps satisfies the
+    """No robot enters a region that its own objective avoids. Each of its steps satisfies the
     formulas of its `always` and of the `safety` of its `ltl`, with some possible memory. A literal
     patrol that no plan drives enters no target out of turn."""
     robot, step = s.robots[e.robot], s.step(e)
@@ -263,8 +263,8 @@ def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
 
 @rule("move", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world in lockstep, a robot in the regions of a need does its part in each turn
-    (if together, once enough robots are there), unless the need takes a load."""
+    """In a simulated world in lockstep, a robot in the regions of a need does its part in each
+    turn, unless the need takes a load. A need with `together` waits for enough robots."""
     names = s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None)
     for one in s.obstacles.values() if not (s.live or s.external) else ():
         for name in names if one.open and one.rest.left and not one.rest.takes() else ():
@@ -295,7 +295,7 @@ def encounter(e: Line, s: State) -> Iterator[str]:
 @rule("part", "resolved")
 def resolution(e: Line, s: State) -> Iterator[str]:
     """A present obstacle is resolved need by need, each by enough robots that have its action and
-    stand in its regions (simultaneously, if together). The last one reveals its truth."""
+    stand in its regions (simultaneously, if together). The last need reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
     # Needs that no robot attends to may have been fulfilled before.
