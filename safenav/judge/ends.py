@@ -13,7 +13,7 @@ from safenav.judge.world import TooLargeError
 
 @rule("header")
 def header(_: Line, s: State) -> Iterator[str]:
-    """The scenario is consistent: free starts, different ones for robots in conflict, headings
+    """The scenario is consistent: free starts, different starts for robots in conflict, headings
     where needed, batteries at most full, and one type per name."""
     for name, robot in s.robots.items():
         region = robot.pose[0]
@@ -206,8 +206,8 @@ def assumption(e: Line, s: State) -> Iterator[str]:
 
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
-    """A run that needs an operator proves that no sequence of moves completes the mission, and the
-    scenario changes nothing more. If the run waits for a change, the scenario lists it."""
+    """A run that needs an operator proves that no sequence of moves completes the mission. The
+    scenario then changes nothing more. If the run waits for a change, the scenario lists it."""
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
