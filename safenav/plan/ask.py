@@ -244,22 +244,24 @@ def _charged(
     )
     guide = _guide(floor, wanted)
     work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
-    tried, ready = list[ChargedSearch](), replace(floor, ready=floor.one_way)
-    legs, whole = how
+    tried, ready, (legs, whole) = list[ChargedSearch](), replace(floor, ready=True), how
+
+    def soon(on: Floor, start: Joint) -> bool:
+        search = _search(on, start, wanted, seed, check, LITTLE * len(floor.robots))
+        return not isinstance(search.run(), Exhausted | None)
 
     def goes_on(last: Joint) -> bool:  # those that cannot turn around may be in each other's way
         if not floor.one_way or (whole and floor.completed(last, wanted)):
             return True
         done = (floor.rounds_done(i, count) for i, count in enumerate(last.counts))
-        more = replace(floor, rounds=tuple(1 + each for each in done))
-        further = _search(more, last, wanted, seed, check, LITTLE * len(floor.robots))
-        return not isinstance(further.run(), Exhausted | None)
+        return soon(replace(floor, rounds=tuple(1 + each for each in done)), last)
 
+    careful = ready if floor.one_way and soon(ready, joint) else floor
     mixed = len({floor.team.step_ticks[i] for i in floor.robots}) > 1
     for lasting, begins in (True, late), (True, charges), (False, charges):
         if not lasting and legs and (leg := furthest(tried, goes_on)) is not None:
             return earlier(leg)
-        start, on = joint._replace(charges=begins), ready if lasting else floor
+        start, on = joint._replace(charges=begins), careful if lasting else floor
         # If a charger is near, short stops cost least; if it is far, few stops.
         ways = [(False, False), (False, True)] if begins is late else [(False, False)]
         ways += [(True, False), (True, True)] if begins is late and mixed else []

@@ -66,7 +66,6 @@ from safenav import (
     read_trace,
     resumption,
 )
-from safenav.scenario.model import Failures
 from support.damage import damage, find, fits, value
 
 Facts = dict[str, Any]
@@ -157,7 +156,8 @@ def staged(text: str, facts: Facts) -> Run:
     about = {key: facts.pop(key) for key in WRONG if key in facts}
     kind = facts.pop("world", "Faulty" if "faults" in about else None)
     scenario = loaded(text)
-    scenario = replace(scenario, failures=convert(facts.pop("failures", {}), Failures))
+    failures = convert(facts.pop("failures", {}), type(scenario.failures))
+    scenario = replace(scenario, failures=failures)
     for was, is_ in facts.pop("there", {}).items():
         assert was in text, was
         text = text.replace(was, is_)
