@@ -231,11 +231,10 @@ class Wording(Struct, frozen=True):
             return f"{asks}, but {help_}"
         return f"{asks}: {bids}; {help_}" if bids else f"{asks}: {help_}"
 
-    def _bid(self, bid: int | None) -> str:
+    def _bid(self, bid: float | None) -> str:
         if bid is None:
             return "cannot come"
-        # A live one counts ticks of the slowest step, whatever its seconds.
-        return f"bids {bid}" if self.live else f"needs {counted(bid, 'tick')}"
+        return f"needs {bid:.1f} s" if self.live else f"needs {counted(round(bid), 'tick')}"
 
     def _resolved(self, line: records.Resolved) -> str:
         text = f"{line.robot} at {self._at(line.at)} resolves {self.obstacle(line.obstacle)}"

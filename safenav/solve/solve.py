@@ -139,39 +139,49 @@ def _options(
     floor, stages = now.floor, now.stages
     need, then = floor.need(g, stages), replace(now, stages=floor.advanced(g, stages))
     places: dict[int, Mask] = {}
-    ticks: dict[int, int] = {}
+    times: dict[int, float] = {}
     for i in floor.able(g, stages):
         if there := now.spots(i, need.regions):
-            places[i], ticks[i] = there, 0 if origins is None else _ticks(g, i, there, now, origins)
+            places[i], times[i] = (
+                there,
+                0 if origins is None else time_of(g, i, there, now, origins),
+            )
     helps = dict(floor.helping)
     helping = helps.get(g, ())
-    elsewhere = {i for o in floor.open(stages) if o != g for i in helps.get(o, ())}
+    others = (o for o in floor.open(stages) if o != g and _attainable(o, helps.get(o, ()), now))
+    elsewhere = {i for o in others for i in helps[o]}
     elsewhere |= {i for step in before if step.g != g for i in step.group}
     back = {i: not now.sets[i] & ~then.reach(i, places[i]) for i in places}
     able = sorted(
-        places, key=lambda i: (not back[i], i in elsewhere, i not in helping, ticks[i], i)
+        places, key=lambda i: (not back[i], i in elsewhere, i not in helping, times[i], i)
     )
     commits, missing = floor.commits(g, stages), max(1, floor.missing(g, stages))
     for group in combinations(able, missing):
         if need.together and not fits(floor, group, places):
             continue
         lossless = all(back[i] for i in group) and not commits
-        strangers, slowest = sum(i not in helping for i in group), max(ticks[i] for i in group)
+        strangers, each = sum(i not in helping for i in group), [times[i] for i in group]
         busy = sum(i in elsewhere for i in group)
         yield (
-            (False, not lossless, g, busy, strangers, slowest, group),
+            (False, not lossless, g, busy, strangers, max(each), sum(each), group),
             Step(g, group, tuple(places[i] for i in group), lossless),
         )
         if lossless:
             return  # the first group is the best
     for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
-        yield ((True, not lossless, ticks[i], g, i), Step(g, (i,), (places[i],), lossless))
+        yield ((True, not lossless, times[i], g, i), Step(g, (i,), (places[i],), lossless))
 
 
-def _ticks(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> int:
-    """Return a robot's bid: ticks to the need's regions, and on to those of the needs that it must
-    meet next."""
+def _attainable(g: int, helpers: tuple[int, ...], now: Sets) -> bool:
+    """Return whether robots that help with an obstacle reach the regions of its next need."""
+    need = now.floor.need(g, now.stages) if helpers else None
+    return need is not None and all(now.spots(i, need.regions) for i in helpers)
+
+
+def time_of(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> float:
+    """Return a robot's bid: ticks, live seconds, to the need's regions, and on to those of the
+    needs that it must meet next."""
     floor, graph, allowed = now.floor, now.floor.graphs[i], now.floor.allowed(i, now.stages)
     steps = graph.steps_between(origins.sets[i], there, allowed) or 0
     needs, k = floor.gate(g).needs, now.stages[g].need + 1
@@ -179,7 +189,7 @@ def _ticks(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> int:
         goal = graph.poses_on(needs[k].regions)
         more = graph.steps_between(there, goal, allowed)
         steps, there, k = steps + (FAR if more is None else more), goal, k + 1
-    return steps * floor.team.members[i].ticks
+    return steps * floor.team.step_times[i]
 
 
 def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:

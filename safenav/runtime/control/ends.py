@@ -12,7 +12,7 @@ from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, walls_of
 from safenav.scenario.objective import Word, describe
 from safenav.solve import reasons
-from safenav.solve.solve import Sets, Settlement, Step, around, closure_of, dead_end, fits
+from safenav.solve.solve import Sets, Settlement, Step, around, closure_of, dead_end, fits, time_of
 from safenav.spec.task import Memory, Task
 from safenav.team import floor as floors
 from safenav.team.apply import done, stands
@@ -243,10 +243,11 @@ class Request:
         self.need = self.floor.need(self.g, self.stages)
         self.poses = tuple(robot.next for robot in state.robots)
 
-    def bids(self) -> dict[str, int | None]:
-        """Return the ticks in which each robot with the actions of the next need could be in its
-        regions; None without a path."""
-        floor, found = hopeful(self.team, self.state, given_up=False).floor, dict[str, int | None]()
+    def bids(self) -> dict[str, float | None]:
+        """Return the ticks, live seconds, in which each robot with the actions of the next need
+        could be in its regions; None without a path."""
+        floor = hopeful(self.team, self.state, given_up=False).floor
+        found, times = dict[str, float | None](), self.team.step_times
         for i in floor.skilled(self.g, self.stages):
             member, robot, graph = self.team.members[i], self.state.robots[i], floor.graphs[i]
             # Out of service, it still acts where it stands, but not in a live run.
@@ -254,7 +255,7 @@ class Request:
             allowed = floor.allowed(i, self.stages) if robot.active else here
             there = graph.poses_on(self.need.regions)
             steps = graph.steps_between(1 << robot.next, there & allowed, allowed)
-            found[member.name] = None if steps is None else steps * member.ticks
+            found[member.name] = None if steps is None else round(steps * times[i], 1)
         return found
 
     def why_nobody(self) -> str | None:
@@ -287,7 +288,7 @@ class Request:
         earlier = dict.fromkeys(step.g for step in self.found.plan if step.g != g)
         return f"first {listed(map(self._obstacle, earlier))} must be resolved" if earlier else None
 
-    def why_others(self, helpers: Sequence[int], bids: Mapping[str, int | None]) -> str | None:
+    def why_others(self, helpers: Sequence[int], bids: Mapping[str, float | None]) -> str | None:
         """Return the reasons why robots that fail, are out of service, or are nearer than the
         helpers do not help; None if the bids show it."""
         names = [self.team.members[i].name for i in helpers]
@@ -309,7 +310,7 @@ class Request:
                 why = "has no path to where it is put down"
             elif not self._returns(i):
                 why = "could not return from there"
-            elif self.need.chosen:
+            elif self._whole_bid(i) > max(map(self._whole_bid, helpers), default=0):
                 why = "has a longer way to the later needs"
             else:
                 continue
@@ -336,6 +337,10 @@ class Request:
             loads = [self._obstacle(g) for g in floor.open(self.stages) if i in taken[g]]
             parts.append(f"{self.team.members[i].name} carries {listed(loads)}")
         return "; ".join(sorted(parts)) or None
+
+    def _whole_bid(self, i: int) -> float:
+        now = Sets(self.floor, tuple(1 << pose for pose in self.poses), self.stages)
+        return time_of(self.g, i, now.spots(i, self.need.regions), now, now)
 
     def _spots(self, i: int) -> Mask:
         graph, allowed = self.floor.graphs[i], self.floor.allowed(i, self.stages)
