@@ -167,8 +167,8 @@ def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
     more, work = replace(floor, rounds=tuple(rounds)), LITTLE * len(floor.robots)
     while states is not None and not isinstance(states, Exhausted):
         moves = careful and not jammed(ready, states[-1])
-        every = chain([states], search.others(len(states)))
-        found.append(Found(shortened(ready if moves else floor, every, served)))
+        every, paced = chain([states], search.others(len(states))), search.paced(len(states))
+        found.append(Found(shortened(ready if moves else floor, every, served, paced)))
         if not careful or (moves and _goes_on(more, search.start, found[-1], 0, check, work)):
             return found[-1]
         if len(found) == TRIES:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from itertools import chain
+from itertools import chain, islice
 from random import Random
 
 from safenav.team.floor import Floor, Joint, Stages
@@ -22,7 +22,7 @@ Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 Goal = Callable[[Joint], bool]
 
 ORDERS = FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
-MANY, ROLLS, MOST_OF_A_ROLL = 60, 8, 2
+MANY, ROLLS, MOST_OF_A_ROLL, PACED, SLOWEST = 60, 8, 2, 4, 20
 FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
 FEWEST, SINGLES, PROOF, PROOF_TURN = 4, 4_000, 60_000, 2
 LEG, CHAIN, LEGS = 8, 4_000, 50
@@ -71,8 +71,10 @@ class Search:
         if self.goal(self.start):
             return [self.start]
         few, far = len(self.floor.robots) <= FEWEST, self._far()
-        if not self._turn and len(self.floor.robots) > MANY and (found := self._rolled()):
-            return found
+        if not self._turn and len(self.floor.robots) > MANY:
+            every = self._rolls([1] * len(self.start.poses), MOST_OF_A_ROLL * self.floor.team.size)
+            if (found := next(every, None)) is not None:
+                return found
         while self._turn < until and self.work > 0:
             turn, budget = self._turn, FIRST_BUDGET << self._turn
             self._turn += 1
@@ -103,28 +105,45 @@ class Search:
             found = self.deep(self.start, self.goal, most, how, self._order(how))
             yield from () if isinstance(found, Exhausted | None) else (found,)
 
-    def _rolled(self) -> list[Joint] | None:
-        """Search by lifelong PIBT, several times: the robot that has waited longest for a goal
-        chooses first; it never backtracks."""
+    def paced(self, length: int) -> Iterator[list[Joint]]:
+        """Yield plans in which fast robots do not wait for the steps of slow ones, beside one of
+        that ``length``."""
+        times, most = self.floor.team.step_times, PACED * length
+        least = min(times[i] for i in self.floor.robots)
+        periods = [min(SLOWEST, round(each / least)) for each in times]
+        if max(periods[i] for i in self.floor.robots) > 1:
+            yield from islice(self._rolls(periods, most), TRIES)
+
+    def _rolls(self, periods: Sequence[int], most: int) -> Iterator[list[Joint]]:
+        """Yield plans of at most so many states by lifelong PIBT: the robot that has waited longest
+        for a goal chooses first; it never backtracks. A robot steps at the ends of its ``periods``
+        only."""
         robots = self.floor.robots
         for _ in range(ROLLS):
             states, rank = [self.start], {i: self.random.random() for i in robots}
-            while len(states) < MOST_OF_A_ROLL * self.floor.team.size and self.work > 0:
-                joint = states[-1]
+            tick = stood = 0
+            while len(states) < most and self.work > 0:
+                joint, tick = states[-1], tick + 1
                 fields = self.fields(joint)
                 for i in robots:
                     wants = _misses(fields[i], joint.poses[i])
                     rank[i] = rank[i] + 1 if wants else rank[i] % 1
                 self.work -= len(robots)
-                poses = self._propose(joint, fields, sorted(robots, key=lambda i: -rank[i]))
-                if poses is None or poses == joint.poses:  # a standstill
+                order = sorted(robots, key=lambda i: -rank[i])
+                still = [(i, joint.poses[i]) for i in robots if tick % periods[i]]
+                poses = self._propose(joint, fields, order, still)
+                if poses is None or poses == joint.poses:
+                    stood += 1
+                    if stood < max(periods):
+                        continue
                     poses = self._aside(joint)
                 if poses is None or (after := self._reached(joint, poses)) is None:
                     break
+                stood = 0
                 states.append(after)
                 if self.goal(after):
-                    return states
-        return None
+                    yield states
+                    break
 
     def _aside(self, joint: Joint) -> tuple[int, ...] | None:
         """Return the next poses if a random half of the robots only tries to leave its own
@@ -204,8 +223,8 @@ class Search:
             fields = [field if i == first else None for i, field in enumerate(fields)]
         if how is not STATIC:
             order = sorted(order, key=lambda i: _distance(fields[i], poses[i]), reverse=True)
-        forced = ((i, pose) for i in order for pose in self._forced(joint, i))
-        for one in chain((None,), forced):
+        forced = (((i, pose),) for i in order for pose in self._forced(joint, i))
+        for one in chain(((),), forced):
             self.work -= len(order)
             found = self._propose(joint, fields, order, one)
             if found is not None and (after := self._reached(joint, found)) is not None:
@@ -379,10 +398,10 @@ class Proposals:
         joint: Joint,
         fields: Sequence[Field],
         order: Sequence[int],
-        forced: tuple[int, int] | None = None,
+        forced: Sequence[tuple[int, int]] = (),
     ) -> tuple[int, ...] | None:
         """Return the next poses; None if a robot can neither move nor stay. ``order``: the robots
-        in the order of their choices; ``forced``: a robot that must take a pose."""
+        in the order of their choices; ``forced``: the poses that robots must take."""
         if joint is not self._joint or order is not self._order:  # else another forced pose
             self._joint, self._order, self._poses = joint, order, joint.poses
             self._now: dict[int, list[int]] = {}
@@ -394,8 +413,9 @@ class Proposals:
         self._fields = fields
         self._next: dict[int, int] = {}
         self._entered: dict[int, list[int]] = {}
-        if forced is not None and not self._place(forced[0], frozenset(), (forced[1],)):
-            return None
+        for i, pose in forced:
+            if i not in self._next and not self._place(i, frozenset(), (pose,)):
+                return None
         for i in order:
             if i not in self._next and not self._place(i, frozenset(), None):
                 return None
