@@ -92,9 +92,10 @@ class ChargedSearch(Search):
     def courses(self, states: list[Joint], spent: int) -> Iterator[Course]:
         """Yield the executions of these states and of those of further searches; ``spent``: the
         work for the first."""
-        enough = self.work - max(BETTER, spent)
         known = [states]
-        yield from self.course(states)
+        for each in (states, *(self.paced(len(states)) if self.brisk else ())):
+            yield from self.course(each)
+        enough = self.work - max(BETTER, spent)
         for how in islice(cycle(ORDERS), TRIES):
             if len(states) == 1 or self.work < enough:
                 break
@@ -299,7 +300,7 @@ def raced(
                 left.remove(search)
                 found += search.courses(answer, work - search.work)
                 until = min(until, turn + 1) if found else until
-    ends = sorted(found, key=lambda course: course.end)
+    ends = sorted(found, key=lambda course: course.cost)
     return next((course for course in ends[:LEGS] if goes_on(course.states[-1])), None)
 
 

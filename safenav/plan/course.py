@@ -23,6 +23,8 @@ AMPLE = 0.25
 """Part of the capacity that each robot has left at the end of a plan for a part of the mission, if
 possible: others may use the chargers first. Robots also leave chargers with so much more than they
 need: in a lab they are late."""
+MEAN = 0.1
+"""The weight of the mean time of all robots beside that of the last one."""
 
 
 Leaves = Callable[[int, int, float, float], float]
@@ -69,6 +71,12 @@ def timed(
     return arrives
 
 
+def cost(floor: Floor, ends: Sequence[float]) -> float:
+    """Return the time of the last robot; for different speeds, the mean one counts a little."""
+    mixed = len({floor.team.step_times[i] for i in floor.robots}) > 1
+    return max(ends) + (MEAN * sum(ends) / len(ends) if mixed else 0)
+
+
 class Course:
     """An execution of a plan in which a robot leaves chargers with at least the charges ``least``
     (robot and place), and no earlier than ``since``. ``failed``: the robots whose charge does not
@@ -90,7 +98,8 @@ class Course:
         self.waits = dict[tuple[int, int], float]()
         self.failed, acts = set[int](), team.act_times if team.live else ()
         self.arrives = timed(floor, plan, states, team.step_times, self._leaves, acts)
-        self.end = max(each[-1] for each in self.arrives)
+        ends = [each[-1] for each in self.arrives]
+        self.end, self.cost = max(ends), cost(floor, ends)
         for i, energy in self.energies.items():
             waits, pose = self.end - self.arrives[i][-1], states[-1].poses[i]
             self.charges[i] = _stayed(energy, self.charges[i], pose, waits)
@@ -176,7 +185,7 @@ def course_of(floor: Floor, states: Sequence[Joint], *, exact: bool) -> Course |
         tick += _duration(floor.team.step_times, before, joint)
     best, course, later = None, Course(floor, states, plan, planned), dict[tuple[int, int], float]()
     for _ in range(COURSES):
-        if not course.failed and (best is None or course.end < best.end):
+        if not course.failed and (best is None or course.cost < best.cost):
             best = course
         least = {}
         for key, need, ready in course.needs():

@@ -9,7 +9,7 @@ from math import inf
 from typing import NamedTuple
 
 from safenav.components import reached
-from safenav.plan.course import Course, course_of, timed
+from safenav.plan.course import Course, cost, course_of, timed
 from safenav.plan.order import plan_of, preview
 from safenav.plan.search import FEWEST, completes
 from safenav.team.floor import Floor, Joint
@@ -17,8 +17,6 @@ from safenav.team.state import Plan
 from safenav.world.poses import Mask, bits, region_mask
 
 REPEATS = 4
-MEAN = 0.1
-"""The weight of the mean time of all robots beside that of the last one."""
 FEW, LITTLE = 12, 0.02
 """More than ``FEW`` robots end with the first round that saves only a ``LITTLE`` of the ticks."""
 MOST_CELLS = 40_000
@@ -172,7 +170,7 @@ def earlier(course: Course) -> Course:
         for group in (order, *([i] for i in order)):
             ways = _rerouted(course.floor, course.states, group, course)
             found = None if ways is None else _recharged(course, ways)
-            if found is not None and found.end < course.end:
+            if found is not None and found.cost < course.cost:
                 course = found
                 break
         else:
@@ -252,14 +250,12 @@ def _times(floor: Floor) -> Sequence[float]:
 
 
 def _time(floor: Floor, plan: Plan, ticks: Sequence[Joint]) -> float:
-    """Return the time of the execution of a plan, without that of actions; for different speeds, the
-    mean one of all robots counts a little. ``ticks``: its joint states if each step takes one
-    tick."""
+    """Return the cost of the execution of a plan, without that of actions. ``ticks``: its joint
+    states if each step takes one tick."""
     times = _times(floor)
     if {*times} == {1}:
         return len(ticks)
-    ends = [each[-1] for each in timed(floor, plan, ticks, times)]
-    return max(ends) + MEAN * sum(ends) / len(ends)
+    return cost(floor, [each[-1] for each in timed(floor, plan, ticks, times)])
 
 
 def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
