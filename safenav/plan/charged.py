@@ -92,10 +92,9 @@ class ChargedSearch(Search):
     def courses(self, states: list[Joint], spent: int) -> Iterator[Course]:
         """Yield the executions of these states and of those of further searches; ``spent``: the
         work for the first."""
-        known = [states]
-        for each in (states, *(self.paced(len(states)) if self.brisk else ())):
-            yield from self.course(each)
         enough = self.work - max(BETTER, spent)
+        known = [states]
+        yield from self.course(states)
         for how in islice(cycle(ORDERS), TRIES):
             if len(states) == 1 or self.work < enough:
                 break
@@ -104,6 +103,8 @@ class ChargedSearch(Search):
             if found is not None and found not in known:
                 known.append(found)
                 yield from self.course(found)
+        for each in self.paced(len(states)) if self.brisk else ():
+            yield from self.course(each)
 
     def course(self, states: Sequence[Joint]) -> Iterator[Course]:
         """Yield the execution of these states, if the charges suffice for it."""

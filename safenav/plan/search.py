@@ -108,7 +108,7 @@ class Search:
     def paced(self, length: int) -> Iterator[list[Joint]]:
         """Yield plans in which fast robots do not wait for the steps of slow ones, beside one of
         that ``length``."""
-        times, most = self.floor.team.step_times, PACED * length
+        times, most, self.work = self.floor.team.step_times, PACED * length, EXTRA
         least = min(times[i] for i in self.floor.robots)
         periods = [min(SLOWEST, round(each / least)) for each in times]
         if max(periods[i] for i in self.floor.robots) > 1:

@@ -42,14 +42,10 @@ def shortened(
     served: frozenset[int],
     paced: Iterable[Sequence[Joint]] = (),
 ) -> Plan:
-    """Return the plan of the first of these states, or the best one of others that are ``paced``,
-    with fewer ticks and steps if these are found soon. While robots hinder each other much in it,
-    the plans of the next states are tried, until a few of them are not better."""
+    """Return the plan of the first of these states, with fewer ticks and steps if these are found
+    soon. While robots hinder each other much in it, the plans of the next states are tried, until a
+    few of them are not better; then the best one of others that are ``paced``."""
     best = _shortened(floor, next(answers := iter(answers)), served)
-    drafts = (_shown(floor, each[0], [one.poses for one in each], served) for each in paced)
-    quick = min(drafts, key=lambda draft: draft.cost, default=best)
-    if quick.cost[0] < MUCH * best.cost[0] and quick is not best:
-        best = min(best, _shortened(floor, quick.ticks, served), key=lambda draft: draft.cost)
     vain = 0
     while vain < PATIENCE and (not best.ticks or _hindered(floor, best)):
         states = next(answers, None)
@@ -59,6 +55,10 @@ def shortened(
         vain += 1
         if other.cost < best.cost:
             best, vain = other, 0
+    drafts = (_shown(floor, each[0], [one.poses for one in each], served) for each in paced)
+    quick = min(drafts, key=lambda draft: draft.cost, default=best)
+    if quick.cost[0] < MUCH * best.cost[0] and quick is not best:
+        best = min(best, _shortened(floor, quick.ticks, served), key=lambda draft: draft.cost)
     return best.plan
 
 
