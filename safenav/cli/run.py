@@ -41,7 +41,7 @@ RUN_EXAMPLES = """\
   safenav run lab.yaml --clock live              # robots move at the same time
   echo give_up | safenav run lab.yaml --clock live --operator
 """
-AS_EXPECTED = "the run ended as the scenario expects (without 'expect': completed)"
+AS_EXPECTED = "the run ended as the scenario expects (without 'expect': completed in time)"
 NOT_AS_EXPECTED = "operator needed, unrealizable, or not as expected"
 
 

@@ -278,7 +278,9 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
     if result.outcome is Outcome.COMPLETED:
         good = click.style("realizable", fg="green")
         done = f"the run is completed after {_time(result.ticks, result.makespan)}"
-        yield f"every robot is {good}, and {done}: nothing to explain"
+        late = listed(obstacle_words(name, word) for name in result.late or ())
+        why = f"; missed deadlines: {late}" if result.late else ": nothing to explain"
+        yield f"every robot is {good}, and {done}{why}"
         return
     ended = click.style(result.outcome.value.replace("_", " "), fg="red", bold=True)
     if result.outcome is not Outcome.OPERATOR_NEEDED:

@@ -34,6 +34,7 @@ from safenav.team.acts import noticed
 from safenav.team.apply import apply, on_own
 from safenav.team.team import Team, assigned, based, introduced
 from safenav.trace.records import Act, Depart, Synthesis
+from safenav.trace.words import listed, obstacle_words
 
 Action = Iterator[now.Event]
 """The results of an action; each one applies before the next one is read."""
@@ -334,7 +335,9 @@ class Run(Situation):
         """Return the end of the run, if it has ended."""
         state, end, ledger = self.state, self.control.end, self.recorder.ledger
         if ledger.stops:
-            return End("late", f"a deadline was missed: {' and '.join(ledger.missed or ())}")
+            word = self.team.world.word
+            missed = listed(obstacle_words(name, word) for name in ledger.missed or ())
+            return End("late", f"a deadline was missed: {missed}")
         if self.is_complete():
             return completed(self.team, state, self.control.found)
         under_way = self.acts() or self.arrives()

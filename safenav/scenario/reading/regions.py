@@ -229,7 +229,8 @@ class Reading(Findings):
                 return each.name
         if self.flat is not None and kind == self.flat.name and region is not None:
             return f"{kind}@{region}"
-        names = [obstacle.name for obstacle in self.obstacles]
+        word, every = self.world.word, self.obstacles
+        names = [o.name.replace(f"@{o.region}", f"@{word(o.region)}", 1) for o in every]
         nothing = "the scenario has no obstacles"
         self.unknown(node, f"{what}: there is no obstacle", written, names, nothing, column)
         return None
