@@ -78,7 +78,7 @@ SERVED = (
     ],
     ids=["none missing", "some missing"],
 )
-def test_actions_without_services_are_named(robots: str, told: list[str], tmp_path: Path) -> None:
+def test_actions_without_service_are_reported(robots: str, told: list[str], tmp_path: Path) -> None:
     yard = Path(__file__).parent / "scenarios/crate_and_gate.yaml"
     done = rehearsed(HEAD + robots, tmp_path, yard)
     found = [line for line in done.stderr.splitlines() if "service" in line]
@@ -130,7 +130,7 @@ def test_own_keys_override_defaults(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("side", [0.4, 1.0, 2.0])
-def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) -> None:
+def test_default_tolerances_end_inside_the_region(side: float, tmp_path: Path) -> None:
     """By default, messages stay on the machine."""
     text = CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
     fleet = loaded(HEAD + "defaults: {follow: {}}\n", tmp_path, load_scenario_text(text))

@@ -129,7 +129,7 @@ def test_a_robot_that_rests_is_not_drawn_back_from_another_region(
 
 
 @pytest.mark.parametrize("obstacle", ["uncertainty@19", "parcel@19#2"])
-def test_the_own_controller_of_a_robot_moves_it_during_an_action(hall: Hall, obstacle: str) -> None:
+def test_a_robots_own_controller_moves_it_during_an_action(hall: Hall, obstacle: str) -> None:
     hall.goes("jackal", 11)
     hall.passes("jackal", 15.0)
     hall.layer.perform("jackal", "sense", obstacle, 7)

@@ -286,7 +286,7 @@ def test_a_file_of_another_kind_is_not_read(damage: dict[str, Any], tmp_path: Pa
     assert done.returncode == 2 and re.search(damage["refused"], done.stderr)
 
 
-def test_a_swing_of_no_time_does_not_stop_an_export(tmp_path: Path) -> None:
+def test_a_swing_without_duration_does_not_stop_an_export(tmp_path: Path) -> None:
     """It divided by zero."""
     (damage,) = [one for one in DAMAGES if one["name"] == "a swing takes no time"]
     trace, whole = good("case_study_1")
@@ -295,7 +295,7 @@ def test_a_swing_of_no_time_does_not_stop_an_export(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("wrong", ["trace", "gap", "reversed"])
-def test_a_motion_of_another_trace_or_time_is_neither_shown_nor_exported(
+def test_a_motion_of_another_trace_or_with_wrong_times_is_refused(
     wrong: str, tmp_path: Path
 ) -> None:
     (trace, whole), other = good("case_study_1"), motion("hello")

@@ -121,7 +121,7 @@ def first(lines: list[Line], **wanted: object) -> Line:
     return next(line for line in lines if wanted.items() <= line.items())
 
 
-def test_a_step_that_failed_stays_where_it_began(tmp_path: Path) -> None:
+def test_a_robot_whose_step_failed_stays_where_it_began(tmp_path: Path) -> None:
     def fail(lines: list[Line]) -> None:
         """The first step of the quadcopter fails, and is tried again."""
         arrive = first(lines, type="arrive", robot="quad")
@@ -186,7 +186,7 @@ def test_unknown_lines_and_fields_of_a_motion_are_ignored(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("to", [b"90", b"71"], ids=["a jump", "backwards"])
-def test_no_motion_is_made_of_moves_that_no_robot_makes(to: bytes, tmp_path: Path) -> None:
+def test_a_trace_with_impossible_moves_has_no_motion(to: bytes, tmp_path: Path) -> None:
     """Such traces ended in KeyError, StopIteration or ZeroDivisionError."""
     content, old = trace_of_shipped("case_study_1").read_bytes(), b'"from":58,"to":57'
     assert old in content

@@ -140,7 +140,7 @@ def test_segments_of_equal_shape_move_alike_and_each_number_belongs_to_the_shape
     assert len(numbers) > 50
 
 
-def test_both_feet_carry_a_walker_long_enough_also_with_very_unequal_steps() -> None:
+def test_both_feet_carry_a_walker_long_enough_even_with_very_unequal_steps() -> None:
     gait = gait_on(1.5, Walker(0.3, 0.3, 1.0))
     for primitive in (primitives.walk(gait, way, foot) for way in (0, 1) for foot in (1, -1)):
         carried = sum(hold.up - hold.down for hold in primitive.feet)

@@ -86,7 +86,7 @@ def test_in_3d_an_order_appears_with_its_request() -> None:
     assert orders == {region: asked[region] for region in orders} and all(orders.values())
 
 
-def test_in_3d_a_change_is_awaited_until_its_second() -> None:
+def test_in_3d_a_wait_names_the_second_of_a_change() -> None:
     """The words were those of a live run, with the number of its tick."""
     data = data_of(page_of("shut", "--3d"))
     events = {kind: (data["times"][tick], text) for tick, kind, text, *_ in data["events"]}

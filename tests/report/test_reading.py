@@ -223,6 +223,6 @@ def test_a_step_is_never_shown_past_its_end() -> None:
     assert [step.part(time) for time in (-1.0, 1.0, 9.0)] == [0.0, 0.5, 1.0]
 
 
-def test_a_label_is_of_letters_and_numbers() -> None:
+def test_a_label_consists_of_letters_and_numbers() -> None:
     assert labels(["a_x", "a-y", "b"]) == ["Ax", "Ay", "B"]
     assert labels(["dRone", "digit", "d2", "e_11", "e_12"]) == ["Dr", "Di", "D2", "11", "12"]

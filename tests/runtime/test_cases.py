@@ -76,7 +76,7 @@ def test_beliefs_hold_for_any_durations(seed: int) -> None:
     assert run.all("belief", seen=True) and run.all("belief", seen=False)
 
 
-def test_a_run_repeats_with_other_hashes_and_with_cached_strategies(
+def test_a_run_is_the_same_with_other_hashes_and_with_cached_strategies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Robots are examined in the scenario's order, so the same one is named in each process."""

@@ -37,7 +37,7 @@ def test_the_programs_of_the_library_page_run(tmp_path: Path) -> None:
         run(program, tmp_path)
 
 
-def test_members_of_a_mission_that_the_page_names_exist() -> None:
+def test_the_members_of_a_mission_that_the_page_names_exist() -> None:
     mission = safenav.Mission(HELLO)
     mission.start()
     for path in re.findall(r"`mission\.([\w.]+)", TEXT):

@@ -212,7 +212,7 @@ def test_a_robot_is_lost_although_its_world_cannot_cancel_the_command() -> None:
     assert reason == "no end within 20.0 s after it was cancelled (cancel: no connection to a)"
 
 
-def test_a_mission_for_which_no_time_passes_ends() -> None:
+def test_a_mission_ends_if_no_time_passes() -> None:
     class Frozen(Bare):
         step = pause = 0.0
 
@@ -238,13 +238,13 @@ class SinceEpoch(Bare):
 
 
 @pytest.mark.parametrize("timeout", [1.1, 1.7])
-def test_waits_are_long_enough_for_clocks_that_advance_by_them(timeout: float) -> None:
+def test_waits_are_long_enough_for_clocks_that_only_waits_advance(timeout: float) -> None:
     lost = play(patient(RING, timeout), world=SinceEpoch()).all("arrive", result="lost")
     assert {line["robot"] for line in lost} == {"a", "b"}
     assert [line["t"] for line in lost] == [pytest.approx(2 * timeout, abs=0.2)] * 2
 
 
-def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second(
+def test_the_patience_is_at_least_a_second_if_steps_take_no_time(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """After a step that ended elsewhere, no robot is lost while all wait for another plan."""
@@ -324,7 +324,7 @@ def test_the_trace_records_why_an_action_has_failed(
     assert failed["results"] == ({"debris@24": "failed"} if known else {})
 
 
-def test_a_program_that_steps_itself_can_give_up() -> None:
+def test_a_program_that_steps_a_mission_can_give_up() -> None:
     mission, run = begin(SCENARIO, world=Driven)
     for _ in range(3):
         mission.step()

@@ -21,7 +21,7 @@ FILE = "follow.structuredslugs"
 OUT = (*STRATEGY, FILE, "out.json")
 
 
-def test_strategy_goes_to_the_file_or_to_standard_output(slugs_binary: Path, folder: Path) -> None:
+def test_the_strategy_goes_to_a_file_or_standard_output(slugs_binary: Path, folder: Path) -> None:
     """The same bytes either way, and whatever way the specification comes."""
     whole = run(slugs_binary, folder, *STRATEGY, FILE).stdout
     assert json.loads(whole)["variables"] == ["light@0.0.2", "light@1", "at@0.0.2", "at@1"]
@@ -70,7 +70,7 @@ def _limited(kind: int, size: int) -> Callable[[], None]:
     return limit
 
 
-def test_a_file_that_grows_too_large_leaves_nothing(slugs_binary: Path, folder: Path) -> None:
+def test_a_file_that_is_too_large_leaves_the_older_one(slugs_binary: Path, folder: Path) -> None:
     """The older strategy stays when the new one does not fit."""
     (folder / "out.json").write_text("older")
     before = sorted(folder.iterdir())
@@ -168,7 +168,7 @@ def test_an_interrupt_ends_the_run_cleanly(
     assert (folder / "out.json").read_text() == "older"
 
 
-def test_it_ends_if_the_process_that_started_it_has_ended(slugs_binary: Path, folder: Path) -> None:
+def test_slugs_ends_if_its_parent_process_has_ended(slugs_binary: Path, folder: Path) -> None:
     orphan = run(slugs_binary, folder, "--version", env={"SLUGS_PARENT": "1"})
     assert orphan.returncode == -signal.SIGKILL
 

@@ -81,7 +81,7 @@ def test_counterstrategies_of_published_files_are_sound(
 
 
 @_rows([row for row in ROWS if row["strategy_sha256"] and not _is("slow", row)])
-def test_translation_keeps_the_strategy(
+def test_the_translation_keeps_the_strategy(
     slugs_binary: Path, tmp_path: Path, row: dict[str, str]
 ) -> None:
     """What --translate prints is played exactly like the file itself."""

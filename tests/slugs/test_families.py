@@ -86,7 +86,7 @@ def _shuffled(text: str, source: Random) -> str:
 
 
 @pytest.mark.parametrize("flags", [(), ("--biasForAction",)], ids=["plain", "bias"])
-def test_order_of_constraints_changes_no_byte(
+def test_the_order_of_constraints_changes_no_byte(
     slugs_binary: Path, tmp_path: Path, specification: str, flags: tuple[str, ...]
 ) -> None:
     texts = [specification, *(_shuffled(specification, Random(seed)) for seed in range(3))]

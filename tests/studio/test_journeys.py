@@ -140,7 +140,7 @@ def _last_tick(board: Board) -> int:
 
 
 @pytest.mark.slow
-def test_a_studio_without_a_file_saves_as_opens_and_is_used_by_keyboard(
+def test_a_studio_without_a_file_saves_opens_and_obeys_the_keyboard(
     browser: Browser, tmp_path: Path
 ) -> None:
     mine = tmp_path / "mine.yaml"
@@ -221,7 +221,7 @@ def _draw_with_the_keyboard_alone(board: Board) -> None:
 
 
 @pytest.mark.slow
-def test_the_text_documents_and_completes(browser: Browser, tmp_path: Path) -> None:
+def test_the_text_editor_documents_and_completes(browser: Browser, tmp_path: Path) -> None:
     """The keyboard passes through it. Errors stand at their position; a verdict has its reason."""
     (tmp_path / "house.yaml").write_text(HOUSE)
     with Served("studio", tmp_path / "house.yaml", "--no-browser") as served:

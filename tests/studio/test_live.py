@@ -58,7 +58,7 @@ def test_two_pages_agree_and_a_reload_in_mid_run_loses_nothing(served: Served) -
     assert len(whole["run"]["robots"][0]["path"]) == at + 1
 
 
-def test_a_changed_run_that_is_ended_is_saved_in_every_form_and_can_restart(
+def test_an_ended_run_with_changes_is_saved_in_every_form_and_can_restart(
     page: Page, tmp_path: Path
 ) -> None:
     for tick, change in enumerate(

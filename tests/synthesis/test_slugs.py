@@ -88,7 +88,7 @@ def test_an_environment_variable_without_a_usable_binary_is_reported(
 
 @pytest.mark.usefixtures("uncached")
 @pytest.mark.parametrize(("body", "expected", "words"), from_yaml(beside(__file__, "answers.yaml")))
-def test_limits_are_verdicts_and_failures_errors_with_the_last_words_of_the_binary(
+def test_limits_are_verdicts_and_failures_are_errors_with_the_last_words_of_the_binary(
     script: Script, patrol: Specification, body: str, expected: str, words: str
 ) -> None:
     synthesizer = Synthesizer(script(body), seconds=300)
@@ -305,7 +305,7 @@ def test_a_full_disk_leaves_no_partial_entry(cache: Cache, monkeypatch: pytest.M
     assert _files(cache) == []
 
 
-def test_a_text_is_kept_under_its_sha256_and_a_damaged_one_is_gone(tmp_path: Path) -> None:
+def test_a_text_is_kept_under_its_sha256_and_lost_if_damaged(tmp_path: Path) -> None:
     """A cache without a directory keeps it in memory, since a bundle of a run needs it."""
     text = "[OUTPUT]\nx\n"
     name = sha256(text.encode()).hexdigest()
