@@ -53,7 +53,7 @@ def read_input(
     except IsADirectoryError:
         found, hint = "this is a directory", "name a file in it"
     except PermissionError:
-        found, hint = "permission denied", "check who may read the file"
+        found, hint = "permission denied", "check the file's permissions"
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else None
         found = f"not readable: {reason or error}"

@@ -23,14 +23,14 @@ COMMANDS = {
     "verify": ("synth", "Check a strategy file against its specification."),
     "check": ("check", "Judge scenarios, traces, bundles and motions."),
     "explain": ("synth", "Explain why a robot is unrealizable, and propose repairs."),
-    "batch": ("batch", "Run many scenarios and compare them with what they expect."),
+    "batch": ("batch", "Run many scenarios and compare each with its expectations."),
     "certify": ("check", "Run a scenario and write a bundle that proves the run."),
     "replay": ("replay", "Replay a trace: a page, pictures, or 3D."),
     "draw": ("replay", "Draw a scenario without running it."),
     "export": ("export", "Export a trace: waypoints, motion, samples, ROS 2 bag."),
     "studio": ("new", "Draw a scenario in a browser, run it, change its world."),
     "new": ("new", "Write an example scenario, a fleet file or a schema."),
-    "doctor": ("new", "List what is installed and test whether it works."),
+    "doctor": ("new", "List the installed parts and test the synthesizer."),
 }
 """The module of each command, and its line of help."""
 

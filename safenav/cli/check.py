@@ -60,9 +60,9 @@ def check(
     rate: Annotated[float, options.HERTZ, "Motions: samples per second."] = 50.0,
     as_json: options.AsJson,
 ) -> int:
-    """Judge each FILE: a scenario (are its robots realizable?), a trace (docs/judge.md), a
-    bundle (docs/certify.md), or a motion file together with its trace (docs/motion.md). What they
-    are is recognized by their content; `-` is standard input."""
+    """Judge each FILE: a scenario (are its robots realizable?), a trace (docs/judge.md), a bundle
+    (docs/certify.md), or a motion file together with its trace (docs/motion.md). Their kind is
+    recognized by their content; `-` is standard input."""
     found = [(recognized(file), file) for file in map(options.GivenFile, files)]
     kinds = {kind for kind, _ in found}
     if SCENARIO not in kinds:
@@ -120,8 +120,8 @@ def recognized(file: GivenFile) -> str:
 def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     """Judge each robot and the team, then run the scenario without its hidden obstacles. Valid
     items that are probably unintended give warnings: those of ``lint`` and ``foreseen``, an
-    objective from an input that is unrealizable, a battery that runs empty, a deadlock. ``strict``:
-    they count as unrealizable."""
+    unrealizable objective from an input, a battery that runs empty, a deadlock. ``strict``:
+    warnings count as unrealizable."""
     from safenav.report.terminal.layout import WaitingLine
     from safenav.review.foresight import examined, foreseen, rehearse
     from safenav.review.lint import lint
@@ -198,7 +198,7 @@ def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
         lines.append(EXTERNAL)
     if not with_motion and (formulas := trace.header.scenario.requirements):
         what = counted(len(formulas), "requirement")
-        lines.append(f"Not judged: {what}; give the motion of the run also.")
+        lines.append(f"Not judged: {what}; also give the motion of the run.")
     good = not found.findings and found.complete
     return JudgedFile(
         options.code_of(good), {"ok": not found.findings, **to_builtins(found)}, lines

@@ -40,7 +40,7 @@ def export(
     motion: options.InputOption,
     *,
     outputs: Annotated[
-        tuple[Path, ...], FILE, "-o --output FILE", "Write it in the format of its ending."
+        tuple[Path, ...], FILE, "-o --output FILE", "Output; its ending sets the format."
     ],
     written: Annotated[options.Lines, "--motion", "Compute and write the motion."],
     track: Annotated[bool, "Simulate flyers that track their references."],

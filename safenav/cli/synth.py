@@ -104,7 +104,7 @@ class Synthesized(Struct, frozen=True):
             yield from (f"{stem}{ending}" for ending in (".json", ".dot", ".graphml"))
 
 
-@options.command(SYNTH_EXAMPLES, "all realizable", "some robot is unrealizable")
+@options.command(SYNTH_EXAMPLES, "all realizable", "a robot is unrealizable")
 def synth(
     scenario: options.InputFile,
     robot: options.Robot,
@@ -207,7 +207,7 @@ def _proven(file: Path, spec: Specification) -> SynthesisResult:
     limit = (found.detail.splitlines() or [found.verdict.value.replace("_", " ")])[0]
     whose = "the environment's" if negative else "its"
     hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks what it prints"
-    problem = f"{verdict.value}, but {whose} strategy is too large to list ({limit})"
+    problem = f"{verdict.value}, but {whose} explicit strategy is too large ({limit})"
     error = errors.ResourceLimitError(f"{file}: {problem}\n    {hint}")
     if negative:
         error.exit_code = errors.ExitCode.NEGATIVE  # the verdict is proven

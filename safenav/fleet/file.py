@@ -83,8 +83,8 @@ class Station(Part, frozen=True):
         str, _in_ros(NAMESPACE, "Prefix of its topics. Default: / and its name.")
     ] = ""
     tolerance: float = key(
-        "Distance from a region's centre that counts as arrival, and from its reference that is "
-        "allowed, in metres; less on sides below a metre.",
+        "Largest distance in metres from a region's centre on arrival, and from a reference; "
+        "less on sides below a metre.",
         above=0,
         default=0.3,
     )

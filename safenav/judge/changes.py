@@ -30,7 +30,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
             yield f"{one.name} is not an order of the scenario"
         return
     if e.cause == "world" and not s.external:
-        yield f"a simulated world changes {one.name}, which the scenario does not"
+        yield f"a simulated world changes {one.name}, but the scenario does not"
     if e.kind == "truth":
         stated = e.traversable == one.truth if e.cause == "scenario" else one.since == e.tick
         if not (s.external or (stated and one.there)):
@@ -132,7 +132,7 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
         if change.at > now or (s.live and change.at >= now):
             break
         if change.objective is not None:
-            yield f"{change.robot} does not get its objective of {change.at}"
+            yield f"{change.robot} does not get its objective at {change.at}"
         elif change.active is s.robots[change.robot].out:
             yield f"the service of {change.robot} does not change at {change.at}"
     for each in s.scenario.inputs:

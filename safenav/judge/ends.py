@@ -34,7 +34,7 @@ def header(_: Line, s: State) -> Iterator[str]:
             yield f"{name} starts with more charge than its battery has"
         yield from unread(name, robot.own)
         for one in s.closing(name, region):
-            yield f"{name} starts at {s.show(region)} with {one.name}"
+            yield f"{name} starts at {s.show(region)}, where {one.name} is"
     for kind in (one.type for one in s.scenario.obstacles):
         if kind != s.kinds[kind.name]:
             yield f"the types of the name {kind.name} differ"
@@ -148,7 +148,7 @@ def end(e: Line, s: State) -> Iterator[str]:
             rounds = max(rounds, wanted, e.rounds.get(name, 0))
         if e.outcome == "completed":
             if rounds < wanted:
-                yield f"{name} has met its objective {rounds} times of {wanted}"
+                yield f"{name} has met its objective {rounds} of {wanted} times"
             elif robot.own.settles and (robot.bound is not None or robot.holds - robot.own.last):
                 yield f"{name} is not at its last target"
             elif s.away(name):
@@ -169,7 +169,7 @@ def end(e: Line, s: State) -> Iterator[str]:
         if to_come and not s.external:
             yield f"{to_come[0].name} is still to be ordered"
         if e.cause or e.proof or e.unrealizable or e.refused:
-            yield "a completed run has no cause to fail"
+            yield "a completed run has a cause of failure"
     if not s.live and e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
         yield f"the run ends in tick {e.tick}, not {e.ticks}"
     if e.outcome == "tick_limit" and (s.live or e.tick != s.limit):

@@ -63,12 +63,12 @@ def placed(e: Line, s: State) -> Iterator[str]:
         return
     robot = s.robots[e.robot]
     if e.intervention != "put_back":
-        yield f"{e.robot} is put in {s.show(e.region)} without saying so"
+        yield f"{e.robot} is put in {s.show(e.region)} by '{e.intervention}'"
     if e.region not in s.world.free:
         yield f"{e.robot} is put in {s.show(e.region)}, which is not free"
     for one in s.closing(e.robot, e.region):
         if one.known and one.type != f"lost_{e.robot}":
-            yield f"{e.robot} is put in {s.show(e.region)} with {one.name}"
+            yield f"{e.robot} is put in {s.show(e.region)}, where {one.name} is"
     if robot.bound is not None or robot.acts is not None:
         yield f"{e.robot} is put in {s.show(e.region)} while it executes a command"
     if robot.faces is (e.heading is None):

@@ -98,7 +98,7 @@ def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
     them."""
     if obstacle.type.blocks == frozenset() and not obstacle.ordered:
         what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
-        yield f"no robot encounters {what}, because it blocks none; list it under 'orders'"
+        yield f"no robot encounters {what}, because it blocks no robot; list it under 'orders'"
 
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:

@@ -66,9 +66,9 @@ def test_the_bits_of_a_number_have_its_range_in_their_names() -> None:
 @pytest.mark.parametrize(
     ("bits", "state", "trans", "told"),
     [
-        (["x", "x"], [1, 1], [0], "not the next one"),
-        (["n@0.0.3", "n@2"], [1, 1], [0], "not the next one"),
-        (["n@1", "n@0.0.3"], [1, 1], [0], "not the next one"),
+        (["x", "x"], [1, 1], [0], "expected bit 1 of x"),
+        (["n@0.0.3", "n@2"], [1, 1], [0], "expected bit 1 of n"),
+        (["n@1", "n@0.0.3"], [1, 1], [0], "expected bit 0 of n"),
         (["n@0", "n@1"], [1, 1], [0], "not a bit of a variable"),
         (["n@0.0.3", "n@1.0.3"], [1, 1], [0], "not a bit of a variable"),
         (["n@0.0.2", "n@1"], [1, 1], [0], "out of its range"),

@@ -60,7 +60,7 @@ def test_a_shipped_scenario_is_explained_and_repaired(file: Path) -> None:
         assert Mission(opened.scenario).run().outcome.value == "completed"
 
 
-def test_without_time_only_proven_results_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_budget_only_proven_results_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("safenav.explain.play.BUDGET_SECONDS", 0.0)
     monkeypatch.setattr("safenav.explain.investigation.REPAIR_SECONDS", 0.0)
     status, output, _ = invoke("explain", FOLDER / "forbidden_way.yaml")
@@ -69,7 +69,7 @@ def test_without_time_only_proven_results_are_printed(monkeypatch: pytest.Monkey
     assert output.endswith("\nNo repair was found among the simple ones.\n")
 
 
-def test_a_repair_with_too_long_a_run_is_not_offered(
+def test_a_repair_whose_run_is_too_long_is_not_offered(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     door = lonely("{patrol: [10, 16]}", "obstacles: [{type: door, region: 22}]")
@@ -119,8 +119,8 @@ def test_checks_without_a_verdict_are_reported(
 @pytest.mark.parametrize(
     ("owner", "status", "said"),
     [
-        ("INPUT", 3, "realizable, but its strategy is too large to list (the strategy of large"),
-        ("OUTPUT", 1, "unrealizable, but the environment's strategy is too large to list"),
+        ("INPUT", 3, "realizable, but its explicit strategy is too large (the strategy of large"),
+        ("OUTPUT", 1, "unrealizable, but the environment's explicit strategy is too large"),
     ],
 )
 def test_a_specification_whose_strategy_is_too_large_still_gets_a_verdict(

@@ -50,7 +50,7 @@ def plan_of(e: Line, s: State) -> Plan:
         here, there = s.robots[robot].pose, s.destination(robot)
         require(way[:1] in ((here,), (there,)), f"the plan does not begin where {robot} is")
         at[robot] = int(here != there and way[0] == here)  # it already takes its first step
-        require(not at[robot] or there in way[1:2], f"{robot} takes another step than its plan")
+        require(not at[robot] or there in way[1:2], f"{robot} takes a step off its plan")
         for one, to in pairwise(way):
             legal = to in s.world.steps(s.robots[robot].faces, one)
             require(legal, f"{robot} cannot step from {one} to {to}")
@@ -329,11 +329,11 @@ class Evidence:
             require(self.plan, f"{e.robot} moves by a plan, but none is in force")
             assert self.plan is not None
             self.plan.step(e.robot, after, s)
-        require(by != "stay" or not goes, f"{e.robot} moves, though it should stay")
+        require(by != "stay" or not goes, f"{e.robot} moves, but must stay")
         if drive is None:
             inside = any(one.present and e.robot in one.blocks for one in s.at.get(step.start, ()))
             back = by == "backtrack" and after[0] == robot.came and inside
-            none = "has no strategy that knows of the others and of its charge"
+            none = "has no strategy that knows of other robots and of its charge"
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return
         mine = drive.task.line.objective.serves(robot.given)

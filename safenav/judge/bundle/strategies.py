@@ -51,10 +51,10 @@ class Strategy:
             require(good, f"node {node} does not hold {len(bits)} bits, or leads nowhere")
         most, bit_of = dict[str, int](), dict[str, int]()
         for at, (text, bit) in enumerate(zip(document["variables"], bits, strict=True)):
-            number = int(bit[2] or 0) if bit else -1
+            number, due = (int(bit[2] or 0), bit_of.get(bit[1], 0)) if bit else (-1, 0)
             if bit is None or (bit[2] is None or bit[3] is not None) is not (number == 0):
                 raise RefusedError(f"{text} is not a bit of a variable")
-            require(number == bit_of.get(bit[1], 0), f"the bit {text} is not the next one")
+            require(number == due, f"{text}: expected bit {due} of {bit[1]}")
             bit_of[bit[1]] = number + 1
             column = self.columns.setdefault(bit[1], [int(bit[3] or 0)] * self.count)
             most.setdefault(bit[1], int(bit[4] or 1))
@@ -361,7 +361,7 @@ class Others:
         whole = s.world.free.issubset(frozenset().union(*s.cells))
         require(whole or not known, "the cells of beliefs leave out a free region")
         slow = not self.live and s.robots[e.robot].data.timing > 1
-        require(not (known and slow), "between its turns, others take more than one step")
+        require(not (known and slow), "between its turns, other robots take more than one step")
         require(set(known) <= {*s.robots} - {e.robot}, "it knows of robots that do not exist")
         self.first = {name: self.number(name, what) for name, what in known.items()}
         self.names = {name: f"at_{name}" for name in self.first}

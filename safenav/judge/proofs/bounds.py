@@ -230,7 +230,7 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
     else:
         least = bound.resolution(e.of)
     if least <= e.due:
-        yield f"{e.of} is called lost, but may be in time in tick {least}"
+        yield f"{e.of} is recorded as lost, but may be in time in tick {least}"
     elif e.earliest is not None and e.earliest > least:
         yield f"{e.of} is possible from tick {least} on, not {e.earliest}"
 
@@ -244,7 +244,7 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
         if robot is not None and robot.own.ordered:
             most = robot.within if name == of else None if s.flat_type else robot.charge
         if most is None:
-            yield f"{of} has no deadline, or no charge for targets in turn"
+            yield f"{of} is refused without a deadline, or a charge for targets in turn"
             continue
         if robot is None:
             least = mission(Bound(s, 0), 0)

@@ -244,7 +244,7 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
     if e.cause != "deadlock":
         yield f"its cause is {e.cause}; proven is deadlock"
     if not robots:
-        yield "the proof is about no robots"
+        yield "the proof names no robot"
     elif not _without_room(robots, s):
         case, others = Case(s, memory=numbers), {*s.names} - {*robots}
         alone = (o for o in case.obstacles if all(others.isdisjoint(n.able) for n in o.left))
@@ -330,7 +330,7 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
         return
     for name in stated:
         if _is_a_game(s.robots[name], s):
-            what = f"whether others or inputs can keep {name} from its objective forever"
+            what = f"whether robots or inputs can keep {name} from its objective forever"
             yield NotJudged(f"{what} (a bundle proves it)")
             return
     for name in stated:

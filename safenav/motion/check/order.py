@@ -2,8 +2,8 @@
 
 A motion gives each line of its trace a time. The judge of traces judges the run at these times;
 this module compares pieces, reservations and actions with them. Lines keep the serial order where
-robots depend on each other; a robot acts at rest, at the place in the trace, and does not pass an
-obstacle before it has resolved it; a robot without charge stands still."""
+robots depend on each other; a robot acts at rest, at the place that the trace states, and does not
+pass an obstacle before it has resolved it; a robot without charge stands still."""
 
 from collections.abc import Iterator, Sequence
 
@@ -132,7 +132,7 @@ def _actions(case: Examination, trace: Trace) -> None:
         done = [*_done(case, wanted, trace.records[wanted.index], waiting)]
         times = {(action.t0, action.t1) for action in done}
         if len(times) > 1:
-            what = f"acts on {wanted.obstacle}, but not at the same time as the others"
+            what = f"acts on {wanted.obstacle}, but not at the same time as its partners"
             case.wrong(min(times)[0], wanted.robots[0], "action", what)
         for t0, t1 in times:
             # A robot that stands there takes part in a joint action, even without a request.

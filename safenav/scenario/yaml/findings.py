@@ -314,7 +314,7 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
         findings.add(None, error.diagnostics[0].found, error.diagnostics[0].hint)
         return None
     if len(text) > MAX_BYTES:
-        hint = "a scenario names its map's file; it has no other large part"
+        hint = "put the map in a file and name it under 'map'"
         findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB", hint)
         return None
     findings.read_from(text)
