@@ -41,7 +41,7 @@ class Verdict(StrEnum):
 
     @property
     def proven(self) -> bool:
-        """Whether it holds whatever the limits."""
+        """Whether it holds regardless of the limits."""
         return self in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
 
 
@@ -135,7 +135,7 @@ class SafenavError(Exception):
 
 
 class InputError(SafenavError):
-    """An input cannot be used. ``diagnostics``: all errors found in it, in file order."""
+    """An input that cannot be used. ``diagnostics``: all errors found in it, in file order."""
 
     exit_code = ExitCode.BAD_INPUT
 
@@ -157,19 +157,19 @@ class UsageError(SafenavError):
 
 
 class SynthesizerError(SafenavError):
-    """The synthesizer is missing, crashed, or printed something that is not a result."""
+    """A synthesizer that is missing, crashed, or printed something that is not a result."""
 
     exit_code = ExitCode.INTERNAL
 
 
 class ResourceLimitError(SafenavError):
-    """A synthesis reached its time or memory limit."""
+    """A synthesis that reached its time or memory limit."""
 
     exit_code = ExitCode.RESOURCE_LIMIT
 
 
 class NotCertifiedError(SafenavError):
-    """The checker refuses the bundle of a run."""
+    """A bundle of a run that its checker refuses."""
 
     exit_code = ExitCode.NEGATIVE
 
@@ -202,7 +202,7 @@ def install_command(extra: str = "") -> str:
 
 @contextmanager
 def needing(user: str, extra: str, package: str = "") -> Iterator[None]:
-    """Raise UsageError if a package is missing that this context imports: ``user`` (a feature)
+    """Raise UsageError if a package that this context imports is missing: ``user`` (a feature)
     needs it, from an extra. ``package``: its name, if that of the module differs."""
     try:
         yield
@@ -211,7 +211,7 @@ def needing(user: str, extra: str, package: str = "") -> Iterator[None]:
 
 
 def missing_package(user: str, package: str, extra: str) -> UsageError:
-    """Return the error that ``user`` (a feature) needs a package of an extra."""
+    """Return the error for ``user`` (a feature) that needs a missing package of an extra."""
     return UsageError(
         f"{user} needs {package}, which is not installed\n    {install_command(extra)}"
     )

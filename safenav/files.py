@@ -143,7 +143,7 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 def kind_of(text: str) -> str | None:
-    """Return the kind of a file with this text; None if it looks like none of them."""
+    """Return the kind of a file with this text; None if it has no known kind."""
     text = text.removeprefix("\N{BYTE ORDER MARK}")
     for kind, (patterns, _) in _KINDS.items():
         if all(re.search(pattern, text) for pattern in patterns):

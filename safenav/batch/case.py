@@ -59,7 +59,7 @@ class Case(Struct, frozen=True):
 
     @property
     def fingerprint(self) -> str:
-        """Hash of the case and of safenav's version: a result with an equal one is still valid."""
+        """Hash of the case and of safenav's version: a result with an equal hash is still valid."""
         version, settings = safenav.__version__, dict(self.settings)
         made_of = [version, self.name, self.file, self.text, settings, self.references]
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
@@ -82,7 +82,7 @@ def file_name(name: str, digest: str) -> str:
 class Conditions(Struct, frozen=True):
     """Settings that hold for each case's run. ``seconds``: wall-clock limit of one case.
     ``certify``: the folder for the bundle of each run (docs/certify.md), or None. ``directory``:
-    the one to which paths in scenarios are relative."""
+    the folder to which paths in scenarios are relative."""
 
     seconds: float = 600.0
     certify: str | None = None

@@ -54,8 +54,7 @@ class BatchKeys(Item, frozen=True):
 
 
 class Matrix(Struct, frozen=True):
-    """Each of ``scenarios`` (paths beside the file, folders, patterns) with each of
-    ``settings``."""
+    """All pairs of ``scenarios`` (paths beside the file, folders, patterns) and ``settings``."""
 
     scenarios: tuple[Scalar, ...]
     settings: tuple[dict[str, Any], ...]
@@ -92,7 +91,7 @@ def read_matrix(text: str, file: str) -> Matrix:
 
 
 def _values(value: Raw, findings: Findings) -> list[Any]:
-    """Return the values of a list, or of ``{from: 0, to: 9}``, both included."""
+    """Return the values of a list, or of ``{from: 0, to: 9}``, both ends included."""
     node, what = value.node, value.what
     if isinstance(node, document.Mapping):
         ends = read(Range, node, what, findings)

@@ -1,8 +1,8 @@
-"""Where the cases of a batch run: on this machine, or on a Dask cluster (``--dask ADDRESS``, the
+"""Pools that run the cases of a batch: this machine, or a Dask cluster (``--dask ADDRESS``, the
 extra ``dask``).
 
-If a Dask worker dies, the scheduler gives its cases to another one, also those whose results had
-not been fetched yet. Running a case twice does no harm.
+If a Dask worker dies, the scheduler gives its cases to another worker, also those whose results
+were not fetched yet. Running a case twice does no harm.
 """
 
 import contextlib

@@ -40,8 +40,8 @@ _WIDTH = 40
 
 
 class FoundCases(Struct):
-    """``passed_over``: YAML files that searches skipped; ``matrices``: matrix files that searches
-    skipped, since they are run only if named."""
+    """The found cases, and the files that searches skipped: ``passed_over``, YAML files;
+    ``matrices``, matrix files, which are run only if named."""
 
     cases: list[Case] = field(default_factory=list)
     passed_over: list[str] = field(default_factory=list)

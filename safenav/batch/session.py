@@ -28,8 +28,8 @@ NAME = "results.jsonl"
 
 
 class ResultsFile:
-    """The file ``directory/results.jsonl``. ``resume``: keep its results; otherwise they are
-    discarded, and must be of ``cases`` (names).
+    """The file ``directory/results.jsonl``. ``resume``: keep its results; otherwise they must be of
+    ``cases`` (names), and are discarded.
 
     ``former``: the kept results, by fingerprint.
 

@@ -3,9 +3,8 @@
 ``run_case`` serves a batch: threads call it here, Dask workers elsewhere. A case that crashes or
 hangs costs its process and nothing else.
 
-A process has one connection, for cases and results; what it prints goes to a file. When the
-connection ends, because the batch has ended, it also ends, with its synthesis: the kernel kills a
-synthesizer with the process that has started it.
+A process has one connection, for cases and results; its output goes to a file. When the connection
+ends, because the batch has ended, the process also ends. The kernel then kills its synthesizer.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ def make_bundle(
 
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside the target. A failure to write in it is reported as one of
+    """Yield a temporary folder beside the target. Report a failure to write in it as a failure of
     the target."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -103,8 +103,8 @@ def _certifiable(scenario: Scenario) -> None:
 def files_of_run(
     trace: bytes, sources: Mapping[str, bytes], synthesizer: Synthesizer
 ) -> dict[str, bytes]:
-    """Return all files except the page and the manifest, with strategies by repeated synthesis,
-    from the cache. Raises UsageError, which states what is missing, if that is not possible."""
+    """Return all files except the page and the manifest, with the strategies of repeated syntheses,
+    from the cache. Raises UsageError, which names the missing part, if that is not possible."""
 
     def automata(e: Line) -> Iterator[bytes]:
         text, again = synthesizer.cache.load_text(e.spec), "run the scenario again"
@@ -217,10 +217,10 @@ def strategy_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 
 def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
-    """Return a counterstrategy with what the synthesizer omits: the environment's initial input and
-    choices, and the measures that prove that it wins.
+    """Return a counterstrategy with the parts that the synthesizer omits: the environment's initial
+    input and choices, and the measures that prove that it wins.
 
-    Raises NoMeasureError if it does not, LookupError if the robot could answer each input."""
+    Raises NoMeasureError if it does not win, LookupError if the robot could answer each input."""
     task = Task(automaton, e, s)
     nodes = task.graph.reach(task.answered(task.opening))
     chosen: list[Any] = [None] * task.graph.count
@@ -262,7 +262,7 @@ def _unanswered(task: Task, node: int) -> Sequence[int]:
 
 
 def bundle_of_run(text: str, scenario: Path, target: Path) -> Made:
-    """Run a scenario and write its bundle. ``text``: that of its file.
+    """Run a scenario and write its bundle. ``text``: the text of its file.
 
     Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
     """

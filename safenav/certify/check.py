@@ -1,4 +1,4 @@
-"""The verdict on a bundle: that of its checker, and the comparison of its source."""
+"""Verdict on a bundle: that of its checker, and a comparison with its source."""
 
 import dataclasses
 import tempfile

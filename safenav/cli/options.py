@@ -86,10 +86,10 @@ def command(
 
 
 def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
-    """Return the option or argument that a parameter declares. Its annotation has a type of click,
-    unless the value is a text or a flag, and words for the help, unless it is an argument. Words
-    with a dash are its names on the command line and the name of its value, where these differ from
-    its own name and that of the type; a mapping has further settings of click."""
+    """Return the option or argument that a parameter declares. Its annotation has a type of click
+    (none for a text or a flag) and words for the help (none for an argument). Words with a dash are
+    its names on the command line and the name of its value, if they differ from the parameter's and
+    the type's. A mapping has further settings of click."""
     base, *parts = get_args(hint)
     of, several = get_args(base), get_origin(base) is tuple
     usage, settings = f"--{name.replace('_', '-')}", dict[str, Any]()
@@ -121,8 +121,8 @@ def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
 
 
 def refuse(required: str, *names: str) -> None:
-    """Raise UsageError for one of some parameters on the command line that nothing reads.
-    ``required``: the options or inputs that it requires."""
+    """Raise UsageError if the command line has one of these parameters, which nothing would read.
+    ``required``: the options or inputs that they require."""
     context = click.get_current_context()
     for param in context.command.params:
         name = param.name or ""
@@ -131,7 +131,7 @@ def refuse(required: str, *names: str) -> None:
 
 
 def range_of(unit: str, least: float, most: float, *, beyond: bool = False) -> click.FloatRange:
-    """Return a range of numbers. ``unit``: as help shows it; ``beyond``: without the least one."""
+    """Return a range of numbers. ``unit``: as help shows it; ``beyond``: without ``least``."""
     found = click.FloatRange(least, most, min_open=beyond)
     found.name = unit
     return found
@@ -150,9 +150,9 @@ KINDS = (
 class Output(click.Path):
     """A path to write; ``-`` is standard output.
 
-    ``endings``: those of files of this kind, none if there are several kinds; of several endings,
-    which determine the format, one must be used; ``folder``: any other path is a folder, and ``-``
-    is allowed only if ``printed``.
+    ``endings``: those of files of this kind, none if there are several kinds. Several endings are
+    formats, of which a path must have one. ``folder``: any other path is a folder, and ``-`` is
+    allowed only if ``printed``.
     """
 
     def __init__(self, *endings: str, folder: bool = False, printed: bool = False) -> None:
@@ -188,8 +188,8 @@ class Output(click.Path):
 
 
 def _check(context: click.Context) -> None:
-    """Raise UsageError for a number that is none, for an output that cannot be written, and for one
-    that another parameter names, too. Devices and pipes may be named twice."""
+    """Raise UsageError for a value that is not a number, and for an output that cannot be written
+    or that another parameter also names. Devices and pipes may be named twice."""
     named = list[tuple[str, Path, click.Path]]()
     for param in context.command.params:
         value, kind = context.params[param.name or ""], param.type
@@ -247,8 +247,8 @@ Trace = Annotated[Lines, "Write the trace (JSON Lines)."]
 
 
 class GivenFile:
-    """An input file, recognized by its content, which is read once: standard input and pipes have
-    no more. ``most``: maximum number of bytes."""
+    """An input file, recognized by its content, which is read once: standard input and pipes cannot
+    be read again. ``most``: maximum number of bytes."""
 
     def __init__(self, path: Path, most: int = MOST_BYTES) -> None:
         self.path = path

@@ -101,17 +101,17 @@ class Core(Struct, frozen=True):
 
     @property
     def alone(self) -> bool:
-        """Return whether they conflict even with a cooperating environment."""
+        """Whether its members conflict even with a cooperating environment."""
         return self.together is False
 
     @property
     def constraints(self) -> list[Constraint]:
-        """Return all guarantees of the core."""
+        """All guarantees of the core."""
         return [constraint for member in self.members for constraint in member.constraints]
 
     @property
     def walls(self) -> tuple[Region, ...]:
-        """Return the walls of the core."""
+        """The walls of the core."""
         found = [m.regions for m in self.members if m.origin.item == "map"]
         return tuple(sorted(region for regions in found for region in regions))
 
@@ -205,7 +205,7 @@ class RepairProblem(Struct, frozen=True):
 
     @property
     def late(self) -> bool:
-        """Return whether the deadline has passed (by the monotonic clock)."""
+        """Whether the deadline has passed (by the monotonic clock)."""
         return time.monotonic() > self.deadline
 
     @property

@@ -205,7 +205,7 @@ def _split(member: CoreMember) -> list[CoreMember]:
 
 def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Region]:
     """Return walls that suffice to keep the robot from the first lost target: those between the
-    regions that it can reach and regions with a path to the target through no other wall."""
+    regions that it can reach and those with a path to the target that crosses no other wall."""
     room = world.distances([task.pose.region])
     walls = {wall for wall in world.walls if not room.keys().isdisjoint(world.neighbours(wall))}
     target = next((t for t in lost if room.keys().isdisjoint(t)), frozenset[Region]())
@@ -215,7 +215,7 @@ def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Regio
 
 
 def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool]) -> list[Item]:
-    """Return a subset that fails, none of whose members can be spared; earlier ones are preferred.
+    """Return a subset that fails, none of whose members can be spared; earlier items are preferred.
 
     ``fails`` must hold for ``items`` and be monotone: whatever contains a failing set fails."""
     if fails(()):
@@ -227,7 +227,7 @@ def _explain(
     background: list[Item], grown: bool, items: list[Item], fails: Callable[[Sequence[Item]], bool]
 ) -> list[Item]:
     """Return the items that are needed to fail together with ``background``; ``grown``: whether the
-    background has members that were not there at its last query."""
+    background has members that its last query lacked."""
     if grown and fails(background):
         return []
     if len(items) == 1:

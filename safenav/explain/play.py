@@ -46,12 +46,12 @@ class Questions:
         self._share = 1.0
 
     def spend(self, share: float) -> None:
-        """End further requests by this share of the budget."""
+        """End further requests once this share of the budget is used."""
         self._share = share
 
     @property
     def late(self) -> bool:
-        """Return whether this part of the budget is exhausted."""
+        """Whether this part of the budget is exhausted."""
         return self._left() <= 0
 
     def _left(self) -> float:
@@ -168,7 +168,7 @@ class _Arena:
         self._lasting = _lasting(self.answers)
 
     def begins_well(self, node: int) -> bool:
-        """Return whether a start satisfies all guarantees on it."""
+        """Return whether a start satisfies all guarantees about the start."""
         values = self._strategy.values(node)
         return all(clause.holds(values, {}) for clause in self._first)
 
@@ -286,8 +286,8 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
     """Return the ways in which a strategy wins without meeting its goals, shortest paths first;
     empty if there is none.
 
-    The robot's moves are fixed by the strategy, so the others play alone on its automaton: a node
-    from which none of their paths meets all assumptions infinitely often is won vacuously."""
+    The strategy fixes the robot's moves, so the environment plays alone on its automaton: a node
+    from which none of its paths meets all assumptions infinitely often is won vacuously."""
     spec = strategy.specification
     starts = strategy.initial()
     if not starts:

@@ -77,7 +77,7 @@ def _single_walls(problem: RepairProblem) -> list[Region]:
 def _resolvable(
     wall: Region, open_map: RegionMap, scenario: Scenario, robot: Robot
 ) -> Iterator[tuple[Obstacle, tuple[str, ...]]]:
-    """Yield obstacles that could be there, each with the robots that could resolve it: with their
+    """Yield obstacles that could be there, each with the robots that could resolve it: from their
     own start, past the closed obstacle, within their mobility."""
     types: dict[str, ObstacleType] = {o.type.name: o.type for o in scenario.obstacles}
     types = {**scenario.catalogue.obstacles, **types}

@@ -102,7 +102,7 @@ class Station(Part, frozen=True):
 
     @property
     def pose_topic(self) -> str:
-        """Return the full name of the topic from which its pose comes."""
+        """The full name of the topic from which its pose comes."""
         return self.path("odom" if self.tf is None else self.tf.topic)
 
     def path(self, name: str) -> str:
@@ -131,9 +131,9 @@ class SimulationUse(Part, frozen=True):
 
 
 class FleetFile(Struct, frozen=True):
-    """The data of a fleet file. ``obstacles``: the true ones of a simulation. ``inputs``: the topic
-    (std_msgs/Bool) of each input of the environment that has one. ``failures``: the policies of the
-    drive."""
+    """The data of a fleet file. ``obstacles``: true obstacles of a simulation. ``inputs``: the
+    topic (std_msgs/Bool) of each input of the environment that has one. ``failures``: the policies
+    of the drive."""
 
     transport: TransportKind
     network: Network

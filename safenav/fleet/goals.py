@@ -230,7 +230,7 @@ class Goals:
 
     def _near(self, body: DrivenRobot, region: Region, least: float = 0.0) -> bool:
         """Return whether a robot is within its tolerance, or ``least`` metres, of the centre of a
-        region. It is true of a follower, since its reference has ended there."""
+        region. A follower always is, since its reference has ended there."""
         far = self._metres_to(body, region)
         return body.station.follow is not None or far <= max(body.station.tolerance, least)
 
@@ -238,7 +238,7 @@ class Goals:
         return self._near(body, region, self.places.frame.resolution / 4)
 
     def lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
-        """Declare the robot lost. ``reason``: why, if its odometry is fresh and on the map."""
+        """Declare the robot lost, for this ``reason`` if its odometry is fresh and on the map."""
         regions = frozenset((task.start.region, task.to.region))
         at = self.pose_now(body)
         if at is not None:

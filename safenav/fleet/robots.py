@@ -119,7 +119,7 @@ class DrivenRobot(Struct):
 
     @property
     def regions(self) -> frozenset[Region]:
-        """Return the regions that the robot occupies: its own, those of its step, and those into
+        """The regions that the robot occupies: its own, those of its step, and those into
         which it reaches while acting."""
         task = self.task
         if task is None:
@@ -130,7 +130,7 @@ class DrivenRobot(Struct):
 
     @property
     def stands(self) -> Region | None:
-        """Return the region in which the robot stands; None if it moves, or its arrival is not
+        """The region in which the robot stands; None if it moves, or its arrival is not
         confirmed."""
         task = self.task
         if task is None or task.phase is Phase.INSPECTING:
@@ -195,7 +195,7 @@ class FleetProgress:
         self._stages.pop(obstacle.name, None)
 
     def group(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> tuple[str, ...]:
-        """Return the robots that fulfil the next need of an obstacle now, if this one is among
+        """Return the robots that fulfil the next need of an obstacle now, if this robot is among
         them. ``idle``: the regions of those that can take part."""
         floor, stages = self._floor(obstacle)
         need, members = floor.need(0, stages), self._team.members
@@ -244,8 +244,8 @@ class TeamAction(Struct):
     need: int = 0
 
     def next(self, idle: Mapping[str, Region], stations: Mapping[str, Station]) -> dict[str, str]:
-        """Return the service to call for each participant of the next action, which sets ``on``;
-        empty if none is left. ``idle``: regions of robots without another command."""
+        """Set ``on`` and return the service to call for each participant of the next action; empty
+        if none is left. ``idle``: regions of robots without another command."""
         self.on, self.team = None, {}
         for obstacle in self.obstacles:
             group = self.progress.group(obstacle, self.robot.name, idle)
@@ -286,13 +286,13 @@ class TeamAction(Struct):
 
     @property
     def resolved(self) -> Obstacle | None:
-        """Return the obstacle that the last answers have resolved; None if it is still present."""
+        """The obstacle that the last answers have resolved; None if it is still present."""
         gone = self.on is not None and self.results.get(self.on.name, ActResult.FAILED)
         return self.on if self.on is not None and gone is not ActResult.FAILED else None
 
     @property
     def silent(self) -> list[str]:
-        """Return the participants that have not answered."""
+        """The participants that have not answered."""
         return [name for name, answer in self.team.items() if answer is None]
 
     @property

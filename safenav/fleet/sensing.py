@@ -162,7 +162,7 @@ class Sensing:
         heard: float,
     ) -> View:
         """Return the meaning of a scan taken at ``at`` for an adjacent region, and report whether
-        it shows an obstacle. One that another sensor still detects is not gone."""
+        it shows an obstacle. An obstacle that another sensor still detects is not gone."""
         hit, known = self._nearest(scan, at, region), self._seen.get(region)
         if hit is None:
             return View.SEEN
@@ -244,8 +244,8 @@ class Sensing:
         self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
     ) -> View | None:
         """Return ROBOT if a ray that ended in a region at a point (metres) may have hit another
-        robot, which is near that point or moves through the region; DOUBT if one was, or did,
-        within ``PASSED`` seconds before the scan was received; else None."""
+        robot, which is near that point or moves through the region; DOUBT if a robot was near, or
+        moved through it, within ``PASSED`` seconds before the scan was received; else None."""
         view = None
         for other in self._bodies.values():
             if other is body:

@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 
 class Token(Struct, frozen=True):
-    """``kind``: the operator or keyword that it spells, else the group of its pattern."""
+    """A token. ``kind``: its operator or keyword, else the group of its pattern."""
 
     kind: str
     text: str
@@ -68,7 +68,7 @@ def tokens_of(
 
 class FormulaParser(Generic[T]):
     """Precedence climbing over the tokens of one formula. A language defines ``operand``, which
-    reads a part without binary operators, and ``joined``, which reads the right side of one.
+    reads a part without binary operators, and ``joined``, which reads an operator's right side.
 
     ``levels``: the precedence of each binary operator; ``misplaced``: hints for tokens where they
     cannot stand; ``deepest``: the limit of nesting.

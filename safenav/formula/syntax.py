@@ -49,7 +49,7 @@ class Name(Struct, frozen=True):
 
 
 class Sum(Struct, frozen=True):
-    """At least two terms added up; there is no wrap-around."""
+    """A sum of at least two terms, without wrap-around."""
 
     terms: tuple[Name | Number, ...]
 
@@ -209,8 +209,8 @@ _RELATIONS = dict(zip(Relation, (eq, ne, lt, le, gt, ge), strict=True))
 
 
 def predicate(formula: Formula) -> Predicate:
-    """Return whether the formula holds, as a function of a state and the next one. That raises
-    KeyError for a variable without a value."""
+    """Return a function of a state and the next one that returns whether the formula holds. It
+    raises KeyError for a variable without a value."""
     match formula:
         case Constant(value):
             return lambda _, __: value

@@ -89,7 +89,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
 
 
 def unread(robot: str, own: Objective | None) -> Iterator[NotJudged]:
-    """Yield that the formulas of an objective are not judged, if they have too many values."""
+    """Yield that the formulas of an objective are not judged if they have too many values."""
     if own is not None and own.formulas is not None and not own.formulas.whole:
         yield NotJudged(f"the formulas of {robot}: too many memory values")
 
@@ -156,8 +156,8 @@ def _is_on(each: Line, now: float) -> bool:
 
 
 def _taken(region: int, now: float, s: State) -> bool:
-    """Return whether a robot is in a region, or leaves it at this instant, or another obstacle is
-    there, not an order."""
+    """Return whether a robot is in a region, or leaves it at this instant, or an open obstacle
+    other than an order is there."""
     held = any(region in robot.holds for robot in s.robots.values())
     if held or (s.live and s.left.get(region) == now):
         return True
@@ -177,8 +177,8 @@ def _certain_times(s: State) -> list[float]:
 
 
 def later_change(e: Line, s: State) -> float | None:
-    """Return the next time at which the scenario certainly changes something, within its limits;
-    in a world of the user's only objectives and service."""
+    """Return the next time at which the scenario certainly changes something, within its limits; in
+    a user's world, only changes of robots are certain."""
     now = (e.t or s.time) if s.live else s.tick
     times = [t for t in _certain_times(s) if t > now]
     for change in s.changes:

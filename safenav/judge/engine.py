@@ -148,8 +148,8 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
 
 
 def _find_changes(e: Line, s: State) -> None:
-    """End the changes of the scenario that are due and find the service that they set, those of
-    each robot in their order."""
+    """End the due changes of the scenario whose service is already as they set it; for each robot,
+    in their order."""
     left, waits = list[Line](), set[str]()
     for change in s.changes:
         found = change.active is not None and change.active is not s.robots[change.robot].out
@@ -326,9 +326,9 @@ class Finding:
 
 @dataclass
 class Judgement:
-    """``findings``: broken rules; ``notes``: parts that are not judged; ``outcome``: None if the
-    trace ends before it; ``strays``: steps that ended elsewhere than commanded; ``hands``: changes
-    by a user, an operator or the world."""
+    """The result: ``findings``, broken rules; ``notes``, parts that are not judged; ``outcome``,
+    None if the trace ends before it; ``strays``: steps that ended elsewhere than commanded;
+    ``hands``: changes by a user, an operator or the world."""
 
     findings: list[Finding] = field(default_factory=list)
     notes: list[Finding] = field(default_factory=list)

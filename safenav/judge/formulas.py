@@ -21,7 +21,7 @@ Values = Mapping[str, int]  # of variables; a truth is 0 or 1
 
 
 class UnreadError(Exception):
-    """The judge does not read a formula; the message names the reason."""
+    """A formula that the judge does not read; the message names the reason."""
 
 
 class Part(NamedTuple):
@@ -65,7 +65,7 @@ def _joined(sign: str, parts: Sequence[Part]) -> Callable[[Values], Any]:
 
 
 class _Parser:
-    """``truths``: the variables that are truths. Operators associate to the left."""
+    """Parser of a formula. ``truths``: its Boolean variables. Operators associate to the left."""
 
     def __init__(self, text: str, truths: frozenset[str]) -> None:
         self.text, self.truths = text, truths

@@ -21,7 +21,7 @@ MOST_BYTES = 10_000_000
 
 
 class NotATraceError(ValueError):
-    """The lines are not a trace; the message says where and why."""
+    """Lines that are not a trace; the message states the place and the reason."""
 
 
 class Line:
@@ -47,8 +47,8 @@ class Line:
 
 
 class Objective(Line):
-    """``targets``: for each its regions, none for formulas; ``formulas``: those of ``ltl`` and
-    ``always``, None if there are none; ``texts``: those of ``ltl`` in words. ``settles``: the robot
+    """An objective. ``targets``: the regions of each, none for formulas; ``formulas``: those of
+    ``ltl`` and ``always``, or None; ``texts``: those of ``ltl`` in words. ``settles``: the robot
     stays at its ``last`` target, where each tick is a round, if it ``ends`` after the robot has met
     each target once. ``strict``: it leaves a target immediately, and touches none out of turn;
     ``ordered``: one target at a time is the next."""
@@ -78,7 +78,7 @@ class Objective(Line):
 
 
 class WrongError(Exception):
-    """A value has another type than its field."""
+    """A value of another type than its field."""
 
 
 def _require(holds: object, problem: str) -> None:

@@ -1,6 +1,6 @@
 """The table of rules, and those on what robots do: motion, charge, actions.
 
-A rule is a generator over a line and the state before it takes effect. It yields the violations.
+A rule is a generator over a line and the state before the line. It yields the violations.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ Judge = Callable[[Line, State], Iterator[str]]
 
 
 class Rule(NamedTuple):
-    """``kinds``: the types of lines that it judges. ``text``: its requirement in words."""
+    """A rule. ``kinds``: the types of lines that it judges. ``text``: its requirement in words."""
 
     name: str
     kinds: tuple[str, ...]
@@ -256,7 +256,7 @@ def actions(e: Line, s: State) -> Iterator[str]:
 
 def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
     """Return whether a robot acts, or has just acted, on an obstacle (None: any). An action that
-    names none is one on each."""
+    names no obstacle is one on each."""
     one = robot.acts or (robot.acted[1] if robot.acted and robot.acted[0] == tick else None)
     return one is not None and obstacle in (None, *(one.obstacles or [obstacle]))
 

@@ -109,12 +109,12 @@ class Robot:
 
     @property
     def faces(self) -> bool:
-        """Return whether it has a heading."""
+        """Whether it has a heading."""
         return bool(self.data.mobility == "heading")
 
     @property
     def stays(self) -> bool:
-        """Return whether it is in service at its last target, where it may stay."""
+        """Whether it is in service at its last target, where it may stay."""
         own = self.own
         if not own.settles or (own.ends and not self.progress.ended(own)):
             return False
@@ -143,7 +143,7 @@ class Robot:
 
 class Need(NamedTuple):
     """An action of an obstacle by ``robots`` of the ``able`` ones, which also have the actions of
-    the needs that the same robots must meet after it."""
+    the needs that the same robots must fulfil after it."""
 
     action: str
     regions: frozenset[int]
@@ -155,8 +155,8 @@ class Need(NamedTuple):
 
 class Rest(NamedTuple):
     """The open needs of an obstacle. ``left``: the next one first; ``done``: the robots that have
-    done their part of it; ``enters``: those that alone meet the last need by entering; ``barred``:
-    those that do not act on it; ``order``: rank by which robots take one of several loads."""
+    done their part of it; ``enters``: those that alone fulfil the last need by entering;
+    ``barred``: those that never act on it; ``order``: rank among several loads to take."""
 
     name: str
     region: int
@@ -172,7 +172,7 @@ class Rest(NamedTuple):
         return robot in self.blocks and not (len(self.left) == 1 and robot in self.enters)
 
     def chain(self) -> tuple[Need, ...]:
-        """Return the needs after the next one that the same robots must meet."""
+        """Return the needs after the next one that the same robots must fulfil."""
         return tuple(takewhile(lambda need: need.same, self.left[1:]))
 
     def takes(self) -> bool:
@@ -206,8 +206,8 @@ class Rest(NamedTuple):
 class Obstacle:
     """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part, ``party``: of
     any; ``there``: it is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team
-    knows of it; ``declared``: by an operator; ``begun``: the line after which its next need is the
-    next one."""
+    knows of it; ``declared``: by an operator; ``begun``: the line that made its next need the next
+    one."""
 
     name: str
     type: str
@@ -235,7 +235,7 @@ class Obstacle:
 
     @property
     def stage(self) -> int:
-        """Return the number of fulfilled needs."""
+        """The number of fulfilled needs."""
         return len(self.needs) - len(self.rest.left)
 
     @property
@@ -266,13 +266,13 @@ class Step(NamedTuple):
 
 
 class State:
-    """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the obstacles that the
-    scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: the
+    """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the scenario's obstacles
+    that have not appeared yet; ``changes``: those for robots, not applied yet; ``dues``: the
     deadlines of rounds, requests and the mission that were not met yet, ``missed``: those that were
     not met in time; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
-    the tick in which each input changed last; ``limit``: ticks (live: seconds);
-    ``promised``: the tick in which the deadline of the mission is kept; ``strays``, ``hands``:
-    steps that ended elsewhere than commanded, and changes by a user or the world."""
+    the tick in which each input changed last; ``limit``: ticks (live: seconds); ``promised``: the
+    tick in which the deadline of the mission is kept; ``strays``, ``hands``: steps that ended
+    elsewhere than commanded, and changes by a user or the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario

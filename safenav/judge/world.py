@@ -19,7 +19,7 @@ PER_POSE = 4
 
 
 class TooLargeError(Exception):
-    """The proofs of a trace, or a part of a bundle, exceed the limits of the judge."""
+    """Proofs of a trace, or a part of a bundle, that exceed the limits of the judge."""
 
 
 class World:

@@ -103,7 +103,7 @@ def _walking(segment: file.Segment, times: Array, limits: Mapping[str, object]) 
 
 def swing_poses(swing: file.Swing, times: Array, clearance: float) -> Array:
     """Return x, y, z and yaw of a foot in the air (times, 4), at times since the segment's
-    begin."""
+    start."""
     seconds = swing.t1 - swing.t0
     since = times - swing.t0
     x, y, yaw = (values(axis, since) for axis in between(seconds, swing.start, swing.goal))
@@ -112,7 +112,7 @@ def swing_poses(swing: file.Swing, times: Array, clearance: float) -> Array:
 
 
 def body_yaw(segment: file.Segment, times: Array) -> Array:
-    """Return the yaw of a walker's body, a quintic step, at times since the segment's begin."""
+    """Return the yaw of a walker's body, a quintic step, at times since the segment's start."""
     before, after, begin, end = segment.turning
     if end <= begin:
         return np.full_like(times, after)

@@ -37,9 +37,9 @@ FootState = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
-    """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of the
-    map's south-western corner in the world; ``robots``: for each the ``kind`` of its motion, its
-    parameters and its limits; ``motion``: the version of the format."""
+    """A header. ``trace``: the trace's sha256; ``side``: metres of a region; ``origin``: x, y and
+    yaw of the map's south-western corner in the world; ``robots``: for each the ``kind`` of its
+    motion, its parameters and its limits; ``motion``: the version of the format."""
 
     motion: int = VERSION
     trace: str
@@ -108,7 +108,7 @@ class Swing(Struct, frozen=True, array_like=True):
 
 
 class PressurePhase(Struct, frozen=True, array_like=True):
-    """The centre of pressure moves from ``x``, ``y`` to ``to_x``, ``to_y`` at constant speed."""
+    """The centre of pressure, going from ``x``, ``y`` to ``to_x``, ``to_y`` at constant speed."""
 
     seconds: Positive
     x: float
@@ -131,7 +131,7 @@ class Moving(Struct, frozen=True):
 
 
 class Segment(Moving, frozen=True, tag="segment"):
-    """A walker. ``turning``: yaw before, yaw after, and the times between which the body turns;
+    """A walk. ``turning``: yaw before, yaw after, and the times between which the body turns;
     ``start``, ``goal``: states of the centre of mass."""
 
     phases: Annotated[tuple[PressurePhase, ...], SOME]
@@ -143,7 +143,7 @@ class Segment(Moving, frozen=True, tag="segment"):
 
 
 class Curve(Struct, frozen=True, array_like=True):
-    """Polynomials in the seconds since the curve's begin, lowest power first."""
+    """Polynomials in the seconds since the curve's start, lowest power first."""
 
     seconds: float
     x: Polynomial
@@ -189,7 +189,7 @@ class Release(Struct, frozen=True, tag="release"):
 
 
 class Action(Struct, frozen=True, tag="action"):
-    """A robot resolves an obstacle; it counts as resolved from ``t1`` on."""
+    """An action of a robot on an obstacle, which counts as resolved from ``t1`` on."""
 
     robot: str
     tick: int

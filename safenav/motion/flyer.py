@@ -111,7 +111,7 @@ class AxisTracker:
         self.state = self.state + axis_model().gain * (measured - self.state[0])
 
     def command(self, wanted: Array, low: Array, high: Array) -> float:
-        """Return the acceleration to command now (m/s^2), and take the estimate one step further.
+        """Return the acceleration to command now (m/s^2), and advance the estimate by one step.
 
         ``wanted`` (HORIZON, 3): position, velocity, acceleration of the reference after each
         step; ``low``, ``high`` (HORIZON): where the centre of the body may be. If the solver

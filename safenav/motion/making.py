@@ -193,8 +193,8 @@ class _Schedule:
             )
 
     def _step(self, depart: records.Depart, end: float | None) -> float:
-        """Carry out a step until ``end``, or at the robot's own pace if the trace does not record
-        it; a robot with more time than it needs rests first. Return its end."""
+        """Carry out a step until ``end``, or at the robot's own pace if the trace records no end; a
+        robot with more time than it needs rests first. Return its end."""
         tick, to, mover = depart.tick, depart.to, self._movers[depart.robot]
         short = depart.command in self._short
 
@@ -286,7 +286,7 @@ class _Schedule:
 
 
 def when(line: file.Line) -> tuple[float, int]:
-    """Return the sort key: by time, and at the same time ends before beginnings."""
+    """Return the sort key of a line: its time; at equal times ends come before beginnings."""
     if isinstance(line, file.Release):
         return line.t, 0
     time = line.t0 if hasattr(line, "t0") else line.t

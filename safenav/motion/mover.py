@@ -45,7 +45,7 @@ class Mover(ABC):
 
     @abstractmethod
     def rest(self, tick: int, until: float) -> list[Moving]:
-        """Stay at rest until then."""
+        """Stay at rest until a time."""
 
     def wait(self, tick: int, until: float) -> list[Moving]:
         """Stay at rest until a time, unless that has passed."""
@@ -155,8 +155,8 @@ def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) ->
     other: through the same centres at the same times.
 
     It passes a centre at the lower mean speed of both flights, so both stay below the speed and the
-    acceleration that they have from rest to rest. At a corner it flies diagonally, no faster than
-    keeps its body in its regions: between two corners to one side, a quintic that ends where it
+    acceleration that they have from rest to rest. At a corner it flies diagonally, slowly enough to
+    keep its body in its regions: between two corners to one side, a quintic that ends where it
     began swings out by at most 5/32 of a side.
     """
     width = min(1.0, (floor.side / 2 - size / 2 - ROOM) / (floor.side * 5 / 32))

@@ -25,7 +25,7 @@ from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
 
 
 class TimedAction(Struct, frozen=True):
-    """An act of robots on an obstacle in ``region``, part of ``command``, recorded by the
+    """An action of robots on an obstacle in ``region``, part of ``command``, recorded by the
     ``index``-th record of the trace. ``takes``: they carry it from then on."""
 
     index: int
@@ -41,8 +41,8 @@ Does = records.Part | records.Resolved
 
 
 class PartDone(Struct, frozen=True):
-    """A part that a ``team`` has done of an obstacle's need with this ``number``. ``inside``: those
-    in the obstacle's region."""
+    """A part of the need with this ``number`` that a ``team`` has done. ``inside``: its robots in
+    the obstacle's region."""
 
     obstacle: Obstacle
     number: int
@@ -250,7 +250,7 @@ class _SerialRun:
         self._tell(end, records.Arrive(move.tick, *place))
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
-        """Yield the times at which others leave the regions that this robot must not share with
+        """Yield the times at which other robots leave the regions that this one must not share with
         them: the one that it enters, and those of an exclusion."""
         mine = self._robots[name]
         for other, robot in self._robots.items():

@@ -25,7 +25,7 @@ _DECIMALS = 6
 
 
 class Waypoint(Struct, frozen=True):
-    """``tick``: the tick (in a live run: the moment) at whose end the robot is there, 0 for the
+    """A position. ``tick``: the tick (live: the moment) at whose end the robot is there, 0 for the
     start; ``t``: seconds, in a run with a clock or a motion; ``yaw``: None for a robot without a
     heading. A motion also gives the height ``z`` and the ``speed`` with which the robot passes
     there, 0 where it comes to rest."""
@@ -96,7 +96,7 @@ def timed_waypoints(motion: Motion) -> list[Waypoint]:
 
 
 def _ends(pieces: Sequence[Moving]) -> Iterator[tuple[Moving, float, int]]:
-    """Yield pieces with the seconds since their start of a waypoint, and its region."""
+    """Yield the piece, the seconds since its start, and the region of each waypoint."""
     if pieces:
         yield pieces[0], 0.0, pieces[0].origin
     for piece in pieces:

@@ -42,9 +42,9 @@ for a part of the mission that are tried."""
 
 
 class ChargedSearch(Search):
-    """``start``: with the charges of all robots. ``how``: whether they must suffice forever, not
-    only for the plan; robots leave chargers with a full battery. ``brisk``: as if each step took
-    one tick; its plans are to be examined."""
+    """A search with charges. ``start``: has those of all robots. ``how``: whether they must suffice
+    forever, not only for the plan; robots leave chargers with a full battery. ``brisk``: as if each
+    step took one tick; its plans are to be examined."""
 
     def __init__(
         self,
@@ -131,9 +131,8 @@ class ChargedSearch(Search):
         return sum(stage.need for stage in joint.stages), met
 
     def legs(self) -> Iterator[list[Joint]]:
-        """Yield plans for a part of the mission, the preferred ones first: the way to the greatest
-        progress that has been found, or half of it and as much more as all robots have ample
-        charge."""
+        """Yield plans for a part of the mission, preferred ones first: at least half of the path to
+        the greatest progress found, and more of it while the charge of all robots is ample."""
         begun, way = self.progress(self.start), self.furthest
         half = range(len(way) // 2, len(way))
         left = {
@@ -208,8 +207,8 @@ class ChargedSearch(Search):
         return after[:3], tuple(gains)
 
     def _held(self, joint: Joint, poses: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the poses, in which robots that would have to wait for another one to leave stay
-        where they are."""
+        """Return the poses, with each robot that would wait for another one kept in its present
+        pose."""
         size, found = self.team.size, [*poses]
         there: dict[int, list[int]] = {}
         for j in self.floor.robots:
@@ -290,9 +289,9 @@ class ChargedSearch(Search):
 def raced(
     searches: Sequence[ChargedSearch], work: int, goes_on: Callable[[Joint], bool]
 ) -> Course | None:
-    """Return the plan that ends first of searches with so much work each, after which the team
-    ``goes_on``. They take turns until one turn after the first plan: where one of them finds
-    nothing, it costs as much as the others at most."""
+    """Return the plan that ends first, of searches with this much work each, after which the team
+    ``goes_on``. They take turns until one turn after the first plan, so that a search without a
+    plan costs at most as much as the others."""
     left, found, turn, until = [*searches], list[Course](), 0, ROUNDS
     while turn < until:
         turn += 1
@@ -306,8 +305,8 @@ def raced(
 
 
 def furthest(searches: Sequence[ChargedSearch], goes_on: Callable[[Joint], bool]) -> Course | None:
-    """Return the plan for a part of the mission of the search with the greatest progress, after
-    which the team ``goes_on``."""
+    """Return the partial plan of the search with the greatest progress, after which the team
+    ``goes_on``."""
     every = sorted(searches, key=lambda each: each.progress(each.furthest[-1]), reverse=True)
     for search, leg in islice(((one, leg) for one in every for leg in one.legs()), LEGS):
         course = next(search.course(leg), None) if goes_on(leg[-1]) else None

@@ -1,6 +1,6 @@
 """The execution of a plan: when each robot takes its steps, and which charge it then has.
 
-Plans say in what order robots step, not when. A robot leaves a charger as soon as it has what it
+Plans state the order of steps, not their times. A robot leaves a charger as soon as it has what it
 needs until its next stop there. If a charge does not suffice, the robot waits on the charger rather
 than elsewhere.
 """
@@ -123,8 +123,8 @@ class Course:
         return ready
 
     def needs(self) -> Iterator[tuple[tuple[int, int], float, float]]:
-        """Yield with which charge each robot has to leave each of its places, if it waits as long
-        as here, and when, to wait nowhere else until the next charger."""
+        """Yield the charge with which each robot must leave each of its places, if it waits as long
+        as here, and the time, so that it waits nowhere else until the next charger."""
         last = self.states[-1]
         for i, energy in self.energies.items():
             on, way = energy.charging(last.poses[i]), self.plan.ways[i]
@@ -171,8 +171,8 @@ class Course:
 
 def course_of(floor: Floor, states: Sequence[Joint], *, exact: bool) -> Course | None:
     """Return the execution of the plan of these states that ends first of several: robots leave
-    chargers with the charges of the states, or with less, as far as it suffices. None if it fails;
-    if the states are ``exact``, it then takes as long as these."""
+    chargers with the charges of the states, or with less where that suffices. If it fails: None or,
+    if the states are ``exact``, the one that takes as long as these."""
     plan, _ = plan_of(floor, states[0], [joint.poses for joint in states])
     at, tick = [0] * len(plan.ways), 0.0
     planned, since = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
@@ -216,7 +216,7 @@ def _wanted(floor: Floor, last: Joint, i: int) -> float:
 
 
 def charged_plan(courses: Sequence[Course], begun: float) -> Plan | None:
-    """Return the plan of robots that need not wait for others, part by part; None if one of them
+    """Return the plan of robots that need not wait for others, part by part; None if one robot
     cannot wait for the end of the others. ``begun``: the tick before its first one; in a live run
     its start."""
     team = courses[0].floor.team

@@ -69,9 +69,9 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
 def _choices(
     floor: Floor, before: Joint, joint: Joint
 ) -> Iterator[tuple[tuple[int, int], bool, bool]]:
-    """Yield the needs that choose the robots of the next one, and that a step makes the next or
-    meets: obstacle and number, and which of both it does. Others that can act must not be there
-    between these steps: they would be chosen."""
+    """Yield the needs that choose the robots of the one after, as a step makes them next or fulfils
+    them: obstacle, number, and which of both. No other robot that can act may be there between
+    these steps: it would be chosen."""
     for g in floor.open(before.stages) if before.stages != joint.stages else ():
         begun, now, needs = before.stages[g].need, joint.stages[g].need, floor.gate(g).needs
         for n in range(begun, min(now, len(needs) - 2) + 1):
@@ -85,7 +85,7 @@ def _can(floor: Floor, i: int, need: Need, pose: int) -> bool:
 
 
 class _Stays:
-    """The stays in each region and zone: a robot, and the number of its next place after it."""
+    """The stays in each region and zone: a robot, and the number of its place after that."""
 
     def __init__(self, floor: Floor, first: Joint) -> None:
         self.team, self.stays = floor.team, defaultdict[object, list[list[int]]](list)
@@ -221,7 +221,7 @@ def _foreseen(plan: Plan, state: State, i: int) -> float:
 
 def _spare(team: Team, state: State, i: int) -> float | None:
     """Return the charge that a robot off the chargers has beyond that for its path to one, and for
-    a few steps more; None if it needs none to wait, or no path leads to one."""
+    a few steps more; None if it needs no charge to wait, or no path leads to a charger."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None or not energy.battery.stay or energy.charging(robot.pose):
         return None
@@ -242,7 +242,7 @@ def _unit(team: Team, i: int) -> float:
 
 def charging_ends(team: Team, state: State) -> float | None:
     """Return the next time in a live run at which a robot on a charger has the charge for which it
-    waits, or one off the chargers must go to one or has none left; None: never."""
+    waits, or a robot off the chargers must go to one or has no charge left; None: never."""
     times = []
     for i, (member, robot) in enumerate(zip(team.members, state.robots, strict=True)):
         energy = member.energy
@@ -298,7 +298,7 @@ def at_end(state: State, among: Iterable[int]) -> bool:
 
 def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     """Return whether a plan cannot continue by itself: none of its robots moves, acts, can act or
-    step, or counts by staying, and none waits for an act of a robot with a strategy (``helped``:
+    step, or counts by staying, and none waits for an action of a robot with a strategy (``helped``:
     the obstacles of these)."""
     plan = state.plan
     assert plan is not None

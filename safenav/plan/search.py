@@ -38,8 +38,8 @@ Answer = list[Joint] | Exhausted | None
 
 
 class Search:
-    """``work``: the number of single-robot steps that it may examine, at about 200,000 per second.
-    ``check`` raises if the search must end."""
+    """A search for a plan. ``work``: limit of examined single-robot steps, at about 200,000 per
+    second. ``check`` raises if the search must end."""
 
     def __init__(
         self,
@@ -95,8 +95,8 @@ class Search:
         return self.singles(PROOF) if few and self._turn <= PROOF_TURN else None
 
     def others(self, most: int) -> Iterator[list[Joint]]:
-        """Yield the plans of other searches of at most so many states: one deep search often finds
-        a long one."""
+        """Yield the plans of other searches of at most this many states: a single deep search often
+        finds a long plan."""
         self.work = min(self.work, EXTRA)
         if len(self.floor.robots) <= FEWEST:
             found = self.singles(SINGLES // 4)
@@ -193,8 +193,8 @@ class Search:
     def deep(
         self, start: Joint, goal: Goal, budget: int, how: str, order: list[int], far: int = 0
     ) -> Answer:
-        """Search depth first: at most ``budget`` states, and as many more as a plan that is as long
-        as ``far`` has to have."""
+        """Search depth first: at most ``budget`` states, and as many more as a plan of the length
+        ``far`` must have."""
         before = self.seen = dict[Joint, Joint | None]({start: None})
         stack = [(start, self._next(start, how, order))]
         edges = 0
@@ -279,8 +279,8 @@ class Search:
         return goal
 
     def _legs(self, most: int) -> list[Joint] | None:
-        """Return a chain of legs, in each of which all other robots let one pass. Backtracks at
-        random, farther after more failures since the longest chain."""
+        """Return a chain of legs, in each of which all other robots let one robot pass. Backtracks
+        at random, farther after more failures since the longest chain."""
         legs: list[list[Joint]] = [[self.start]]
         vain = made = longest = failed = 0
         while not self.goal(legs[-1][-1]):
@@ -337,7 +337,7 @@ def completes(floor: Floor, joint: Joint, served: frozenset[int]) -> bool:
 def jammed(floor: Floor, joint: Joint) -> bool:
     """Return whether a robot that has not completed its mission can never move again: all its
     steps, and those of the robots in its way, lead into regions of such robots. Two that face each
-    other in a corner stay there forever. On a floor that is to be ``ready``, also one that has
+    other in a corner stay there forever. On a floor that is to be ``ready``, also a robot that has
     completed its rounds and does not stay at its last target: a resolution would restart them."""
     poses, size = joint.poses, floor.team.size
     taken = {poses[i] % size for i in floor.robots}
@@ -425,8 +425,8 @@ class Proposals:
         return tuple(found)
 
     def _place(self, i: int, pushing: frozenset[int], only: tuple[int, ...] | None) -> bool:
-        """Give a robot a pose, and others that are in its way. ``pushing``: the robots that push
-        it."""
+        """Give a pose to a robot, and to others that are in its way. ``pushing``: the robots that
+        push it."""
         mark = len(self._next)
         for pose in only or self._ranked(i):
             if self._take(i, pose, pushing):

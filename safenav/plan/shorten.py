@@ -228,8 +228,8 @@ def _shown(
     *,
     again: bool = True,
 ) -> Draft:
-    """Return the plan with these joint poses; without ticks unless its execution, and any other
-    with other durations, completes the mission."""
+    """Return the plan with these joint poses; without ticks unless its execution, and any with
+    other durations, completes the mission."""
     plan, last = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
     if shown is None or not completes(floor, shown[-1], served):

@@ -27,8 +27,8 @@ from safenav.world.poses import Mobility, Pose
 
 
 class Missing(Struct, frozen=True):
-    """``actions`` that one robot must have for needs of ``obstacles`` (``needs``: the number of the
-    first such need of each). The needs require up to ``robots`` robots, possibly ``together``;
+    """The ``actions`` that one robot must have for needs of ``obstacles`` (``needs``: the number of
+    the first such need of each). The needs require up to ``robots`` robots, possibly ``together``;
     ``have``: the robots of the team with these actions; ``models``: the models with them."""
 
     actions: tuple[str, ...]

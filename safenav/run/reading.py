@@ -226,7 +226,7 @@ class RunReader:
         return len(seconds) - 1
 
     def _move(self, line: records.Move) -> None:
-        """Take a turn of a robot in lockstep; each robot has one in each tick."""
+        """Read a robot's turn in lockstep; each robot has one per tick."""
         track, to = self._robot(line.robot), self._on_map(line.to)
         due = len(track.regions)
         if line.tick != due:
@@ -235,7 +235,7 @@ class RunReader:
         track.move(to, line.heading, None if line.toward is None else self._on_map(line.toward))
 
     def _end(self, line: records.End) -> None:
-        """Take the end of a run; robots without a turn in its tick stay, or remain in transit."""
+        """Read the end of a run; robots without a turn in its tick stay, or remain in transit."""
         run, tick = self.run, line.tick
         run.ending = line
         within = run.seconds is None and run.last == tick - 1
@@ -246,7 +246,7 @@ class RunReader:
                     track.steps[-1] = replace(step, end=tick + 1)
 
     def _obstacle(self, line: records.Record) -> None:
-        """Take a line about an obstacle."""
+        """Read a line about an obstacle."""
         run = self.run
         match line:
             case records.Discovered():

@@ -61,7 +61,7 @@ class ObstacleStatus(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """Return one phrase for legends."""
+        """One phrase for legends."""
         longer = {"hidden": "still hidden", "requested": "help requested"}
         return longer.get(self.value, self.value)
 

@@ -75,7 +75,7 @@ KnownRobot = Annotated[str, Key(by="robot")]
 class Exclusion(Part, frozen=True):
     """Robots of which at most one is in some regions.
 
-    One in transit is in both of its regions.
+    A robot in transit is in both of its regions.
     """
 
     label: ClassVar = "of never_together"

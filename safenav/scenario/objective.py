@@ -33,7 +33,7 @@ Word = Callable[[Region | Target], str]
 
 
 def number_word(place: Region | Target) -> str:
-    """Return a region's number; the numbers of a target: ``47|58``."""
+    """Return a region's number, or the numbers of a target: ``47|58``."""
     return str(place) if isinstance(place, int) else "|".join(map(str, sorted(place)))
 
 
@@ -204,9 +204,9 @@ class TargetObjective(Objective, Struct, frozen=True):
 
 
 class Patrol(TargetObjective, frozen=True):
-    """Visit the targets in turn, forever, leave each with the next step, and touch none out of
-    turn: with two targets the paper's Patrol formula (Section VI), with more the strict ordered
-    patrolling of Menghi et al. (IEEE TSE 2021)."""
+    """Visits to the targets in turn, forever: the robot leaves each with the next step and touches
+    none out of turn. With two targets the paper's Patrol formula (Section VI), with more the strict
+    ordered patrolling of Menghi et al. (IEEE TSE 2021)."""
 
     kind: ClassVar[str] = "patrol"
     in_turn: ClassVar[bool] = True
@@ -246,7 +246,7 @@ class Patrol(TargetObjective, frozen=True):
 
 
 class Visit(TargetObjective, frozen=True):
-    """Visit the targets in order, forever; passing another target on the way is allowed."""
+    """Visits to the targets in order, forever; passing another target on the way is allowed."""
 
     kind: ClassVar[str] = "visit"
     meaning: ClassVar[str] = "all of its targets, in order"
@@ -260,7 +260,7 @@ class Visit(TargetObjective, frozen=True):
 
 
 class Cover(TargetObjective, frozen=True):
-    """Visit all targets in any order, forever."""
+    """Visits to all targets in any order, forever."""
 
     kind: ClassVar[str] = "cover"
     meaning: ClassVar[str] = "all of its targets, in any order"
@@ -268,7 +268,7 @@ class Cover(TargetObjective, frozen=True):
 
 
 class Hold(TargetObjective, frozen=True):
-    """Go to the target and stay there (the paper's Patrol(s, s))."""
+    """One visit to the target that never ends (the paper's Patrol(s, s))."""
 
     kind: ClassVar[str] = "hold"
     meaning: ClassVar[str] = "go to a region and stay there"
@@ -278,7 +278,7 @@ class Hold(TargetObjective, frozen=True):
 
 
 class Once(TargetObjective, frozen=True):
-    """Visit each target once, in order, and stay at the last one."""
+    """One visit to each target in order, the last of which never ends."""
 
     kind: ClassVar[str] = "once"
     meaning: ClassVar[str] = "each target once, in order, then stay at the last"
@@ -339,7 +339,7 @@ class Ltl(Objective, Struct, frozen=True):
 
     @property
     def pursuit(self) -> Pursuit:
-        """The order in which its goals count; without any each step is a round."""
+        """The order in which its goals count; without goals each step is a round."""
         return Pursuit(max(1, self.goals), in_turn=False, settles=False)
 
     def waiting(self, places: Target) -> Ltl:

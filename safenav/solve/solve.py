@@ -1,7 +1,7 @@
 """SOLVE: an order of resolutions after which every robot can continue, for robots that never
 collide (docs/coordination.md).
 
-A robot is the set of poses that it may choose to be in. A step meets one need by a group, or one
+A robot is the set of poses that it may choose to be in. A step fulfils one need by a group, or one
 robot's part of it. Resolving only opens paths, so a step after which its robots can return to all
 their poses loses nothing, and is taken immediately. Only irreversible steps branch.
 """
@@ -24,11 +24,11 @@ Rank = tuple[object, ...]
 
 
 class BudgetError(Exception):
-    """A budget is exhausted: no verdict."""
+    """An exhausted budget: no verdict."""
 
 
 class Step(Struct, frozen=True):
-    """``group`` fulfils the next need of obstacle ``g``, each robot in one of its poses ``at``."""
+    """A ``group`` fulfils the next need of obstacle ``g``, each robot in a pose of its ``at``."""
 
     g: int
     group: tuple[int, ...]
@@ -121,8 +121,8 @@ class Solver:
 
 
 def options(now: Sets, origins: Sets | None, before: tuple[Step, ...] = ()) -> list[Step]:
-    """Return the steps that may come next, the best first (docs/coordination.md, Helpers); of the
-    lossless ones one for each obstacle. ``before``: those that precede them."""
+    """Return the steps that may come next, the best first (docs/coordination.md, Helpers); of
+    lossless steps, one for each obstacle. ``before``: those that precede them."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
         ranked = list(_options(g, now, origins, before))
@@ -208,7 +208,7 @@ def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bo
 def _apart(
     team: Team, group: tuple[int, ...], free: Mapping[int, Mask], at: tuple[Mask, ...]
 ) -> bool:
-    """Return whether a group can stand in its free regions beside robots that are ``at`` others."""
+    """Return whether a group can stand in its free regions while other robots are ``at`` theirs."""
     if not group:
         return True
     i, *rest = group
@@ -269,7 +269,7 @@ def closure_of(now: Sets) -> Closure:
 
 def _enough(g: int, now: Sets, given: Stages) -> bool:
     """Return whether enough robots reach the regions of the next need, and those of the needs
-    before it that the same robots must meet."""
+    before it that the same robots must fulfil."""
     floor, stages = now.floor, now.stages
     needs, number = floor.gate(g).needs, stages[g].need
     begin = number
@@ -304,8 +304,8 @@ def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
 
 
 class Duty(Struct, frozen=True):
-    """``goal``: the poses where a robot can fulfil the next need of obstacle ``g`` and all can
-    continue."""
+    """A duty. ``goal``: the poses where a robot can fulfil the next need of obstacle ``g`` and all
+    can continue."""
 
     g: int
     group: tuple[int, ...]
@@ -314,9 +314,9 @@ class Duty(Struct, frozen=True):
 
 
 class Settlement(Struct, frozen=True):
-    """``served`` gates in order; the others are walls for now. ``safe``: the poses to which each
-    robot may go (None: not computed). ``plan``: the steps of which the duties are the first.
-    ``hopeless``: some robot can never continue; the other fields are then void."""
+    """The ``served`` gates in order; the other gates are walls for now. ``safe``: the poses to
+    which each robot may go (None: not computed). ``plan``: the steps of which the duties are the
+    first. ``hopeless``: some robot can never continue; the other fields are then void."""
 
     served: tuple[int, ...] = ()
     duties: dict[int, Duty] = field(default_factory=dict)

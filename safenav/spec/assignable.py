@@ -45,8 +45,8 @@ class Part(Struct, frozen=True):
 
 
 class AssignableRegions(Struct, frozen=True):
-    """``places``: regions assignable from some state. ``parts``: those that are not assignable from
-    every state."""
+    """Assignable regions. ``places``: those of some state. ``parts``: those that are not assignable
+    from every state."""
 
     places: frozenset[Region] = frozenset()
     parts: tuple[Part, ...] = ()
@@ -117,7 +117,7 @@ class _Ground(Struct, frozen=True):
     def live(self) -> list[tuple[list[State], set[int]]]:
         """Return the strongly connected sets of the states from which the robot can meet its
         objective forever, although it may have to wait in any; successors first. With each set, the
-        numbers of the others that one step reaches."""
+        numbers of the other sets that one step reaches."""
         after = cache(self.after)
         successors = {state: after(state) for state in reached(self.begins(), after)}
         while True:

@@ -1,4 +1,4 @@
-"""Beliefs of a robot about others, and their formulas: an input ``at_NAME`` for each other robot.
+"""Beliefs of a robot about other robots, and their formulas: an input ``at_NAME`` for each.
 
 Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strategies via belief
 abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
@@ -87,13 +87,13 @@ class Tracker:
         self._masks = tuple(map(region_mask, cells))
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
-        """Return the regions where the other may be."""
+        """Return the regions where the other robot may be."""
         if isinstance(knowledge, frozenset):
             return frozenset().union(*(self.cells[cell] for cell in knowledge))
         return frozenset({knowledge})
 
     def update(self, own: Region, knowledge: Knowledge) -> Prospect:
-        """Return the possible knowledge after the other's next move, observed from region
+        """Return the possible knowledge after the other robot's next move, observed from region
         ``own``."""
         outlook = self.outlook(knowledge)
         seen = frozenset(bits(outlook.reach & self.visibility.mask(own)))
@@ -150,7 +150,7 @@ watch = lru_cache(maxsize=64)(Tracker)
 
 
 class TooManyBeliefsError(ValueError):
-    """More beliefs can occur than a specification can handle in reasonable time."""
+    """More beliefs than a specification can handle in reasonable time."""
 
 
 def occurring(
@@ -325,7 +325,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _sight(model: Model, item: str) -> Iterator[Constraint]:
-    """Constrain observations: the other is observed only while in sight."""
+    """Constrain observations: the other robot is observed only while in sight."""
     name, size, visibility = model.other.variable, model.size, model.watch.visibility
     origin = Origin(item, f"{model.other.name} is seen only where it is in sight", SOURCE)
     alike: dict[Mask, Mask] = {}
@@ -408,7 +408,7 @@ def _believing(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _own_regions(model: Model) -> Mask:
-    """Return the possible regions of this robot when the other moves."""
+    """Return the possible regions of this robot when the other robot moves."""
     owns = 0
     for regions in model.owns.values():
         owns |= regions

@@ -13,9 +13,9 @@ step.
 Robots to avoid (``safenav synth --avoiding``, for automata that run without a coordination layer)
 are occupied neighbouring regions: the input ``busy_north`` is true when the region in the north is
 occupied at the moment of the decision. That suffices to avoid collisions, it is sound whatever the
-others do (also those that take several ticks for a step and occupy two regions meanwhile), and the
-game stays small: it does not grow with the team, and with the map only as the robot's own motion
-does. It has no foresight: the robot cannot plan around future positions of others.
+other robots do (also those that take several ticks for a step and occupy two regions meanwhile),
+and the game stays small: it does not grow with the team, and with the map only as the robot's own
+motion does. It has no foresight: the robot cannot plan around future positions of others.
 """
 
 from collections.abc import Iterator
@@ -199,7 +199,7 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
 def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Constraint]:
     """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
     infinitely often. Without it the first target is next: a strategy takes its goals in their
-    order, and a robot that is at each infinitely often is also at each in turn."""
+    order, and a robot that is at each target infinitely often is also at each in turn."""
     objective, region = task.objective, task.pose.region
     targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
     settles, first = objective.settles, objective.begin(region, task.memory.index)
@@ -300,8 +300,8 @@ def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _nearby_assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumptions: the number of others is bounded, none is in a wall, and none is in the
-    way forever."""
+    """Yield the assumptions: the number of other robots is bounded, none is in a wall, and none is
+    in the way forever."""
     begin = Origin(task.item, "nothing is observed before the first move", SOURCE_NEARBY)
     for heading in headings(world):
         yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)

@@ -128,7 +128,7 @@ class Guarantees:
 
     @cached_property
     def memories(self) -> tuple[dict[str, int], ...]:
-        """Return all values of the memory; none if there are too many."""
+        """All values of the memory; none if there are too many."""
         count = prod(map(len, self._ranges.values()))
         every = product(*self._ranges.values()) if count <= MOST_VALUATIONS else ()
         return tuple(dict(zip(self._ranges, values, strict=True)) for values in every)

@@ -33,7 +33,7 @@ _LISTINGS = 64
 
 
 class CacheWarning(UserWarning):
-    """The cache cannot be used; everything still works, only slower."""
+    """A cache that cannot be used; everything still works, only slower."""
 
 
 class CacheEntry(Struct, frozen=True):

@@ -52,7 +52,7 @@ class Finished(Struct, frozen=True):
 
 
 class DismissedError(Exception):
-    """The command was killed because its result is no longer needed."""
+    """A command that was killed because its result is no longer needed."""
 
 
 class ProcessGroup:

@@ -387,7 +387,7 @@ def specification_in(data: bytes, file: str, robot: str) -> Specification:
 
 
 def slugsin_of(spec: Specification) -> bytes | None:
-    """Return a specification in slugsin, as safenav's own slugs translates it; None without it."""
+    """Return a specification in slugsin, as safenav's own slugs translates it; None if missing."""
     done = _translated(spec.to_structuredslugs().encode())
     return done.stdout if done is not None and done.status == ExitStatus.REALIZABLE else None
 

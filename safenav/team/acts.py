@@ -33,7 +33,7 @@ def occupied(team: Team, state: State) -> frozenset[int]:
 
 
 def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether a robot must not enter a region now: a rival is there, or others are in a
+    """Return whether a robot must not enter a region now: a rival is there, or others are in its
     zone."""
     member, size, robots = team.members[i], team.size, state.robots
     for j in member.rivals:
@@ -45,8 +45,8 @@ def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
 
 
 def is_shut(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether an obstacle that is present, known or not, closes a region to a robot, which
-    did not enter it to resolve it."""
+    """Return whether an obstacle that is present, known or not, closes a region to a robot that may
+    not enter it to resolve it."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     here = ((one, each) for one, each in pairs if one.region == region)
     return any(one.closes(i, each) and not one.lets_in(i, each) for one, each in here)
@@ -137,8 +137,7 @@ def vain(
     team: Team, before: State, after: State, i: int, failed: Collection[int]
 ) -> Iterator[now.Event]:
     """Yield the events that follow from failed actions: an obstacle that the team did not know, or
-    one in which the robot stands and that it leaves to others. ``before``, ``after``: that
-    action."""
+    one in which the robot stands and that it leaves to others. ``before``, ``after``: states."""
     pose, late = after.robots[i].pose, barred(team, after) - barred(team, before)
     behind, steps = after.robots[i].behind, team.members[i].graph.steps(pose)
     for k in failed:
@@ -159,7 +158,7 @@ def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]
 
 def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
     """Yield the events by which an obstacle joins those of the team, if it is not one of them. A
-    former one of its name has disappeared, even if no event has told so."""
+    former one of its name has disappeared, even if no event has reported that."""
     there = {k: state.obstacles[k].state for k in team.numbers.get(obstacle.name, ())}
     if not there:
         yield now.Introduced(obstacle)

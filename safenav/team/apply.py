@@ -356,7 +356,7 @@ def goals(
 
 
 def _remembers(team: Team, state: State, i: int) -> bool:
-    """Return whether own targets of a robot on a duty count; not again where it was sent from."""
+    """Return whether a robot on a duty counts own targets, but not again where it got the duty."""
     member, robot = team.members[i], state.robots[i]
     assigned = team.assignable(i) and member.objective.formulas is None
     return member.planned or (assigned and not (robot.fresh and robot.own.held))

@@ -48,7 +48,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def needs(self, allowed: Mask) -> tuple[dict[int, float], ...]:
         """Return for each next target the least charge of each pose with which it can meet all
-        targets forever: the greatest fixpoint. Poses without one are left out."""
+        targets forever: the greatest fixpoint. Poses where no charge suffices are left out."""
         least: dict[int, float] = dict.fromkeys(bits(allowed), 0)
         if self.returns:
             at = dict.fromkeys(bits(self.chargers & allowed), 0.0)

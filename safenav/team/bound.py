@@ -129,8 +129,8 @@ class Bound:
         return Walker(member.graph, member.ticks, allowed, sorted(gates, reverse=True))
 
     def _needs(self, k: int) -> list[int]:
-        """Return the earliest turn of each need of an obstacle, in sequence: several may be met in
-        one turn. That of a fulfilled need is the present turn."""
+        """Return the earliest turn of each need of an obstacle, in sequence: several may be
+        fulfilled in one turn. That of a fulfilled need is the present turn."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
         found, done, since = [self.now] * stage.need, stage.done, self.now + 1
         begins = {i: self._start(i) for i in stage.group or ()}

@@ -35,15 +35,15 @@ class Joint(NamedTuple):
 
 
 class Floor(Struct, frozen=True, eq=False, dict=True):
-    """``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``: poses of
-    each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
-    take part; ``barred``: robots that must not act on an obstacle, nor resolve it by entering it;
-    ``inside``: of each robot where it is in obstacles closed to it; ``helping``: those that serve
-    each obstacle already; ``rounds``: those that each robot is to complete, if not those of the
-    mission; ``away``: poses that only robots out of service keep from each robot; ``either``:
-    whether strict objectives may begin with any target; ``ready``: whether robots with completed
-    rounds must still be able to move; ``laden``: robots that carry loads of other obstacles;
-    ``standing``: those out of service that act where they are."""
+    """A floor. ``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``:
+    poses of each robot, and those that walls, its rules and sealed obstacles leave; ``robots``:
+    those that take part; ``barred``: robots that must not act on an obstacle, nor resolve it by
+    entering it; ``inside``: of each robot where it is in obstacles closed to it; ``helping``: those
+    that serve each obstacle already; ``rounds``: those that each robot is to complete, if not those
+    of the mission; ``away``: poses that only robots out of service keep from each robot;
+    ``either``: whether strict objectives may begin with any target; ``ready``: whether robots with
+    completed rounds must still be able to move; ``laden``: robots that carry loads of other
+    obstacles; ``standing``: those out of service that act where they are."""
 
     team: Team
     gates: tuple[int, ...]
@@ -175,8 +175,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return stages if need.together else put(stages, g, stages[g]._replace(done=done))
 
     def acted(self, stages: Stages, at: Sequence[int | None], i: int) -> Stages:
-        """Return the stages after robot i has done all that it can in its region; ``at``: the
-        region of each robot (None: it cannot take part). It takes loads last, those begun first."""
+        """Return the stages after robot i has done all that it can in its region; ``at``: each
+        robot's region (None: it takes no part). It takes loads last, begun ones before others."""
         loads = [g for g in self.open(stages) if self.need(g, stages).takes]
         loads.sort(key=lambda g: (not stages[g].done, self.gate(g).source.order))
         for g in [g for g in self.open(stages) if g not in loads] + loads:
@@ -371,7 +371,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return any(self.gate(g).restarts for g in over)
 
     def _chooses(self, before: Stages, after: Stages) -> bool:
-        """Return whether a need was met, or a part of it, that may choose robots for the next."""
+        """Return whether a need, or part of one, was fulfilled that may choose the next robots."""
         changed = (g for g in self.open(before) if before[g] != after[g])
         return any(need.same for g in changed for need in self.gate(g).needs)
 
@@ -382,7 +382,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
 
 class _Known(dict[int, T]):
-    """A function of the pose, computed once for each."""
+    """A function of the pose, computed once for each pose."""
 
     def __init__(self, of: Callable[[int], T]) -> None:
         self.of = of

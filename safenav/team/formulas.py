@@ -79,8 +79,8 @@ def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
 
 
 class StateGraph(PoseGraph):
-    """A state is a pose with the memory there and the goals that the step into it has met: the
-    number of the pose plus that of the memory times the number of poses. To stand still
+    """A graph whose states are poses with the memory there and the goals that the step into them
+    has met. Number of a state: its pose plus its memory times the number of poses. To stand still
     takes no step."""
 
     def __init__(

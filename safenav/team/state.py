@@ -12,7 +12,7 @@ from safenav.world.poses import Pose
 
 class Stage(NamedTuple):
     """An obstacle's progress: its next need, the robots that have done their part of it, and those
-    that met the one before if the same robots must meet it (None: any)."""
+    that fulfilled the one before if the same robots must fulfil it (None: any)."""
 
     need: int = 0
     done: frozenset[int] = frozenset()
@@ -42,9 +42,10 @@ class Is(StrEnum):
 
 
 class ObstacleNow(Struct, frozen=True):
-    """``asked``: robots that encountered it, each with the region where it waits, the latest last;
-    ``given_up``: sealed because no robot can resolve it, not because it was found untraversable;
-    ``aside``: no joint plan serves it; ``due``: the tick by whose end its request must be met."""
+    """An obstacle now. ``asked``: robots that encountered it, each with the region where it waits,
+    the latest last; ``given_up``: sealed because no robot can resolve it, not because it was found
+    untraversable; ``aside``: no joint plan serves it; ``due``: the tick by whose end its request
+    must be met."""
 
     state: Is = Is.HIDDEN
     stage: Stage = Stage()
@@ -74,21 +75,20 @@ Base = tuple[Objective, int | None, Count, Values]
 
 
 class RobotNow(Struct, frozen=True):
-    """``to``: the pose of the step under way (it reserves both regions); ``due``: the tick in which
-    this step ends (lockstep). ``objective``: the one in force, with its progress ``task``; ``own``:
-    progress with its own. ``node``: that of its strategy at its next pose. ``at``: its place in the
-    joint plan; ``by``: the origin of the step under way; ``command``: the number of the last one
-    (live). ``acting``: the robot in whose action it takes part; ``works``: the obstacles of its own
-    action (live). ``active``: it is in service;
-    ``failed``: the regions of the steps that failed since it arrived somewhere. ``fresh``: it has a
-    new objective, of which it has counted nothing yet. Of formulas: ``values`` of the memory and
-    the inputs at the pose of its next decision; ``came``: its pose and these values before its last
-    turn. ``known``: for each robot that it tracks a region, or the cells that may hold it.
-    ``mode``: the input that set its own objective; ``base``: its objective before that. ``charge``:
-    of its battery; ``flat``: the charge is used up, and the robot waits for another battery;
-    ``cause``: the reason why it is out of service. ``behind``: the region from which it entered its
-    own; None if it was put there. ``broken``: the assumptions of its last strategy that did not
-    hold."""
+    """A robot now. ``to``: the pose of the step under way (it reserves both regions); ``due``: the
+    tick in which this step ends (lockstep). ``objective``: the one in force, with its progress
+    ``task``; ``own``: progress with its own. ``node``: that of its strategy at its next pose.
+    ``at``: its place in the joint plan; ``by``: the origin of the step under way; ``command``: the
+    number of the last one (live). ``acting``: the robot in whose action it takes part; ``works``:
+    the obstacles of its own action (live). ``active``: it is in service; ``failed``: the regions of
+    the steps that failed since it arrived somewhere. ``fresh``: it has a new objective, of which it
+    has counted nothing yet. Of formulas: ``values`` of the memory and the inputs at the pose of its
+    next decision; ``came``: its pose and these values before its last turn. ``known``: for each
+    robot that it tracks a region, or the cells that may hold it. ``mode``: the input that set its
+    own objective; ``base``: its objective before that. ``charge``: of its battery; ``flat``: the
+    charge is used up, and the robot waits for another battery; ``cause``: the reason why it is out
+    of service. ``behind``: the region from which it entered its own; None if it was put there.
+    ``broken``: the assumptions of its last strategy that did not hold."""
 
     pose: int
     objective: Objective
@@ -154,9 +154,9 @@ class Plan(Struct, frozen=True):
 
 
 class State(Struct, frozen=True):
-    """``requests``: the open obstacles, the oldest first: the paper's stack. ``over``: those
-    resolved in this run, in order. ``time``: tick or seconds. ``attempts``: the actions that
-    failed, each as a robot and an obstacle. ``inputs``: those that are on."""
+    """A team's state. ``requests``: the open obstacles, the oldest first: the paper's stack.
+    ``over``: those resolved in this run, in order. ``time``: tick or seconds. ``attempts``: the
+    actions that failed, each as a robot and an obstacle. ``inputs``: those that are on."""
 
     robots: tuple[RobotNow, ...]
     obstacles: tuple[ObstacleNow, ...]
@@ -416,7 +416,7 @@ class Gone(Change, frozen=True):
 
 class Counted(Event, frozen=True):
     """A robot's turn is over: goals count where it stands. ``ticks``: its duration (None: no time,
-    so staying counts immediately); ``duty``: whether those of its duty count, too."""
+    so staying counts immediately); ``duty``: whether those of its duty also count."""
 
     robot: int
     ticks: int | None = 1

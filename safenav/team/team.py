@@ -26,11 +26,11 @@ from safenav.world.poses import Mask, Pose, PoseGraph, bits, plain_graph, region
 
 
 class Need(Struct, frozen=True):
-    """``robots`` distinct robots do ``action`` in ``regions``, at the same time if ``together``;
-    with ``same``, robots that fulfilled the need before. ``chosen``: they also fulfil the next one;
-    ``skills``: all actions that they must have, up to the last need that the same robots fulfil;
-    ``strays``: the robots that do not take the load, since no path leads them to where it is put
-    down. ``closed_to``: the robots that must not enter the obstacle while this need is the next."""
+    """A need: ``robots`` distinct robots do ``action`` in ``regions``, simultaneously if
+    ``together``; with ``same``, robots that fulfilled the need before. ``chosen``: they also fulfil
+    the next one; ``skills``: all actions that they must have, up to the last need that the same
+    robots fulfil; ``strays``: the robots that do not take the load, since they have no path to
+    where it is put down. ``closed_to``: the robots that must not enter while this need is next."""
 
     action: str
     robots: int
@@ -49,8 +49,8 @@ class Need(Struct, frozen=True):
 
 
 class Obstacle(Struct, frozen=True, eq=False):
-    """``restarts``: whether resolving it restarts rounds; ``battery_of``: the robot whose empty
-    battery it is."""
+    """An obstacle. ``restarts``: whether resolving it restarts rounds; ``battery_of``: the robot
+    whose empty battery it is."""
 
     name: str
     region: int

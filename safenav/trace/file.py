@@ -63,12 +63,12 @@ class Trace(Struct, frozen=True):
 
     @property
     def robots(self) -> dict[str, Robot]:
-        """Return all robots by name."""
+        """All robots by name."""
         return {robot.name: robot for robot in self.header.scenario.robots}
 
     @property
     def obstacles(self) -> dict[str, Obstacle]:
-        """Return all obstacles by name: those of the header, and those discovered later."""
+        """All obstacles by name: those of the header, and those discovered later."""
         found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
         return {o.name: o for o in (*self.header.scenario.obstacles, *found)}
 

@@ -24,7 +24,7 @@ VERSION = 4
 
 
 class TickLine(Struct, frozen=True, rename={"from_": "from"}):
-    """``tick``: 0 before the first move; in a live run the number of the pass."""
+    """A line with a ``tick``: 0 before the first move; in a live run the number of the pass."""
 
     tick: Count
 
@@ -113,10 +113,10 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
 
 
 class Move(Record, frozen=True, tag="move"):
-    """One for each robot and tick. ``heading``: the one after the move. ``toward``: while a step
-    takes several ticks, the region to which the robot is in transit and which it also occupies.
-    ``by``: the origin of the move (null in transit). ``result``: that of a step that ended
-    elsewhere than commanded."""
+    """A robot's turn in a tick. ``heading``: the one after the move. ``toward``: while a step takes
+    several ticks, the region to which the robot is in transit and which it also occupies. ``by``:
+    the origin of the move (null in transit). ``result``: that of a step that ended elsewhere than
+    commanded."""
 
     robot: str
     from_: Region

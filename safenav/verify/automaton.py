@@ -173,7 +173,7 @@ class Edges:
 
 
 class NoMeasureError(ValueError):
-    """No measure exists: a ``cycle`` of nodes misses the goal and meets every excuse."""
+    """The absence of a measure: a ``cycle`` of nodes misses the goal and meets every excuse."""
 
     def __init__(self, cycle: tuple[int, ...]) -> None:
         super().__init__(f"node {cycle[0]} lies on a cycle that starves the goal")

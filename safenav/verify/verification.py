@@ -175,7 +175,7 @@ def _move_in_words(automaton: Automaton, owner: Owner, row: Row) -> str:
 
 def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
     """Yield a missing start. Each initial input of the environment needs a node that satisfies both
-    INITs. The input of a counterstrategy needs one for each output, unless it leaves no output."""
+    INITs. That of a counterstrategy needs a node for each output, unless it leaves no output."""
     spec, strategy, starts = automaton.spec, automaton.strategy, automaton.starts
     inputs, outputs = openings(spec)
     if counter and not starts:
@@ -198,7 +198,7 @@ def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
 
 def _missing(possible: Completions, row: Row, count: int, there: Set[Row]) -> Row | None:
     """Return a completion of a row that is missing among those ``there``, if there is one.
-    Comparing their ``count`` usually suffices: each one there is a completion, or another fault."""
+    Comparing ``count`` usually suffices: each of ``there`` is a completion, or another fault."""
     if count == len(there):
         return None
     return next((each for each in possible.each(row) if each not in there), None)

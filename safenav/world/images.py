@@ -208,7 +208,7 @@ def _decoded(picture: Picture) -> Image:
 
 
 def crossed(blocked: Blocked, layout: Layout, world: RegionMap) -> list[Region]:
-    """Free regions that blocked pixels cross from one side to the opposite one."""
+    """Return the free regions that blocked pixels cross from one side to the opposite one."""
     found = []
     for region in world.free:
         row, col = world.position(region)

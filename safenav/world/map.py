@@ -19,8 +19,8 @@ from safenav.strict_json import MOST_REGIONS
 
 
 class Frame(Struct, frozen=True):
-    """``resolution``: the side of a region, a square, in metres; ``origin``: x and y of the map's
-    south-western corner in metres; ``yaw``: rotation of the map about that corner,
+    """A map's frame. ``resolution``: side of a square region in metres; ``origin``: x and y of the
+    map's south-western corner in metres; ``yaw``: rotation of the map about that corner,
     counterclockwise, in radians."""
 
     resolution: Annotated[float, Meta(gt=0)]
@@ -119,7 +119,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @cached_property
     def free(self) -> tuple[Region, ...]:
-        """Return all regions that are not walls, ascending."""
+        """All regions that are not walls, ascending."""
         return tuple(r for r in range(self.size) if r not in self.walls)
 
     def region(self, row: int, col: int) -> Region:

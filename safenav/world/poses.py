@@ -135,7 +135,7 @@ class PoseGraph:
 
     @cached_property
     def everywhere(self) -> Mask:
-        """Return all poses on free regions."""
+        """All poses on free regions."""
         return self.poses_on(self.free_regions)
 
     def poses_on(self, regions: Mask) -> Mask:

@@ -61,7 +61,7 @@ class LabObstacle(Struct, eq=False):
 
     @property
     def solid(self) -> bool:
-        """Return whether it has a body."""
+        """Whether it has a body."""
         return not self.obstacle.type.has_truth and self.obstacle.type.blocks != frozenset()
 
 
@@ -103,8 +103,8 @@ class Handling(Struct):
 
 
 class SimulatedBody(Struct):
-    """One robot. ``reference``: the one that it tracks; ``goal``: its present goal, if any;
-    ``acts``: its present action, if any; ``ended``: the ends of both that are not told yet."""
+    """One robot. ``reference``: its tracked reference; ``goal``: its present goal, if any;
+    ``acts``: its present action, if any; ``ended``: the ends of both that are not reported yet."""
 
     kind: Dimensions
     dofs: tuple[int, ...]

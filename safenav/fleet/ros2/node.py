@@ -244,7 +244,7 @@ class Client:
 
     @property
     def connected(self) -> bool:
-        """Return whether a server is connected that understands requests."""
+        """Whether a server that understands requests is connected."""
         return bool(self._writer.get_matched_subscriptions()) and not self.foreign
 
     def _answered(self, reply: Any) -> None:

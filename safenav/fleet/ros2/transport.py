@@ -357,7 +357,7 @@ class Ros2Transport:
     def _stamped(
         self, meaning: Callable[[str, float, Any], Message | None], name: str, message: Any
     ) -> None:
-        """Pass on a measurement of a robot, if it has a meaning."""
+        """Pass on a measurement of a robot, if it is meaningful."""
         found = meaning(name, seconds_of(message.header.stamp), message)
         if found is not None:
             self._post(found)

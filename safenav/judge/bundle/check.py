@@ -68,9 +68,9 @@ UNCOMPARED = {
 
 @dataclass(frozen=True)
 class Judged:
-    """``verdict``: accepted, refused, too large or not a bundle; the reason if it is not accepted;
-    the claims that are established, and what was not compared. A claim has ``id``, ``kind``,
-    ``text`` and ``evidence``: pairs of a file and a line or None."""
+    """The result: its ``verdict`` (accepted, refused, too large or not a bundle), the reason if not
+    accepted, the claims that are established, and what was not compared. A claim has ``id``,
+    ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None."""
 
     verdict: str
     reason: str = ""

@@ -29,7 +29,7 @@ class Plan:
     at: dict[str, int]
 
     def step(self, robot: str, after: Pose, s: State) -> None:
-        """Refuse unless a step to a pose is the next one of a robot, and its orders allow it."""
+        """Refuse unless a robot's next step leads to the pose, and its orders allow it."""
         require(robot in self.ways, f"{robot} moves by a plan that it is not in")
         index, way = self.at[robot] + 1, self.ways[robot]
         require(index < len(way), f"{robot} has no more places in its plan")
@@ -119,7 +119,7 @@ class Precedence:
             raise RefusedError("the steps of the plan wait for each other in a circle") from None
 
     def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
-        """Yield the robots of two visits of which neither certainly ends before the other."""
+        """Yield the robots of each two visits, neither of which certainly ends before the other."""
         for (one, i), (other, j) in combinations(visits, 2):
             apart = self._left_before(one, i, other, j) or self._left_before(other, j, one, i)
             if one != other and not apart:
@@ -148,7 +148,7 @@ class Drive:
         return {*self.task.of_pose.get(pose, ())}
 
     def after(self, nodes: set[int], s: State) -> set[int]:
-        """Return the successors of some nodes for what the robot observes now."""
+        """Return the successors of some nodes for the robot's present observation."""
         graph = self.task.graph
         return self.agreeing(chain(*(graph.next[k] for k in nodes)), s)
 
@@ -163,9 +163,9 @@ class Drive:
 
 
 class Evidence:
-    """``files``: the files of a bundle by name; ``named``: those that lines name; ``claims``: the
-    established claims. Its rules raise TooLargeError, and arbitrary errors for a malformed
-    file."""
+    """The evidence in a bundle. ``files``: its files by name; ``named``: those that lines name;
+    ``claims``: the established claims. Its rules raise TooLargeError, and arbitrary errors for a
+    malformed file."""
 
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.named = files, set[str]()
@@ -257,7 +257,7 @@ class Evidence:
         known = [one for one in s.obstacles.values() if one.known and one.present]
         serves = any(e.objective.serves(one) for one in (s.robots[name].given, own))
         helps = any(one.open for one in known) or (e.verdict == "unrealizable" and s.tick)
-        helps = helps or (e.objective.count == 1 and s.robots[name].data.battery)  # it charges
+        helps = helps or (e.objective.count == 1 and s.robots[name].data.battery)  # it may charge
         require(serves or helps, f"{name} was not given the objective of its strategy")
         weaker = e.objective.serves(own) and own.literal and not task.objective.strict
         require(not weaker, f"the strategy of {name} may cross a target out of turn")
@@ -277,8 +277,8 @@ class Evidence:
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
-        """Return whether a robot has no strategy for its own objective: one was refuted for the
-        circumstances of now."""
+        """Return whether a robot has no strategy for its own objective: it was proven to have none
+        in the present circumstances."""
         if (robot, spec) not in self.hopeless:
             return False
         (task, line), own = self.hopeless[robot, spec], s.robots[robot].own

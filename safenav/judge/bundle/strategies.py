@@ -29,7 +29,7 @@ Met = list[bool]  # for each edge
 
 
 class RefusedError(Exception):
-    """A part of a bundle does not prove what it should."""
+    """A part of a bundle that does not prove its claim."""
 
 
 def require(holds: object, reason: str) -> None:
@@ -179,8 +179,8 @@ class Task:
         self.goals_met = cache(self._goals_met)
 
     def _awaited(self, last: int, pose: Pose) -> int:
-        """Return the target that a robot awaits, given the one that it remembers: the next one if
-        it is there."""
+        """Return the target that a robot awaits, given the remembered one: the target after that if
+        the robot is at it."""
         targets = self.objective.targets
         turn, count = last + (pose[0] in targets[last]), len(targets)
         return min(turn, count - 1) if self.objective.settles else turn % count

@@ -159,8 +159,8 @@ class Case:
                 yield group
 
     def _fits(self, group: Iterable[str], at: Sets) -> bool:
-        """Return whether a group can stand at some of their poses simultaneously, rivals apart, and
-        no two of a zone in it."""
+        """Return whether a group can stand at some of their poses simultaneously: rivals apart, and
+        no two robots of a zone in it."""
         rivals, group = self.state.rivals, [*group]
         zones = [(who, zone) for who, zone in self.state.zones if len(who & {*group}) > 1]
         close = frozenset[str]().union(*(who for who, _ in zones))

@@ -34,7 +34,7 @@ class _State(NamedTuple):
 
 
 class Enumeration:
-    """The joint states of some robots with some open obstacles. ``cost``: that of each, in
+    """The joint states of some robots with some open obstacles. ``cost``: cost of each, in
     states."""
 
     def __init__(
@@ -95,7 +95,7 @@ class Enumeration:
             # That where it acts counts first, as the action ends.
             here = [k for k in range(count) if robot.acts and self.case.at[name] in targets[k]]
             firsts = here or ([EITHER] if count == 2 else [*range(count)])
-        elif own.literal and progress.turn is None:  # with the target on which it starts
+        elif own.literal and progress.turn is None:  # it may begin with a target where it is
             firsts += [k for k in range(1, count) if self.case.at[name] in targets[k]]
         return [(left, k) for k in firsts]
 
@@ -149,8 +149,8 @@ class Enumeration:
         return _State(state.poses, tuple(now), opened)
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
-        """Return the obstacles after all actions. Loads are taken last, those begun first, by
-        robots that can carry one more."""
+        """Return the obstacles after all actions. Loads are taken last, begun ones before others,
+        by robots that can carry one more."""
         at = dict(zip(self.robots, places, strict=True))
         after = [_performed(one, at, None) for one in opened]
         loads = [k for k, one in enumerate(after) if one.takes()]
@@ -174,7 +174,7 @@ class Enumeration:
 
 def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Rest:
     """Return an obstacle after the actions of the robots where they stand. ``full``: robots that
-    can take no other load; None: no robot takes one now."""
+    can take no other load; None: no robot takes a load now."""
     while one.left:
         need, takes = one.left[0], one.takes()
         if takes and full is None:

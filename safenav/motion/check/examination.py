@@ -49,7 +49,7 @@ class Finding(Struct, frozen=True):
 
 
 class Holding(Struct, frozen=True):
-    """A robot has reserved a region from ``begin`` to ``end`` (seconds)."""
+    """The reservation of a region by a robot from ``begin`` to ``end`` (seconds)."""
 
     robot: str
     region: int
@@ -133,8 +133,8 @@ class Examination:
 
     @cached_method
     def walked(self, segment: file.Segment) -> Walked:
-        """Return the motion of a segment, or of one of its shape: a walker has few, each computed
-        once."""
+        """Return the motion of a segment, or of another one of its shape: a walker has few shapes,
+        each computed once."""
         key = segment.robot, shape_of(segment)
         if key not in self._shapes:
             self._shapes[key] = walked(segment, self.numbers[segment.robot])
@@ -155,8 +155,8 @@ class Examination:
 
     @cached_method
     def discs(self, piece: file.Moving) -> list[Disc]:
-        """Return the discs that a piece moves: the body, and of a walker its feet, on the ground
-        and in the air."""
+        """Return the discs that a piece moves: the body, and a walker's feet, on the ground and in
+        the air."""
         return [*self._made(piece)]
 
     def _made(self, piece: file.Moving) -> Iterator[Disc]:
@@ -221,8 +221,8 @@ def holdings(case: Examination) -> list[Holding]:
 
 
 def outside(case: Examination, disc: Disc, spans: Sequence[Holding]) -> tuple[float, str] | None:
-    """Return the time and the place in words at which a disc is inside a region that its robot does
-    not have then by ``spans``."""
+    """Return the time and the place, in words, at which a disc is inside a region that ``spans`` do
+    not give its robot then."""
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)

@@ -47,8 +47,8 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
 
 
 def _gap(motion: file.Motion) -> str:
-    """Return which robot's pieces do not follow one another from the start to the end of a motion;
-    empty if there is none."""
+    """Return the error for a robot whose pieces do not follow one another from the start to the end
+    of a motion; empty if there is none."""
     for name in motion.header.robots:
         pieces = motion.of(Moving, name)
         begins = [*(piece.t0 for piece in pieces), motion.outcome.makespan]
@@ -135,7 +135,7 @@ FEET = {1: "its left foot", -1: "its right foot"}
 
 
 def _jumps(before: Curve | Moving, after: Curve | Moving) -> Iterator[str]:
-    """Yield what changes suddenly between two pieces of motion, or two parts of one."""
+    """Yield each sudden change between two pieces of motion, or two parts of one."""
     end, start = _state(before, last=True), _state(after, last=False)
     for what, ended in end.items():
         if what not in start:  # a foot is either on the ground or in the air

@@ -172,7 +172,7 @@ class _Rows:
     def _changes(
         self, changes: values.Changes[T], value: Callable[[T], list[Any]], whole: bool = False
     ) -> list[list[Any]]:
-        """Return ticks with the value that holds from each on; the last of a tick counts."""
+        """Return ticks, each with the value that holds from then on: the last of that tick."""
         begin = 0 if whole else self._begin
         new = changes.after(begin - 1) if begin else changes
         return [[tick, *value(held)] for tick, held in {max(0, t): v for t, v in new}.items()]

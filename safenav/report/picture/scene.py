@@ -153,8 +153,8 @@ def svg_of(
 
 
 def sprites(run: Run, tick: int, part: float) -> Iterator[tuple[str, float, float]]:
-    """Yield all that moves between two ticks as pictures of their own, each with its upper left
-    corner: the words of the moment and the robots. Headings are those of the nearest of 24."""
+    """Yield the parts that move between two ticks as pictures of their own, each with its upper
+    left corner: the words of the moment and the robots. Headings are those of the nearest of 24."""
     of, page = Layout.of(run), svg.SvgWriter()
     page.text(0, 14, run.stage(tick, part), 13, fill=floor.MUTED)
     yield page.document(of.inner, 20), MARGIN, of.top - 23
@@ -185,7 +185,7 @@ class _Drawing(Struct):
     names: list[floor.PlacedName]
 
     def ground(self) -> None:
-        """Draw all that never changes."""
+        """Draw the parts that never change."""
         run, cell = self.run, self.cell
         floor.draw_floor(self.page, run.map, cell)
         floor.draw_areas(self.page, run.map, cell)
@@ -227,7 +227,7 @@ class _Drawing(Struct):
             self.robot(*placed)
 
     def _intention(self, track: RobotTrack) -> None:
-        """Draw the regions that a robot avoids, and its way to its next target."""
+        """Draw the regions that a robot avoids, and its path to its next target."""
         world, cell = self.run.map, self.cell
         wide = max(1.5, cell * 0.05)
         line = {"stroke": track.look.colour, "stroke_width": wide, "fill": "none"}

@@ -51,7 +51,7 @@ class StatusLine:
         self.last, self._shown = 0.0, False
 
     def show(self, text: str, seconds: float) -> None:
-        """Show the state of the work after some seconds."""
+        """Show the state of the work, ``seconds`` old."""
         if self.live:
             width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
             click.echo(f"\r\033[K{text[: width - 1]}", nl=False, err=True)

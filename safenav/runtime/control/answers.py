@@ -55,10 +55,10 @@ class Question(Struct, eq=False):
 
 
 class Answers:
-    """``check`` raises if the run must end; ``busy``: the run's own thread computes an answer, so
-    that an exception may end it. ``background``: whether answers come from threads. ``count`` and
-    ``seconds``: the cost of the syntheses. ``examined``: the number of resolved obstacles when a
-    plan was last asked for; ``kept``: the plan for which there was no better one."""
+    """The answers so far. ``check`` raises if the run must end; ``busy``: the run's thread computes
+    one, so an exception may end it. ``background``: whether answers come from threads. ``count``
+    and ``seconds``: the cost of the syntheses. ``examined``: the number of resolved obstacles when
+    a plan was last asked for; ``kept``: the plan for which there was no better one."""
 
     def __init__(
         self,

@@ -358,7 +358,7 @@ def _helped(team: Team, control: Control) -> frozenset[int]:
 
 def _left(team: Team, state: State, control: Control) -> frozenset[int]:
     """Return obstacles that a plan, which cannot continue, leaves to robots with strategies, though
-    none of these is to help: the chosen helpers may have no way past other robots."""
+    none of these is to help: the chosen helpers may have no path past other robots."""
     if state.plan is None or not state.requests:
         return frozenset()
     waits = awaited(team, state) - control.left
@@ -413,8 +413,8 @@ def _why_out(team: Team, state: State, i: int) -> str:
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:
-    """Return whether every robot has met its objective, those that must stay at its last target are
-    there now, and no request is being served or to come as an order."""
+    """Return whether every robot has met its objective, those that must stay at their last target
+    are there now, and no request is being served or will come as an order."""
     if control.found.served or orders_ahead(team, state):
         return False
     return all(

@@ -367,8 +367,8 @@ GIVEN_UP = End("interrupted", "given up")
 
 
 class Stopped(BaseException):
-    """The run ends with ``end``. Not an Exception: like KeyboardInterrupt, a signal may raise it
-    anywhere, and a library running there must not handle it as its own error."""
+    """Signal that the run ends with ``end``. Not an Exception: like KeyboardInterrupt, a signal may
+    raise it anywhere, and a library running there must not handle it as its own error."""
 
     def __init__(self, end: End) -> None:
         self.end = end

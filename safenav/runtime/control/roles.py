@@ -14,9 +14,9 @@ from safenav.world.poses import Mask, Pose, bits
 
 
 class Role(Struct, frozen=True):
-    """``helps``: the obstacle that it is to resolve. ``avoid``: open obstacles that a new strategy
-    treats as walls; ``must``: those of them that its present strategy must know. ``forbidden``:
-    poses from which the team could not continue."""
+    """A robot's role. ``helps``: the obstacle that it is to resolve. ``avoid``: open obstacles that
+    a new strategy treats as walls; ``must``: those of them that its present strategy must know.
+    ``forbidden``: poses from which the team could not continue."""
 
     objective: Objective
     helps: int | None = None
@@ -47,7 +47,7 @@ class Roles:
         return own or self._wait(i)
 
     def waits(self, i: int) -> bool:
-        """Return whether a robot has met an obstacle that is being resolved."""
+        """Return whether a robot has encountered an obstacle that is being resolved."""
         return any(
             i in dict(self.state.obstacles[self.floor.gates[g]].asked) for g in self.found.served
         )

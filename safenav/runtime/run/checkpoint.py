@@ -60,8 +60,8 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     sha256: str = ""
 
     def checkpoint(self, lines: int, first: bytes) -> records.Checkpoint:
-        """Return the run after this number of lines of its trace, of which ``first`` is the
-        header."""
+        """Return the run as a checkpoint after this number of ``lines`` of its trace; ``first``:
+        its header."""
         return sealed(records.Checkpoint(self.memory.tick, lines, plain(self)), first)
 
 
@@ -81,7 +81,7 @@ def text_of(header: records.Header) -> bytes:
 
 
 class Resumption(Struct, frozen=True):
-    """A run to continue: its team, the rest of it, and the lines before it."""
+    """A run to continue: its team, its other data, and the lines before it."""
 
     team: Team
     kept: Kept
@@ -113,7 +113,7 @@ def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     """Return the run of a trace at its last checkpoint. ``scenario``: its scenario, perhaps with
-    other limits. Raises UsageError if the run has ended, has no checkpoint, or is not one of the
+    other limits. Raises UsageError if the run has ended, has no checkpoint, or is of another
     scenario."""
     if trace.outcome is not None and trace.outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")

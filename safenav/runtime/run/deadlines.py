@@ -32,7 +32,7 @@ its number."""
 class Due(Struct, frozen=True):
     """A deadline: the tick by whose end it must be met. ``past``: it was missed; ``reported``: it
     was recorded as lost. For a round: ``disturbed``: the robot also waited, helped or was out of
-    service; ``before``: so in the previous round; ``done``: rounds since the last resolution."""
+    service; ``before``: so in the round before; ``done``: rounds since the last resolution."""
 
     tick: int
     past: bool = False
@@ -47,8 +47,8 @@ class Due(Struct, frozen=True):
 
 
 class Ledger:
-    """``dues``: the deadlines of the mission, the open requests and the rounds; ``late``: those
-    that were missed; ``had``: the number of robots that have had their turn."""
+    """The deadlines of a run. ``dues``: those of the mission, the open requests and the rounds;
+    ``late``: those that were missed; ``had``: the number of robots that have had their turn."""
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario

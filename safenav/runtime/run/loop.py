@@ -233,8 +233,8 @@ class Run(Situation):
 
     def count(self, before: now.State, event: now.Event) -> None:
         """Count the goals of a robot where it stands, at the end of its turn; a new objective was
-        already counted when the robot got it. An act ends a duty, but own goals that a joint plan,
-        or the strategy of an assignable robot, counts are counted beside it."""
+        already counted when the robot got it. An action ends a duty; own goals count beside it if a
+        joint plan, or the strategy of an assignable robot, counts them."""
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]

@@ -84,7 +84,7 @@ SWITCHES = {"active": {"out": False, "back": True}, "on": {"on": True, "off": Fa
 
 
 class Operator:
-    """``asked``: the changes that are not applied yet; ``inputs``: those that an operator has
+    """The operator of a run. ``asked``: changes that are not applied yet; ``inputs``: those that it
     set; ``truth``: the simulated world (None: there is none)."""
 
     def __init__(
@@ -445,7 +445,7 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
 
 
 def _flag(data: Mapping[str, Any], key: str) -> bool:
-    """A truth value, which must be stated as one: any text would count as true, even ``"out"``."""
+    """Return a truth value, which must be one: any text would count as true, even ``"out"``."""
     value = data.get(key)
     if not isinstance(value, bool):
         raise UsageError(f"'{key}' must be true or false, not {value!r}")

@@ -48,7 +48,7 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 
 class Recorder:
-    """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
+    """The recorder. ``stack``: pushed entries; ``helpers``: those of each request as last recorded;
     ``told``: the objectives in force as last recorded; ``looked``: beliefs to be recorded after the
     move of their robot; ``plan``: the joint plan in force as last recorded; ``why``: the last event
     of those that give a reason for syntheses; ``makespan``: the end of the last command."""
@@ -303,7 +303,7 @@ class Recorder:
             for number in parts(k):
                 need = obstacles[k].needs[number]
                 able = need.action in self.team.members[i].robot.capabilities
-                if able and need.regions >> at & 1:  # else it was met before anybody knew of it
+                if able and need.regions >> at & 1:  # else fulfilled before the team knew of it
                     what = self._name(k), number, need.action, self._robot(i), at
                     group = self._group(before, k, number, i) if need.together else None
                     left = need.robots - len(stages[k].done) if number == stages[k].need else None
@@ -408,7 +408,7 @@ class Recorder:
                 self._entry(records.Pop, entry)
 
     def _stack(self, state: State, control: Control) -> None:
-        """Record requests with new helpers, or that lose them by being set aside, and a push for
+        """Record requests that get new helpers, or lose them by being set aside, and a push for
         each requester."""
         for k in state.requests:
             each = state.obstacles[k]

@@ -37,10 +37,10 @@ SLOWEST = 20.0
 
 
 class World:
-    """``truth``: the simulated world, if it is one, perhaps in a world of a user that does more:
-    ``simulated`` if it is safenav's own; ``attended``: an operator may help; ``still``:
-    no robot moves, and nothing will ever happen; ``passes``: those at the present moment.
-    ``limit``: the latest end of the run, and its outcome."""
+    """The world of a run. ``truth``: the simulated world, if it is one, perhaps within a user's
+    world that does more: ``simulated`` if it is safenav's own; ``attended``: an operator may help;
+    ``still``: no robot moves, and nothing will ever happen; ``passes``: those at the present
+    moment. ``limit``: the latest end of the run, and its outcome."""
 
     def __init__(
         self,
@@ -252,7 +252,7 @@ class World:
         return protocol.sensed(self._world, robot, region, floor)
 
     def start(self, run: Situation, i: int, step: Proposal) -> Iterator[now.Event]:
-        """Command a step: its departure, and its end if it takes no time."""
+        """Command a step; yield its departure, and its end if it has ended."""
         graph, robot = run.team.members[i].graph, run.team.members[i].robot
         here = graph.pose(run.state.robots[i].pose)
         ended = self.commands.start(robot, here, graph.pose(step.pose))

@@ -40,8 +40,8 @@ system."""
 
 class Lockstep:
     """The commands of a run to a blocking world: each has ended when it returns, except steps of
-    several ticks, which only a simulation makes when they end. Raises WorldError for impossible
-    results."""
+    several ticks: a simulation makes them as they end, other worlds as they begin. Raises
+    WorldError for impossible results."""
 
     live = simulated = pauses = idle = False
     zero = 0.0

@@ -157,7 +157,7 @@ def optional(world: object, name: str, without: object = None) -> Callable[..., 
       the ``occupied`` regions, in which robots stand or which they are entering.
     - ``inputs(tick)``: the inputs of a tick by name; those that are missing stay as they are.
 
-    In a live run ``pauses`` (no method) says whether time passes in ``wait`` only, and there are
+    In a live run ``pauses`` (no method) states whether time passes in ``wait`` only, and there are
 
     - ``expected(robot)`` and ``times()``, of a simulation: the seconds of the robot's last command,
       and the future times at which the world changes by itself. Its time passes in ``wait`` only.
@@ -288,7 +288,7 @@ def wrong_result(event: WorldEvent) -> str | None:
 
 
 class WorldError(SafenavError):
-    """A world returned an impossible value, or failed. The message names the call."""
+    """A world that returned an impossible value, or failed. The message names the call."""
 
     exit_code = ExitCode.INTERNAL
 

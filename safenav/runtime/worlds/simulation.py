@@ -81,7 +81,7 @@ class SimulatedWorld:
         return self.standing().get(region)
 
     def move(self, robot: Robot, pose: Pose | None) -> None:
-        """Move a robot; None: it has departed, and no longer acts in its former region."""
+        """Move a robot; to None: it has departed, and no longer acts in its former region."""
         self._regions[self._number[robot.name]] = None if pose is None else pose.region
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
@@ -248,7 +248,7 @@ Works = list[tuple[Obstacle, tuple[str, ...]]]
 
 
 class LiveSimulation:
-    """``truth``: its hidden obstacles."""
+    """A live simulation. ``truth``: its hidden obstacles."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.truth = SimulatedWorld(scenario)

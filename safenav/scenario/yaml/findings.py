@@ -86,9 +86,9 @@ class Findings:
             self.add(node, f"{found} (column {column} of the formula)", hint)
 
     def attempt(self, read: Callable[[], T], path: Path, named_at: Node | Place | None) -> T | None:
-        """Return what ``read`` makes of a file; None if it raises InputError. Those errors are
-        reported; without a line at ``named_at``, where this file names the other one (None: it is
-        this file)."""
+        """Return what ``read`` makes of a file; None if it raises InputError. Its errors are
+        reported, those without a line at ``named_at``, where this file names the other one (None:
+        it is this file)."""
         try:
             return read()
         except InputError as error:
@@ -282,7 +282,7 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
 def read_bytes(
     path: Path, findings: Findings, named_at: Node | Place | None, most: int = MOST_OF_AN_IMAGE
 ) -> bytes | None:
-    """Return the content of a file, such as an image; None as ``read_source``."""
+    """Return the content of a file, such as an image; None as in ``read_source``."""
     named = named_at is not None
 
     def read() -> bytes:

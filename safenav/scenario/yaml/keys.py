@@ -173,8 +173,8 @@ class Beside(Struct, frozen=True):
 
 
 class _TakesKeys(StructMeta):
-    """Takes the keys out of a class, so that its fields have their defaults: none if a key must be
-    given, except in an ``Item``."""
+    """The type of classes of keys: it takes the keys out, so that fields have their defaults: none
+    if a key must be given, except in an ``Item``."""
 
     def __new__(
         cls, name: str, bases: tuple[type, ...], members: dict[str, Any], **config: Any

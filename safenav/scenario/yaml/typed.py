@@ -158,7 +158,7 @@ def _check_rules(
 
 
 def _filled(form: str, what: str, node: Node | None = None, name: str = "") -> str:
-    """Return a name for messages, from its form in a class."""
+    """Return a name for messages: ``form`` with its fields filled."""
     words = {"what": what, "rest": what.partition(" ")[2], "name": name}
     for field in re.findall(r"{(\w+)}", form):
         if field not in words:

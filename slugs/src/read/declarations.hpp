@@ -18,7 +18,7 @@ namespace slugs {
 
 // Numbers and ranges as written in a structured file, and their limits.
 
-// So that sums of any length that fits in memory stay far inside 64 bits.
+// Keep sums of any length that fits in memory far inside 64 bits.
 inline constexpr std::int64_t largest_number = 2147483647;
 
 // Return the number that the digits denote; nothing if it is larger than allowed.
