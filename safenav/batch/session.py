@@ -34,7 +34,7 @@ class ResultsFile:
     ``former``: the kept results, by fingerprint.
 
     Raises UsageError if the directory cannot be used, is in use by another batch, or holds the
-    results of another one.
+    results of another batch.
     """
 
     def __init__(self, directory: Path, *, resume: bool, cases: Collection[str] = ()) -> None:

@@ -31,7 +31,7 @@ from safenav.errors import SafenavError
 
 _START_SECONDS = 60.0
 _STACK_SECONDS = 2.0
-"""Time in which a hung process must print its stack, and an ended one must kill its synthesis."""
+"""Time in which a hung process must print its stack, or an ended process kill its synthesis."""
 _STACK = signal.SIGUSR1
 """The signal at which a process prints its stack."""
 _LONGEST = 1e6

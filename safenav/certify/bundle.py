@@ -50,8 +50,8 @@ def make_bundle(
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
-    ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: the one
-    whose cache has the strategies.
+    ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: its cache
+    has the strategies.
 
     Raises UsageError if the target exists, goals are assigned at run time, a strategy is missing or
     the disk is full, NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a

@@ -50,7 +50,7 @@ def export(
     """Write TRACE for other programs: waypoints, a ROS 2 bag, or a motion. Waypoints are positions
     at the end of each tick, in metres as in ROS. A motion, in metres and seconds, keeps every
     guarantee of the run at every instant. With a motion (MOTION, or the one computed by --motion),
-    the others have its times and speeds."""
+    waypoints and samples have its times and speeds."""
     files = {".csv" if str(p) == "-" else p.suffix.lower(): p for p in outputs}
     if len(files) < len(outputs):
         raise UsageError("two outputs are of the same kind; give one of them")

@@ -209,7 +209,7 @@ PRINTED = Path("-")
 
 
 class Files(Struct, frozen=True):
-    """The files that a run writes, and what it prints. ``scenario``: its file."""
+    """The files that a run writes, and its printed output. ``scenario``: its file."""
 
     scenario: Path
     trace: Path | None = None

@@ -42,7 +42,7 @@ class NoStrategyCause(StrEnum):
     HEADING = "heading"
     """It faces in the wrong direction at its start, and cannot turn on the spot."""
     ONE_WAY = "one_way"
-    """Its mobility allows no path to a target, or none from there to the next one."""
+    """Its mobility allows no path to a target, or none from there to the next target."""
     CROSSING = "crossing"
     """Patrol forbids crossing a target out of its turn, and there is no other path."""
     IMPOSSIBLE_START = "impossible_start"
@@ -52,7 +52,7 @@ class NoStrategyCause(StrEnum):
     FORBIDDEN_WAY = "forbidden_way"
     """The objective forbids the moves that the map requires."""
     CORNERED = "cornered"
-    """Other robots or inputs can bring it where each move, and staying, breaks a guarantee."""
+    """Other robots or inputs can force it where each move, and staying, breaks a guarantee."""
     KEPT_AWAY = "kept_away"
     """Other robots or inputs can keep it from a target forever."""
     CONFLICT = "conflict"
@@ -239,7 +239,7 @@ class State(Struct, frozen=True):
 class Solo(Struct, frozen=True):
     """Possible moves of a robot without other robots. ``regions``: those that it can reach without
     breaking a rule; ``winnable``: whether it can meet all goals infinitely often or, if its
-    objective ends at the last one, stay there."""
+    objective ends at the last goal, stay there."""
 
     regions: frozenset[Region]
     winnable: bool

@@ -2,8 +2,8 @@
 environment's winning strategy (the counterstrategy) against a core; vacuous wins.
 
 In a losing play the system obeys all guarantees while it can. It meets the goals that the
-environment does not prevent, then pursues one that it cannot meet, until it has no move left or the
-play repeats; where it could only stand still forever, it takes the moves that end the play."""
+environment does not prevent, then pursues a goal that it cannot meet, until it has no move left or
+the play repeats; where it could only stand still forever, it takes the moves that end the play."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -102,7 +102,7 @@ def cooperative(spec: Specification) -> Specification:
 MOST_MOMENTS = 200
 """Maximum number of moments of the part of a play in which the system meets goals."""
 MOST_INPUTS = 4096
-"""Maximum number of inputs that are tried to find one that leaves no output."""
+"""Maximum number of inputs that are tried to find an input that leaves no output."""
 
 Nearness = Callable[[Values], float]
 Near = Callable[[Constraint], Nearness]
@@ -204,8 +204,8 @@ class _Arena:
         return min(self.answers[node], key=lambda n: (near(values(n)), -self._lasting[n]))
 
     def to_an_end(self, node: int) -> list[int]:
-        """Return the nodes of a shortest walk after ``node`` to one without a move; empty if there
-        is none."""
+        """Return the nodes of a shortest walk after ``node`` to a node without a move; empty if
+        there is none."""
         before = reached([node], self.answers.__getitem__)
         end = next((other for other in before if not self.answers[other]), node)
         return list(path_to(end, before))[1:]

@@ -44,7 +44,7 @@ def open_walls(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield scenarios without one wall, or without the fewest that are in the way."""
+    """Yield scenarios without a single wall, or without the fewest walls in the way."""
     scenario, lost = problem.scenario, problem.diagnosis.lost
     ways = [[wall] for wall in _single_walls(problem)]
     fewest = (_fewest_walls(scenario.map, problem.task, target) for target in lost)

@@ -115,7 +115,7 @@ class Following:
                 transport.GoalEnded(follower.name, goal.number, transport.GoalEnd.ABORTED, reason)
             )
             return
-        follower.goal, follower.action = goal.number, None  # the world waits for one of them
+        follower.goal, follower.action = goal.number, None  # the world waits for only one
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
@@ -174,7 +174,7 @@ class Following:
         reference, now = follower.reference, self.now()
         if reference is None or follower.action is not None:
             return  # while it acts, its own controller moves it
-        if follower.goal is None:  # rest would pull it back through regions that others may enter
+        if follower.goal is None:  # rest would pull it back through regions of others
             out = self._places.outside(follower.mover.region, at.x, at.y)
             if out > follower.tolerance:
                 self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")

@@ -157,7 +157,7 @@ class DrivenRobot(Struct):
 STALE = 2.0
 """Seconds without odometry after which a robot's position is unknown."""
 WORST = (ActResult.DONE, ActResult.UNTRAVERSABLE, ActResult.NOTHING, ActResult.FAILED)
-"""Results of a group in ascending order: the worst one counts."""
+"""Results of a group in ascending order: the worst counts."""
 GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 

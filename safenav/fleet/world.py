@@ -77,7 +77,7 @@ class FleetWorld:
         self._send_if_clear(body, task)
 
     def _send_if_clear(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """Send a robot if its lidar confirms what the team knows of the next region, or cannot see
+        """Send a robot if its lidar confirms the team's knowledge of the next region, or cannot see
         that region. A robot that has just found an obstacle does not depart."""
         if body.robot.name in self._untold:
             return
@@ -264,7 +264,7 @@ class FleetWorld:
         self._keep_clear(body)
 
     def _keep_clear(self, body: robots.DrivenRobot) -> None:
-        """Stop robots in transit to a region into which a person has moved another one."""
+        """Stop robots in transit to a region into which a person has moved another robot."""
         at = body.place
         if body.task is not None or at is None or not self._sensing.is_astray(body):
             return

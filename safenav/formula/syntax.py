@@ -72,8 +72,8 @@ class Connective(StrEnum):
 
 class Operation(Struct, frozen=True):
     """Formulas joined by an operator: one for ``!`` and ``next(...)`` (about the next state,
-    without primes), two for ``->`` and ``<->``, any number for the others; ``^`` is true if an odd
-    number of them is."""
+    without primes), two for ``->`` and ``<->``, any number for other operators; ``^`` is true if an
+    odd number of them is."""
 
     operator: Connective
     operands: tuple[Formula, ...]

@@ -148,8 +148,8 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
 
 
 def _find_changes(e: Line, s: State) -> None:
-    """End the due changes of the scenario whose service is already as they set it; for each robot,
-    in their order."""
+    """End the due changes of the scenario whose service is already in force; for each robot, in
+    their order."""
     left, waits = list[Line](), set[str]()
     for change in s.changes:
         found = change.active is not None and change.active is not s.robots[change.robot].out

@@ -114,7 +114,7 @@ def pace(e: Line, s: State) -> Iterator[str]:
     """In lockstep each robot has one move per tick, and a step takes the ticks that its model
     states."""
     if not s.live and (e.kind == "outcome" or e.robot == s.names[0]):
-        whole = e.kind == "outcome" and e.outcome == "tick_limit"  # others may end within a tick
+        whole = e.kind == "outcome" and e.outcome == "tick_limit"  # other runs may end in mid-tick
         for name in s.names:
             if s.robots[name].moved < e.tick - 1 + whole:
                 yield f"{name} has no move in tick {s.robots[name].moved + 1}"
@@ -256,7 +256,7 @@ def actions(e: Line, s: State) -> Iterator[str]:
 
 def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
     """Return whether a robot acts, or has just acted, on an obstacle (None: any). An action that
-    names no obstacle is one on each."""
+    names no obstacle counts for each."""
     one = robot.acts or (robot.acted[1] if robot.acted and robot.acted[0] == tick else None)
     return one is not None and obstacle in (None, *(one.obstacles or [obstacle]))
 

@@ -18,7 +18,7 @@ EXTERNAL = (
 DECIMALS = 9
 """Those of a charge."""
 SLOWEST = 20
-"""Seconds per tick of the limit, for a simulated live run without one in seconds."""
+"""Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
 
 
 @dataclass
@@ -67,10 +67,10 @@ class Robot:
     progress with the objective that it resumes after an input; ``first``: the target with which its
     strategy begins; ``told``: a user gave it its objective; ``acts``: the action in which it takes
     part, ``acted``: the one that ended last, and when; ``knew``: the obstacles known when it began
-    (on others idle robots act as well); ``met``: the goals that its last step has met, each with
-    its tick; ``jumps``: how often it was farther from its last region than a step; ``observes``:
-    the robots that its strategy observes, with their jumps before it was made; ``turn``: the line
-    of its last turn."""
+    (idle robots also act on others); ``met``: the goals that its last step has met, each with its
+    tick; ``jumps``: how often it was farther from its last region than a step; ``observes``: the
+    robots that its strategy observes, with their jumps before it was made; ``turn``: the line of
+    its last turn."""
 
     name: str
     data: Line
@@ -411,7 +411,7 @@ class State:
         return float(round(min(battery.capacity, max(0.0, charge)), DECIMALS))
 
     def destination(self, name: str) -> Pose:
-        """Return a robot's pose; in transit, the one where it will arrive."""
+        """Return a robot's pose; in transit, that of its arrival."""
         robot = self.robots[name]
         if robot.bound is None:
             return robot.pose

@@ -33,7 +33,7 @@ class World:
         self.graph = cache(self._graph)
 
     def _side(self, region: int, to: int) -> str | None:
-        """Return the heading of a single step between two regions; None if it is not one."""
+        """Return the heading of a single step between two regions; None if that is not a step."""
         if not 0 <= region < self.size or not 0 <= to < self.size:
             return None
         (row, col), (row_to, col_to) = divmod(region, self.cols), divmod(to, self.cols)

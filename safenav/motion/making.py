@@ -1,7 +1,7 @@
 """Computation of the motion of all robots from a trace: each step and action at the times of a run
 with a clock.
 
-A robot that has more time than its step takes rests first; one that has less is refused.
+A robot with more time than its step takes rests first; a robot with less is refused.
 """
 
 from collections.abc import Iterator, Mapping
@@ -212,7 +212,7 @@ class _Schedule:
 
     def _act(self, act: records.Act, acted: records.ActionEnd) -> None:
         """Carry out the actions of a command one after the other, as soon as the robots of each are
-        at rest and face its obstacle; the last one until the end of the command."""
+        at rest and face its obstacle; the last action until the end of the command."""
         actions = self._actions.get(acted.command, [])
         idle = self._movers.keys() - self._departs.keys()
         unasked = sorted(idle & {name for one in actions for name in one.robots} - {*act.robots})

@@ -1,4 +1,4 @@
-"""The actions of a run with a clock, from its trace; and the conversion of a lockstep run to one
+"""The actions of a run with a clock, from its trace; and the conversion of a lockstep run to a run
 with a clock: each line gets the second at which robots of their paces execute it.
 
 The turns of a run in lockstep are in a serial order in which no robot ever enters a region where
@@ -251,7 +251,7 @@ class _SerialRun:
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
         """Yield the times at which other robots leave the regions that this one must not share with
-        them: the one that it enters, and those of an exclusion."""
+        them: the region that it enters, and those of an exclusion."""
         mine = self._robots[name]
         for other, robot in self._robots.items():
             if other == name:

@@ -1,6 +1,6 @@
 """Joint plans for which the charges suffice: a search in which each transition takes its ticks.
 
-A robot on a charger charges while it stays, the others use charge while they wait. A transition
+A robot on a charger charges while it stays, other robots use charge while they wait. A transition
 lasts as long as its slowest step. A robot enters a region in the transition in which another one
 leaves it only if a run would let it: in lockstep, if the other one's turn is earlier, and its step
 takes one tick. So a run is never later than these transitions, and no robot has less charge. Most
@@ -163,8 +163,8 @@ class ChargedSearch(Search):
                 yield after
 
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
-        """Return whether a state is worth examining: no known one has at least the same charges in
-        the same place."""
+        """Return whether a state is worth examining: no known state has at least the same charges
+        in the same place."""
         best = self._best.setdefault(after[:3], [])
         return after not in before and not dominated(after.charges, best)
 
@@ -238,7 +238,7 @@ class ChargedSearch(Search):
 
     @cached_method
     def _least(self, i: int, pose: int, count: tuple[int, int]) -> float:
-        """Return the charge that a robot alone needs: others and open obstacles only restrict
+        """Return the charge that a robot alone needs: other robots and open obstacles only restrict
         it."""
         energy, allowed = self.energies[i], self.floor.floors[i]
         turn = energy.turn(count[0])

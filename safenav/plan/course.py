@@ -192,7 +192,7 @@ def course_of(floor: Floor, states: Sequence[Joint], *, exact: bool) -> Course |
             battery = course.energies[key[0]].battery
             spare = min(planned[key], need + AMPLE * battery.capacity * (battery.stay > 0))
             least[key] = min(battery.capacity, max(need, spare))
-            if key[0] in course.failed:  # it rather waits on the charger
+            if key[0] in course.failed:  # it waits on the charger instead
                 later[key] = ready
         course = Course(floor, states, plan, least, later)
     return best or (Course(floor, states, plan, planned, since) if exact else None)
@@ -216,7 +216,7 @@ def _wanted(floor: Floor, last: Joint, i: int) -> float:
 
 
 def charged_plan(courses: Sequence[Course], begun: float) -> Plan | None:
-    """Return the plan of robots that need not wait for others, part by part; None if one robot
+    """Return the plan of robots that need not wait for each other, part by part; None if one robot
     cannot wait for the end of the others. ``begun``: the tick before its first one; in a live run
     its start."""
     team = courses[0].floor.team

@@ -69,7 +69,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
 def _choices(
     floor: Floor, before: Joint, joint: Joint
 ) -> Iterator[tuple[tuple[int, int], bool, bool]]:
-    """Yield the needs that choose the robots of the one after, as a step makes them next or fulfils
+    """Yield the needs that choose the robots of the next need, as a step makes them next or fulfils
     them: obstacle, number, and which of both. No other robot that can act may be there between
     these steps: it would be chosen."""
     for g in floor.open(before.stages) if before.stages != joint.stages else ():
@@ -234,7 +234,7 @@ def _slack(team: Team, i: int) -> float:
 
 
 def _unit(team: Team, i: int) -> float:
-    """Return the charge that a robot uses in a step, or while another one takes its step."""
+    """Return the charge that a robot uses in a step, or while another robot takes its step."""
     energy = team.members[i].energy
     assert energy is not None
     return max(energy.battery.stay * team.step_ticks[i], energy.battery.move)
@@ -278,7 +278,7 @@ def charges_now(team: Team, state: State) -> tuple[float, ...]:
 
 def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
     pursuit = team.members[i].pursuit
-    if pursuit.in_turn:  # of those that settle only the last target is a goal
+    if pursuit.in_turn:  # if it settles, only the last target is a goal
         return own.met >= due[1] and (not pursuit.settles or own.memory >= due[0])
     return (own.met, own.memory & due[0]) >= (due[1], due[0])
 

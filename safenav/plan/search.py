@@ -59,7 +59,7 @@ class Search:
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._fields: dict[Stages, dict[tuple[int, Mask], Field]] = {}
         self._turn = 0
-        self.seen: dict[Joint, Joint | None] = {}  # by the last search, with the states before them
+        self.seen: dict[Joint, Joint | None] = {}  # of the last search, each with its predecessor
 
     def goal(self, joint: Joint) -> bool:
         self._check()
@@ -425,7 +425,7 @@ class Proposals:
         return tuple(found)
 
     def _place(self, i: int, pushing: frozenset[int], only: tuple[int, ...] | None) -> bool:
-        """Give a pose to a robot, and to others that are in its way. ``pushing``: the robots that
+        """Give a pose to a robot, and to robots that are in its way. ``pushing``: the robots that
         push it."""
         mark = len(self._next)
         for pose in only or self._ranked(i):

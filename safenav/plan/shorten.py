@@ -1,6 +1,6 @@
-"""Shorter plans: each robot's path in turn is replaced by its earliest one past other robots.
+"""Shorter plans: each robot's path in turn is replaced by its earliest path past other robots.
 
-Searches count steps; of their plans, the one that takes the least time is followed.
+Searches count steps; of their plans, the fastest is followed.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -28,8 +28,8 @@ Via = tuple[Mask, int, bool]
 
 
 class Draft(NamedTuple):
-    """A plan, and the joint state after each tick of its execution in which each step takes one
-    (empty: it may not complete the mission). ``cost``: its time, and its number of steps."""
+    """A plan, and the joint state after each tick of its execution with steps of one tick (empty:
+    it may not complete the mission). ``cost``: its time, and its number of steps."""
 
     plan: Plan
     ticks: list[Joint]
@@ -265,7 +265,7 @@ def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
 
 
 def _moves(way: Sequence[int]) -> tuple[int, int]:
-    """Return the number of steps, and the tick of the last one."""
+    """Return the number of steps, and the tick of the last step."""
     moves = [t for t in range(1, len(way)) if way[t] != way[t - 1]]
     return len(moves), moves[-1] if moves else 0
 

@@ -133,7 +133,7 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
 
 class Rehearsal(Struct, frozen=True):
     """The ``result`` of a run without hidden obstacles; ``warnings``: batteries that run empty,
-    unless a robot would bring another one, and a proven deadlock."""
+    unless a robot would bring another battery, and a proven deadlock."""
 
     result: RunResult
     warnings: tuple[str, ...]
@@ -160,7 +160,7 @@ def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
 
 
 def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
-    """Return what a robot's controller allows and assumes, and why it is unrealizable, as data."""
+    """Return as data what a robot's controller allows and assumes, and why it is unrealizable."""
     task, world, why = answer.task, plan.map, None
     if not answer.realizable:
         from safenav.explain.explanation import explain_unrealizable  # most robots need none

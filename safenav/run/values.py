@@ -104,7 +104,7 @@ class StoryKind(StrEnum):
 class Event(Struct, frozen=True):
     """An event of a run. ``text`` describes it in scenario terms; ``robot`` is the robot concerned
     and ``region`` the place, if there is one. ``round``: the round of a robot that a goal
-    completes, 0 for none. ``synthesis``: the result of one."""
+    completes, 0 for none. ``synthesis``: the result of a synthesis."""
 
     tick: int
     kind: StoryKind

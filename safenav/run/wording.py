@@ -63,7 +63,7 @@ class Wording(Struct, frozen=True):
     live: bool = False
 
     def sentence(self, line: records.Record) -> str:
-        """Return a line without its full stop. Raises TypeError for one that is not an event."""
+        """Return a line without its full stop. Raises TypeError for a line that is not an event."""
         if line.type in _SENTENCES:
             return re.sub(r"{(\w+)}", lambda key: self._field(line, key[1]), _SENTENCES[line.type])
         match line:
@@ -238,7 +238,7 @@ class Wording(Struct, frozen=True):
 
     def _resolved(self, line: records.Resolved) -> str:
         text = f"{line.robot} at {self._at(line.at)} resolves {self.obstacle(line.obstacle)}"
-        if len(self.actions.get(line.obstacle, ())) < 2:  # else the line before names the others
+        if len(self.actions.get(line.obstacle, ())) < 2:  # else the line before names them
             text += self._with(line)
         if line.traversable is not None:
             text += ", which is traversable" if line.traversable else ", which is not traversable"

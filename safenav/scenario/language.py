@@ -1,8 +1,8 @@
 """The scenario language: a class for each mapping of a file, an annotated line for each key.
 
 ``scenario.yaml.typed`` reads the classes, ``keys`` writes their JSON Schema. Classes of the model
-(``scenario.model``) are read as they are; the modules of ``reading`` turn the others into them.
-``values`` has the forms of values. docs/scenario.md explains each key.
+(``scenario.model``) are read as they are; the modules of ``reading`` turn the other classes into
+them. ``values`` has the forms of values. docs/scenario.md explains each key.
 """
 
 from typing import Annotated, Any, ClassVar, Literal

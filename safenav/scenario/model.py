@@ -330,7 +330,7 @@ class Robot(Struct, frozen=True):
 
     def conflicts(self, other: Robot) -> bool:
         """Return whether these two robots must never share a region. It suffices that one of them
-        requires it: each assumes what the other guarantees."""
+        requires it: each assumes the other's guarantee."""
         share, pairs = self.model.layer == other.model.layer, ((self, other), (other, self))
         return any(share if a.avoids is None else b.name in a.avoids for a, b in pairs)
 

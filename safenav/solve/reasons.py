@@ -168,7 +168,7 @@ def need_words(action: str, robots: int, *, together: bool) -> str:
 
 def without_room(now: Sets, word: Word) -> list[str]:
     """Return a sentence for each need with ``together`` for which enough robots reach the
-    resolution regions, but not a separate one each."""
+    resolution regions, but not a separate region each."""
     floor, found = now.floor, []
     for g in floor.open(now.stages):
         need, able = floor.need(g, now.stages), floor.able(g, now.stages)

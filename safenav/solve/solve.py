@@ -238,8 +238,8 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
 
 class Closure(Struct, frozen=True):
     """All that the team can do. ``never``: the gates that are never resolved; ``stuck``: those of
-    them whose next need can never be fulfilled; ``reach``, ``live``: of each robot once all others
-    are resolved."""
+    them whose next need can never be fulfilled; ``reach``, ``live``: of each robot once all other
+    gates are resolved."""
 
     never: tuple[int, ...]
     stuck: tuple[int, ...]

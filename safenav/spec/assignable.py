@@ -181,7 +181,7 @@ def own(world: RegionMap) -> int:
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the assumptions: the robot is assigned regions from which it can resume its objective,
-    and keeps an assignment until it has reached the region or must wait."""
+    and it keeps an assignment until it has reached the region or must wait."""
     possible = assignable_regions(task, world)
     begin = _origin("nothing is assigned before the first move")
     yield Constraint(Section.ENV_INIT, f"assigned = {own(world)}", begin)

@@ -2,16 +2,16 @@
 
 Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strategies via belief
 abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
-each region of the believed cells, the other may stay or step to a neighbour; in a live run it may
-be anywhere within reach, since nothing bounds its steps between two observations. A successor in
-sight remains a region; all successors out of sight fold into one belief: the set of cells that
+each region of the believed cells, the other robot may stay or step to a neighbour; in a live run it
+may be anywhere within reach, since nothing bounds its steps between two observations. A successor
+in sight remains a region; all successors out of sight fold into one belief: the set of cells that
 contain one. The update of knowledge is defined here once, for the specification and for the
 runtime, so that a strategy receives exactly the observations for which it was synthesized. As in
 the game, the other moves first, and the robot observes from its region before its own move.
 
-Values of ``at_NAME`` below the number of regions are regions where the robot sees the other; those
-above are beliefs, numbered as they can occur. The game is as large as the map near the robot and as
-small as the partition everywhere else. Constraints are written for each own region (with the
+Values of ``at_NAME`` below the number of regions are regions where the robot sees the other robot;
+those above are beliefs, numbered as they can occur. The game is as large as the map near the robot
+and as small as the partition everywhere else. Constraints are written for each own region (with the
 regions in sight) and for each belief, never for each pair of positions. Impossible pairs are left
 open where that shortens the text. See docs/tracking.md.
 """
@@ -56,7 +56,7 @@ class Prospect(Struct, frozen=True):
 
 
 class Outlook(Struct, frozen=True):
-    """The prospects of one knowledge from all own regions: the other may move to ``reach``;
+    """The prospects of one knowledge from all own regions: the other robot may move to ``reach``;
     ``beliefs`` holds each belief (or None) with the own regions that lead to it."""
 
     reach: Mask
@@ -65,8 +65,8 @@ class Outlook(Struct, frozen=True):
 
 class Tracker:
     """Tracking of other robots on a map, by the cells of a partition and the robot's visibility
-    (``radius`` and ``closed`` as in ``Visibility``). ``live``: others make any number of steps
-    between two observations, else at most one."""
+    (``radius`` and ``closed`` as in ``Visibility``). ``live``: other robots make any number of
+    steps between two observations, else at most one."""
 
     def __init__(
         self,

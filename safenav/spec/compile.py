@@ -15,7 +15,7 @@ are occupied neighbouring regions: the input ``busy_north`` is true when the reg
 occupied at the moment of the decision. That suffices to avoid collisions, it is sound whatever the
 other robots do (also those that take several ticks for a step and occupy two regions meanwhile),
 and the game stays small: it does not grow with the team, and with the map only as the robot's own
-motion does. It has no foresight: the robot cannot plan around future positions of others.
+motion does. It has no foresight: the robot cannot plan around future positions of other robots.
 """
 
 from collections.abc import Iterator

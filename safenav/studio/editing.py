@@ -305,7 +305,7 @@ def _new_name(model: str, robots: Any) -> str:
 
 
 def add_obstacle(file: ScenarioText, edit: Operation) -> None:
-    """Add an obstacle of ``type`` at ``region``, in the notation of the others; ``from``,
+    """Add an obstacle of ``type`` at ``region``, in the notation of the other obstacles; ``from``,
     ``until``, ``traversable`` if given."""
     entries = file.at("obstacles")
     entries = entries if isinstance(entries, list) else []

@@ -46,7 +46,7 @@ class ScenarioFolder(Struct, frozen=True):
         return found[:_MOST]
 
     def path(self, name: str) -> Path:
-        """Return the file of that name. Raises UsageError for one outside the folder."""
+        """Return the file of that name. Raises UsageError for a file outside the folder."""
         pure = PurePosixPath(name)
         hidden = any(part.startswith(".") for part in pure.parts)
         if pure.is_absolute() or hidden or pure.suffix not in _ENDINGS:
@@ -97,7 +97,7 @@ class TextOrigin(Struct, eq=False):
 class Editor(Studio):
     """Owner of the ``text``. ``revision`` grows with every change; pages keep the history.
     ``scenarios``: the folder in which scenarios are opened and saved; ``named``: the folder whose
-    files a text may name, if the user named one."""
+    files a text may name, if the user named a folder."""
 
     def __init__(
         self, text: str, origin: TextOrigin, scenarios: ScenarioFolder, named: Path | None
@@ -121,7 +121,7 @@ class Editor(Studio):
 
     @classmethod
     def of_file(cls, file: Path | None, folder: Path | None) -> Editor:
-        """Return an editor of a file, or of a blank scenario. ``folder``: the one in which
+        """Return an editor of a file, or of a blank scenario. ``folder``: the folder in which
         scenarios are opened and saved; default: that of the file, else the current one. Raises
         InputError for an unreadable file."""
         if file is not None and file.is_dir():

@@ -24,7 +24,7 @@ from safenav.trace.records import KINDS, End, Header, Move, Record
 PATIENCE = 1.0
 """Seconds after a request to end the run until its processes are killed."""
 IDLE = 0.1
-"""Seconds until the next tick after one in which no time passed: the run waits for help."""
+"""Seconds until the next tick if no time passed in the last: the run waits for help."""
 BUSY = 0.3
 """Seconds after which pages show that a tick takes long."""
 Tell = Callable[[dict[str, Any]], None]
@@ -215,8 +215,8 @@ class StudioRun:
         self._advance()
 
     def _rest(self) -> None:
-        """Show the lines of a tick together, so that neither open pages nor one that opens during
-        the tick miss a line."""
+        """Show the lines of a tick together, so that no page misses a line, not even one that opens
+        during the tick."""
         if self._late is not None:
             self._late.cancel()
         self._busy = False

@@ -252,8 +252,8 @@ class Server:
 
 
 def listening(port: int | None) -> socket.socket:
-    """Return a socket on a port of the loopback interface; None: the first free one from ``PORT``
-    on, else any. Raises UsageError if there is none."""
+    """Return a socket on a port of the loopback interface; None: the first free port from ``PORT``
+    on, else any. Raises UsageError if none is free."""
     failure: OSError | None = None
     for number in [port] if port is not None else [*range(PORT, PORT + PORTS), 0]:
         try:  # it also listens: before that, another process can bind the same port

@@ -119,7 +119,7 @@ class Synthesizer:
 
     ``binary``: default that of ``find_binary``. ``seconds`` (wall) and ``memory_mb`` limit each
     single synthesis; None for no limit. ``cache``: default by the environment. ``verifier`` checks
-    every automaton against its specification before it is returned; one that fails is a
+    every automaton against its specification before it is returned; an automaton that fails is a
     SynthesizerError. ``at_once``: maximum number of simultaneous syntheses, default one per
     processor.
     """

@@ -33,7 +33,7 @@ def occupied(team: Team, state: State) -> frozenset[int]:
 
 
 def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether a robot must not enter a region now: a rival is there, or others are in its
+    """Return whether a robot must not enter a region now: a rival is there, or robots in its
     zone."""
     member, size, robots = team.members[i], team.size, state.robots
     for j in member.rivals:
@@ -137,7 +137,7 @@ def vain(
     team: Team, before: State, after: State, i: int, failed: Collection[int]
 ) -> Iterator[now.Event]:
     """Yield the events that follow from failed actions: an obstacle that the team did not know, or
-    one in which the robot stands and that it leaves to others. ``before``, ``after``: states."""
+    one around the robot that it leaves to other robots. ``before``, ``after``: states."""
     pose, late = after.robots[i].pose, barred(team, after) - barred(team, before)
     behind, steps = after.robots[i].behind, team.members[i].graph.steps(pose)
     for k in failed:

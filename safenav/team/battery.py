@@ -21,8 +21,8 @@ NEVER = 1 << 30
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
     """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: it stays at the
-    last one; ``returns``: an input may give it another objective, so it always keeps the charge to
-    reach a charger."""
+    last target; ``returns``: an input may give it another objective, so it always keeps the charge
+    to reach a charger."""
 
     graph: PoseGraph
     chargers: Mask
@@ -144,7 +144,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         self, allowed: Mask, goal: Mask, turn: int, at: tuple[int, float], how: tuple[bool, bool]
     ) -> Mask:
         """Return the goal; or, if its charge does not suffice, the chargers with the fewest stops
-        before it that are in reach, or the one where it is. Target ``turn`` comes after the goal.
+        before it that are in reach, or its own charger. Target ``turn`` comes after the goal.
         ``at``: pose and charge; ``how``: the charge must be ``lasting``, and it leaves chargers
         ``full`` only."""
         (pose, charge), (lasting, full), battery = at, how, self.battery
@@ -174,7 +174,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
 
 def dominated(charges: Sequence[float], known: list[tuple[float, ...]]) -> bool:
-    """Return whether some known charges are at least as high everywhere; keeps only the highest."""
+    """Return whether some known charges are at least as high everywhere; keep only the highest."""
     if any(all(map(ge, one, charges)) for one in known):
         return True
     known[:] = [one for one in known if not all(map(ge, charges, one))]

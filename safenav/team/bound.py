@@ -79,7 +79,7 @@ class Bound:
                 met = there.stage.need
                 self.times[k] = (self.now,) * met + (NEVER,) * (len(obstacle.needs) - met)
         before = None
-        while before != self.times:  # each obstacle opens as early as the times of others allow
+        while before != self.times:  # each opens as early as other obstacles allow
             before, self.walkers = self.times, [self._walker(i) for i in range(self.count)]
             self.times = {k: tuple(map(min, self._needs(k), each)) for k, each in before.items()}
 
@@ -184,13 +184,13 @@ class Bound:
 
 def least_within(member: Member, start: int, *, strict: bool) -> int | None:
     """Return the least N such that a robot alone can take at most N ticks for every round, forever;
-    None if there is none. ``strict``: it does not touch other targets on the way to one (the
+    None if there is none. ``strict``: it touches no other target on the way to a target (the
     paper's patrol).
 
     Exact, without a counter: K is the greatest set of poses of the last target from which another
     round of at most N ticks leads back into K; the first round must lead into K in time."""
     targets = member.targets
-    every = reduce(or_, targets) if strict else 0  # those of a patrol share no region
+    every = reduce(or_, targets) if strict else 0  # targets of a patrol share no region
 
     def round_from(pose: int) -> ByTick:
         """Return the poses of the last target by the ticks of a round that ends there."""

@@ -94,7 +94,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.team.members[i].rivals & {*self.robots}
 
     def shut(self, i: int, poses: Sequence[int]) -> Mask:
-        """Return the regions that a robot must not enter, since others are in its zones."""
+        """Return the regions that a robot must not enter, since other robots are in its zones."""
         member = self.team.members[i]
         return member.shut(self._at(poses)) if member.zones else 0
 
@@ -148,7 +148,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def carriers(self, stages: Stages) -> frozenset[int]:
         """Return the robots that carry a load, or have taken their part of one. Each carries at
-        most one."""
+        most one load."""
         carried = (carrying(self.need(g, stages), stages[g]) for g in self.open(stages))
         return self.laden.union(*carried)
 
@@ -273,7 +273,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return _Known(lambda pose: tuple(q for q in graph.steps(pose) if allowed >> q & 1))
 
     def moves(self, joint: Joint) -> Iterator[tuple[int, int]]:
-        """Yield each step that one robot can take while the others stand still."""
+        """Yield each step that one robot can take while the other robots stand still."""
         size, at = self.team.size, self._at(joint.poses)
         for i in self.robots:
             closed = self.team.members[i].closed(at)

@@ -76,7 +76,7 @@ Base = tuple[Objective, int | None, Count, Values]
 
 class RobotNow(Struct, frozen=True):
     """A robot now. ``to``: the pose of the step under way (it reserves both regions); ``due``: the
-    tick in which this step ends (lockstep). ``objective``: the one in force, with its progress
+    tick in which this step ends (lockstep). ``objective``: that in force, with its progress
     ``task``; ``own``: progress with its own. ``node``: that of its strategy at its next pose.
     ``at``: its place in the joint plan; ``by``: the origin of the step under way; ``command``: the
     number of the last one (live). ``acting``: the robot in whose action it takes part; ``works``:
@@ -273,7 +273,7 @@ class Stayed(Event, frozen=True):
 
 class Flat(Event, frozen=True):
     """The charge of a robot is used up; ``obstacle``: its empty battery, if the scenario has
-    such."""
+    that."""
 
     robot: int
     obstacle: int | None
@@ -399,8 +399,8 @@ class Met(Event, frozen=True):
 
 
 class Appeared(Change, frozen=True):
-    """An obstacle appears. ``truth``: the one that resolving it will reveal, in a simulated world,
-    if it differs from that of the last obstacle of its name."""
+    """An obstacle appears. ``truth``: the truth that resolving it will reveal, in a simulated
+    world, if it differs from that of the last obstacle of its name."""
 
     obstacle: int
     truth: bool | None = None

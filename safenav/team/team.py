@@ -87,8 +87,8 @@ Zone = tuple[frozenset[int], Mask]
 class Member(Struct, frozen=True, eq=False):
     """A robot. ``floor``: the poses that walls and its own rules leave; ``targets``: masks of
     poses; ``rivals``: the robots with which it never shares a region; ``zones``: regions in which
-    it is never together with others, each with these; ``base``: a pose from which it has the paths
-    of its present one; ``ticks``: those of its slowest step."""
+    it is never together with other robots, each with these; ``base``: a pose from which it has the
+    paths of its present pose; ``ticks``: those of its slowest step."""
 
     name: str
     robot: model.Robot
@@ -112,8 +112,8 @@ class Member(Struct, frozen=True, eq=False):
         return self.rivals.union(*(others for others, _ in self.zones))
 
     def shut(self, at: Sequence[Mask]) -> Mask:
-        """Return the regions that it must not enter, since others are in its zones. ``at``: the
-        regions of each robot."""
+        """Return the regions that it must not enter, since other robots are in its zones. ``at``:
+        the regions of each robot."""
         found = 0
         for others, regions in self.zones:
             if any(at[j] & regions for j in others):

@@ -223,7 +223,7 @@ class _Reader:
         self.header = header
 
     def _add(self, record: Record) -> None:
-        """Add a line. Its robots are those of the header; a dropped report may name others."""
+        """Add a line. Its robots are those of the header; a dropped report may name more."""
         if isinstance(record, Discovered):
             if record.obstacle.name in self._obstacles:
                 raise WrongError(f"{record.obstacle.name} is known already")
@@ -285,8 +285,8 @@ def as_data(record: Record) -> dict[str, Any]:
 
 
 class TraceWriter:
-    """A listener that appends each record to a file and flushes it. The first record replaces what
-    the file held; a run that is refused before leaves it as it was.
+    """A listener that appends each record to a file and flushes it. The first record replaces the
+    file's content; a run that is refused before leaves it unchanged.
 
     Raises UsageError when the file cannot be opened or written: a run whose trace is lost must
     not continue.

@@ -82,8 +82,8 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     or rule; ``knowledge``: robots whose positions are inputs -> the initial region, or the cells
     that may hold it; ``beliefs``: robot -> lists of cells, value N + i of its input stands for the
     i-th (N regions); ``sight_closed``: regions that block the view; ``places`` that may be
-    assigned; ``forbidden``: poses from which the team could not continue; ``form`` of
-    the objective, and what it ``allows``.
+    assigned; ``forbidden``: poses from which the team could not continue; ``form`` of the
+    objective, and the moves that it ``allows``.
     """
 
     robot: str
@@ -113,7 +113,7 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
 
 
 class Move(Record, frozen=True, tag="move"):
-    """A robot's turn in a tick. ``heading``: the one after the move. ``toward``: while a step takes
+    """A robot's turn in a tick. ``heading``: that after the move. ``toward``: while a step takes
     several ticks, the region to which the robot is in transit and which it also occupies. ``by``:
     the origin of the move (null in transit). ``result``: that of a step that ended elsewhere than
     commanded."""
@@ -128,7 +128,7 @@ class Move(Record, frozen=True, tag="move"):
 
 
 class Depart(Record, frozen=True, tag="depart"):
-    """Live: a robot begins a step. ``heading``: the one at its end. ``node``: the strategy's node
+    """Live: a robot begins a step. ``heading``: that at its end. ``node``: the strategy's node
     after the step; ``seconds``: expected duration."""
 
     command: Count
@@ -336,7 +336,7 @@ class Duty(Record, frozen=True, tag="duty"):
 class Part(Record, frozen=True, tag="part"):
     """``robot`` has done its part of need number ``need`` in the region ``at`` (of a single need,
     ``resolved`` records the last). ``robots``: all that did so, if together; ``missing``: how many
-    others must do so."""
+    more must do so."""
 
     obstacle: str
     need: Count

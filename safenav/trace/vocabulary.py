@@ -135,7 +135,7 @@ class AvertedEnd(StrEnum):
 
 
 class Proof(Struct, frozen=True):
-    """No order of moves of these ``robots`` completes the mission, even without all others.
+    """No order of moves of these ``robots`` completes the mission, even without all other robots.
     ``memory``: that of the formulas of some robots."""
 
     robots: tuple[str, ...]

@@ -236,8 +236,8 @@ def _move_failures(
     possible: Completions,
     moves: Sequence[tuple[int, Row, Sequence[int]]],
 ) -> Iterator[Failure]:
-    """Yield the first node with two successors for one move of the other player, and the first
-    without one for an allowed move. ``moves``: nodes, their known values, and their successors."""
+    """Yield the first node with two successors for one move of the other player, and the first with
+    none for an allowed move. ``moves``: nodes, their known values, and their successors."""
     parts = automaton.parts(owner)
     rows = [[parts[target] for target in targets] for _, _, targets in moves]
     counts = possible.count([row for _, row, _ in moves])

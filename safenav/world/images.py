@@ -173,7 +173,7 @@ def _png(data: bytes) -> Image:
     except ImportError:
         hint = install_command("maps")
         raise InputError([flaw("a PNG needs Pillow, which is not installed", hint)]) from None
-    if len(data) >= 24:  # before Pillow, which warns of other sizes
+    if len(data) >= 24:  # first, since Pillow warns of other sizes
         _check_size(int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"))
     try:
         with Pillow.open(BytesIO(data), formats=["PNG"]) as picture:
@@ -238,7 +238,7 @@ def read_movingai(text: str) -> Blocked:
 
     The format is that of Sturtevant's benchmarks (2012): ``type octile``, ``height`` and ``width``,
     then ``map`` and the rows. A robot walks on ground (``.`` and ``G``) and through swamp (``S``).
-    In maps of the League of Robot Runners ``E`` (emitter) and ``S`` (service point) are free, too.
+    In maps of the League of Robot Runners ``E`` (emitter) and ``S`` (service point) are also free.
     Trees (``T``), cells out of bounds (``@`` and ``O``) and water (``W``, which cannot be entered
     from land) are walls.
     """

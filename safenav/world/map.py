@@ -151,7 +151,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         self, targets: Iterable[Region], inside: Collection[Region] | None = None
     ) -> dict[Region, int]:
         """Return the steps to the nearest of ``targets`` from every free region that is connected
-        to one (``inside`` some regions), for a robot that can turn on the spot."""
+        to a target (``inside`` some regions), for a robot that can turn on the spot."""
         depth = dict.fromkeys(targets, 0)
         queue = list(depth)
         for region in queue:
@@ -175,7 +175,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @cached_property
     def _in_area(self) -> Mapping[Region, str]:
-        """The smallest area around each region that lies in one."""
+        """The smallest area around each region that lies in an area."""
         largest_first = sorted(self.areas.items(), key=lambda item: -len(item[1]))
         return {region: name for name, regions in largest_first for region in regions}
 
@@ -219,8 +219,8 @@ DOORWAY = 2
 
 
 Cells = tuple[frozenset[Region], ...]
-"""Parts of a map, by which robots estimate the position of one that is out of sight, numbered from
-0 in the order of their lowest regions. Every free region belongs to exactly one cell.
+"""Parts of a map, by which robots estimate the position of a robot out of sight, numbered from 0 in
+the order of their lowest regions. Every free region belongs to exactly one cell.
 
 Finer cells are more expensive: k cells make up to 2^k - 1 beliefs (``safenav.spec.belief``)."""
 
@@ -249,7 +249,7 @@ def rooms(world: RegionMap) -> Cells:
 
     Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The rest is
     narrow. A narrow piece of at most two regions is a doorway (or a nook) and belongs to a room
-    that it touches, the one whose open floor begins first in reading order; a longer one is a
+    that it touches, the one whose open floor begins first in reading order; a longer piece is a
     corridor, a cell of its own. So an opening one region wide in a wall separates two rooms, and a
     pillar does not.
     """

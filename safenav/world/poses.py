@@ -1,4 +1,4 @@
-"""Poses of robots, their moves, and what they can reach (docs/scenario.md; paper, Section VI).
+"""Poses of robots, their moves, and reachability (docs/scenario.md; paper, Section VI).
 
 ``free``: stay, or step to a 4-neighbour. ``heading``: a pose is a region and a heading; stay,
 step straight on, or turn 90 degrees and step; never backwards, never a turn on the spot.

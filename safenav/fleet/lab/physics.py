@@ -249,8 +249,8 @@ class Physics:
         return self.now, found
 
     def noticed(self, name: str, *, bodies: bool = False) -> dict[Region, str | None]:
-        """Return the adjacent regions with the name of what the robot sees there: an uncertain
-        region or, with ``bodies``, any obstacle."""
+        """Return the adjacent regions with the name of the obstacle that the robot sees there: an
+        uncertain region or, with ``bodies``, any obstacle."""
         here = self._here(self._bodies[name])
         near = () if here is None else self._places.world.neighbours(here)
         found: dict[Region, str | None] = dict.fromkeys(near)

@@ -90,7 +90,7 @@ def _meetings(plan: Plan, s: State) -> Iterator[str]:
 
 
 def _occupies(robot: str, s: State) -> frozenset[int]:
-    """Return the regions that a robot without a plan occupies: in transit, only the one ahead."""
+    """Return the regions that a robot without a plan occupies: in transit, only that ahead."""
     bound = s.robots[robot].bound
     return s.robots[robot].holds if bound is None else frozenset([bound])
 
@@ -100,7 +100,7 @@ Place = tuple[str, int]
 
 class Precedence:
     """The order of the places of a plan: a robot is at each of its places before it departs for the
-    next one, and at the first place of an ``Order`` before the other departs for the second."""
+    next one, and at the first place of an ``Order`` before the second's robot departs for it."""
 
     def __init__(self, plan: Plan) -> None:
         places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]

@@ -189,7 +189,7 @@ class Task:
         return dict(zip(self.graph.names, row, strict=True))
 
     def observes(self, node: int, s: State) -> bool:
-        """Return whether the inputs of a node are what the robot observes now."""
+        """Return whether the inputs of a node are the robot's present observation."""
         seen = self._seen(self.graph.inputs[node])
         same = all(seen[name] == s.inputs[name] for name in self.heard)
         return same and self.others.agree(seen, s)
@@ -393,8 +393,8 @@ class Others:
         return closure(regions, steps) if self.live else regions.union(*map(steps, regions))
 
     def after(self, name: str, region: int, value: int) -> set[int]:
-        """Return the possible next knowledge of another robot, given the present one, for a robot
-        in a region."""
+        """Return the possible next knowledge of another robot, given the present knowledge, for a
+        robot in a region."""
         reach = self.later(self.whereabouts(name, value))
         seen = {r for r in reach if self.sees(region, r)}
         hidden = [k for k, cell in enumerate(self.cells) if cell & (reach - seen)]

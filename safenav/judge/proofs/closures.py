@@ -75,8 +75,8 @@ class Case:
         return steps, targets
 
     def _came(self, robot: Robot) -> int | None:
-        """Return the region from which a robot enters its own, or the one where it will arrive;
-        None: an obstacle appears around it there."""
+        """Return the region from which a robot enters its own, or that of its arrival; None: an
+        obstacle appears around it there."""
         if robot.bound is None:
             return robot.came
         there = self.state.at.get(robot.bound, ())
@@ -232,7 +232,7 @@ def _furthest(
     case: Case, one: Rest, inside: Sets, full: frozenset[str], walls: tuple[Rest, ...]
 ) -> Rest:
     """Return an obstacle after all needs whose regions enough robots can reach, those of the same
-    robots one from the other."""
+    robots one from another."""
     sets = inside
     while one.left:
         at = case.actors(one, sets, full)

@@ -92,7 +92,7 @@ class Enumeration:
             return [(max(wanted - rounds, 0), sum(1 << k for k in met))]
         left, firsts = max(wanted * count - progress.goals, 0), [progress.turn or 0]
         if own.strict and not own.literal and not progress.goals:
-            # That where it acts counts first, as the action ends.
+            # The target where it acts counts first, as the action ends.
             here = [k for k in range(count) if robot.acts and self.case.at[name] in targets[k]]
             firsts = here or ([EITHER] if count == 2 else [*range(count)])
         elif own.literal and progress.turn is None:  # it may begin with a target where it is
@@ -191,7 +191,7 @@ def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Re
 
 def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     """Return the remaining goals of a robot after it was in a pose."""
-    goals, covered = left  # covered: of goals in order, the next one
+    goals, covered = left  # covered: if goals are in order, the next one
     count = len(targets)
     if not targets:
         return left
@@ -229,8 +229,8 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield how some robots can complete their part of the mission, without all others and the
-    obstacles that those may resolve."""
+    """Yield how some robots can complete their part of the mission, without all other robots and
+    the obstacles that these may resolve."""
     robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
         robot, known = s.robots[name], set[int]()
@@ -296,8 +296,8 @@ def _causes(now: Case) -> list[str]:
 
 
 def _out_of_service_problems(s: State) -> Iterator[str]:
-    """Yield how the robots in service can do their part of the mission, although others are out of
-    service: they can move, and complete their objectives, or bring a battery."""
+    """Yield how the robots in service can do their part of the mission, although other robots are
+    out of service: they can move, and complete their objectives, or bring a battery."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return

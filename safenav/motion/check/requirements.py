@@ -142,7 +142,7 @@ def judged(
     motion: Motion, trace: Trace, more: tuple[str, ...] = (), rate: float = RATE
 ) -> list[Judgement]:
     """Return the verdict on each requirement of a trace, and on ``more`` formulas, named by their
-    text. Raises UsageError for one that cannot be read or evaluated."""
+    text. Raises UsageError for a formula that cannot be read or evaluated."""
     formulas = {**trace.header.scenario.requirements, **{text: text for text in more}}
     if not formulas:
         return []

@@ -218,7 +218,7 @@ def check_joins(case: Examination, robot: str) -> None:
 
 
 def joined(case: Examination, before: Moving, after: Moving) -> None:
-    """Check that a piece continues the one before."""
+    """Check that a piece continues the piece before."""
 
     def wrong(found: str) -> None:
         case.wrong(before.t1, before.robot, "continuity", found)

@@ -29,7 +29,7 @@ MOST_COLOURS = 1 << 18
 """Limit of the colours of a frame, above those of any drawing: Pillow reserves memory for that
 many."""
 CAPTION = 8
-"""Ticks for which a caption stays, unless another one follows; later it would be out of date."""
+"""Ticks for which a caption stays, unless another follows; later it would be out of date."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 

@@ -27,7 +27,7 @@ NARROWEST = 260.0
 LINE = 18.0
 """Height of a line of the caption."""
 CAPTION_LINES = 3
-"""Number of lines of a film's caption, even if it is empty; a longer one ends in dots."""
+"""Number of lines of a film's caption, even if it is empty; a longer caption ends in dots."""
 SPOKEN = 6
 """Maximum number of events in the caption of a picture."""
 WIDTH, GAP, ICON, ROW = 170.0, 24.0, 30.0, 24.0
@@ -204,7 +204,7 @@ class _Drawing(Struct):
         return max(ROBOT * self.cell, LEAST_ROBOT)
 
     def marks(self) -> None:
-        """Draw what the team knows and intends: obstacles, paths and targets."""
+        """Draw the team's knowledge and intentions: obstacles, paths and targets."""
         run = self.run
         for hidden in run.present(self.tick):
             self._obstacle(hidden)

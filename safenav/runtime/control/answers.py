@@ -56,9 +56,9 @@ class Question(Struct, eq=False):
 
 class Answers:
     """The answers so far. ``check`` raises if the run must end; ``busy``: the run's thread computes
-    one, so an exception may end it. ``background``: whether answers come from threads. ``count``
-    and ``seconds``: the cost of the syntheses. ``examined``: the number of resolved obstacles when
-    a plan was last asked for; ``kept``: the plan for which there was no better one."""
+    an answer, which an exception may end. ``background``: whether answers come from threads.
+    ``count`` and ``seconds``: the cost of the syntheses. ``examined``: the number of resolved
+    obstacles when a plan was last asked for; ``kept``: the plan without a better one."""
 
     def __init__(
         self,
@@ -79,7 +79,7 @@ class Answers:
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
         """Return the results of syntheses; None for those that are still under way. Raises
-        ResourceLimitError for one that has exhausted its limits."""
+        ResourceLimitError for a synthesis that has exhausted its limits."""
         texts = [spec.to_structuredslugs() for spec in specs]
         new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._known}
         parts = [{text: new[text]} for text in new] if self.background else [new] if new else []
@@ -211,8 +211,8 @@ class Answers:
 def _searches(
     floor: Floor, joint: Joint, served: tuple[int, ...], state: State
 ) -> tuple[Search, Search | None]:
-    """Return the search for a joint plan, and the one for which charges suffice (None: the team has
-    no batteries)."""
+    """Return the search for a joint plan, and that for a plan with sufficient charges (None: the
+    team has no batteries)."""
     about, charges = (floor, joint, served, len(state.over)), charges_now(floor.team, state)
     charged = partial(ask_charged, *about, charges, state.time) if charges else None
     return partial(ask, *about), charged

@@ -37,7 +37,7 @@ class Control(Struct, frozen=True):
     those that wait for a strategy, because of ``asked``; ``thinks``: the plan is still being
     computed; ``helped``: a change may have made a failed resolution possible. ``vain``: obstacles
     that a robot was to resolve without a strategy for that, by these ``failed`` syntheses.
-    ``left``: those that joint plans leave to robots with strategies, though others were to help."""
+    ``left``: those that joint plans leave to robots with strategies, though others had to help."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -71,7 +71,7 @@ Decided = tuple[State, now.Event]
 
 
 class Decision:
-    """A decision of the team. ``decided``: its events, in order; ``state``: the one after them.
+    """A decision of the team. ``decided``: its events, in order; ``state``: the state after them.
     ``coming``: whether a change is to come, for which a team waits if it can do nothing else."""
 
     def __init__(self, team: Team, state: State, answers: Answers, *, coming: bool) -> None:
@@ -248,7 +248,7 @@ class Decision:
 
     def _planned(self, control: Control) -> ends.End | None:
         """Give the robots that share a floor a plan if they need one; return the end of the run if
-        there is none. Raises Pending."""
+        no plan exists. Raises Pending."""
         team, state, answers = self.team, self.state, self.answers
         if not team.sharing:
             return None
@@ -345,7 +345,7 @@ def _is_feasible(now: solve.Sets) -> bool:
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:
-    """Return whether others or inputs may keep a robot from its objective."""
+    """Return whether other robots or inputs may keep a robot from its objective."""
     objective = failed[1].task.objective
     return objective.formulas is not None or (objective.strict and objective.literal)
 

@@ -273,8 +273,8 @@ def _charge_words(team: Team, member: Member, energy: Energy, pose: int, need: f
 
 def _orders(team: Team, member: Member, pose: int) -> Orders:
     """Return the targets that a robot must meet in sequence for all rounds, from the start; several
-    lists if it may begin with any target (``literal``: with the first, or with the one on which it
-    stands). A target on which it stands counts as met."""
+    lists if it may begin with any target (``literal``: with the first, or with the target on which
+    it stands). A target on which it stands counts as met."""
     objective, masks, firsts = member.objective, member.targets, [0]
     if not objective.ordered():
         return []

@@ -121,7 +121,7 @@ class Mission:
         return self.result
 
     def start(self) -> None:
-        """Synthesize the first controllers; a robot without one ends the run here.
+        """Synthesize the first controllers; a robot without a controller ends the run here.
 
         Raises UsageError if the mission was started before.
         """
@@ -210,7 +210,7 @@ class Mission:
 
     @property
     def waiting(self) -> End | None:
-        """The end that the run would have without an operator; None if it does not wait for one."""
+        """The end of the run without the operator for whom it waits; None if it waits for none."""
         run = self._run
         if run.may_hear() and (still := run.still()) is not None:
             return still

@@ -2,7 +2,7 @@
 
 The team encounters a closed region, an opened one or another truth like any part of the scenario;
 it immediately knows a new objective, an order and a robot's service. An impossible change is
-refused at the call; one that becomes impossible later is dropped, and recorded.
+refused at the call; a change that becomes impossible later is dropped, and recorded.
 
 An operator's change is read from the words of a terminal, a file or a program, or from the data of
 a page. A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``;
@@ -44,9 +44,9 @@ USER, SCENARIO, INPUT = "user", "scenario", "input"
 
 class Intervention(Struct, frozen=True):
     """A change by a user. ``kind``: see ``LINES``; in a simulated world also ``close``: the
-    ``obstacle`` appears as soon as no robot is there, ``open``: one disappears. ``name``: that of
-    the robot, the obstacle or the input; ``on``: whether the robot is in service, or the input on
-    from now on."""
+    ``obstacle`` appears as soon as no robot is there, ``open``: an obstacle disappears. ``name``:
+    that of the robot, the obstacle or the input; ``on``: whether the robot is in service, or the
+    input on from now on."""
 
     kind: str
     name: str = ""
@@ -236,7 +236,7 @@ class Operator:
                 if not was:
                     yield now.Served(i, True, USER)
                 for k in _known(run):
-                    if team.obstacles[k].battery_of == i:  # its empty battery is where it is
+                    if team.obstacles[k].battery_of == i:  # the robot's empty battery
                         yield self._gone(k, team.obstacles[k].source)
             case Intervention("give_up"):
                 yield None

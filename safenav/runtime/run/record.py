@@ -378,7 +378,7 @@ class Recorder:
                 self.emit(synthesis_line(self.tick, why, controller, self.team.world))
         for state, event in decided:
             if isinstance(event, now.Counted):
-                i = event.robot  # of a duty that a later decision replaces, no line tells
+                i = event.robot  # no line records a duty that a later decision replaces
                 kept = state.robots[i].objective == after.robots[i].objective
                 self.record(state, event if kept else replace(event, duty=False), after)
 

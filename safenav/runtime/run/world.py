@@ -322,9 +322,9 @@ class World:
             among = [k for k in among if not _takes(run, k)] + loads
         stages = {k: stage for k, stage in self._changes(run, i, among) if k not in again}
         ready = {k for k, stage in stages.items() if team.obstacles[k].next(stage) is None}
-        if self.live:  # others came meanwhile
+        if self.live:  # other robots came meanwhile
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
-        there = run.state.obstacles  # one that is over has disappeared in this instant
+        there = run.state.obstacles  # one that is over disappeared in this instant
         if self.truth is not None:
             stages = {k: stages[k] for k in stages if k in ready} | {
                 n: stage
@@ -427,8 +427,8 @@ class World:
         return others > 0 and (need.together or others + len(stage.done) >= need.robots)
 
     def _is_busy(self, run: Situation, i: int) -> bool:
-        """Return whether a robot leaves an obstacle beside it to others that act on it; if they
-        fail, it may act later."""
+        """Return whether a robot leaves an obstacle beside it to other robots that act on it; if
+        they fail, it may act later."""
         if not any(robot.works for robot in run.state.robots):
             return False
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]

@@ -1,8 +1,8 @@
 """The commands of a run to its world, in ticks or live, and the events that end them, each checked
 before it is used.
 
-Live, an event that cannot be true counts as a fatal failure of its robot; one that ends no open
-command is dropped. Neither changes the run otherwise.
+Live, an event that cannot be true counts as a fatal failure of its robot; an event that ends no
+open command is dropped. Neither changes the run otherwise.
 """
 
 import queue
@@ -90,7 +90,7 @@ class Lockstep:
         return self._ended.pop(robot.name, None) or self._moved(robot, to)
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
-        """Return the obstacles that the robot has resolved, each checked to be one that it can."""
+        """Return the obstacles that the robot has resolved; check that it can resolve each."""
         if self._simulated is not None:  # other worlds resolve all that the robot can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
@@ -188,7 +188,7 @@ class Commands:
 
     @property
     def idle(self) -> bool:
-        """Whether no command is open and no end of one is unprocessed."""
+        """Whether no command is open, and no end of a command is unprocessed."""
         return not self._open and not self._ended
 
     def now(self) -> float:

@@ -1,9 +1,9 @@
 """The protocols of the actual world: commands that return immediately, and the events that end
 them; or three methods that block. Any world may report anything: checks of its reports.
 
-A robot that was sent somewhere occupies the region that it leaves and the one that it goes to
-until an event ends the command. So events must be true, and sent after the robot has left all
-regions that they do not name (docs/library.md).
+A robot that was sent somewhere occupies its departure region and its destination until an event
+ends the command. So events must be true, and sent after the robot has left all regions that they do
+not name (docs/library.md).
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -90,7 +90,7 @@ class Sensed(WorldEvent, frozen=True):
 
 class Acted(WorldEvent, frozen=True):
     """The action of a robot has ended: a result for each obstacle of the command, and for each
-    other one that it has resolved. ``done``: its last need is fulfilled. ``reason``: that of a
+    other obstacle that it has resolved. ``done``: its last need is fulfilled. ``reason``: that of a
     failure, or of an action without effect."""
 
     robot: str
@@ -119,8 +119,8 @@ class World(Protocol):
         """Send the robot to ``pose``, in its own region or a neighbouring one."""
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
-        """Let the robot act in its region: on ``obstacles``, which the team knows, and on others.
-        Always ends with ``Acted``, with ``nothing`` for an absent obstacle."""
+        """Let the robot act in its region: on ``obstacles``, which the team knows, and on other
+        obstacles. Always ends with ``Acted``, with ``nothing`` for an absent obstacle."""
 
     def cancel(self, robot: Robot) -> None:
         """Stop the robot as soon as possible; the command still ends with its event."""
@@ -341,7 +341,7 @@ def sensed(
 
 
 def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
-    """Return an obstacle that a call returned. Raises WorldError if it cannot be one."""
+    """Return an obstacle that a call returned. Raises WorldError if it cannot be an obstacle."""
     if not isinstance(found, Obstacle):
         raise wrong(call, f"{found!r} is not an Obstacle")
     try:

@@ -179,7 +179,7 @@ class SimulatedWorld:
         self.place(obstacle, Is.AWAY)
 
     def place(self, obstacle: Obstacle, state: Is = Is.OPEN) -> None:
-        """Add an obstacle: by default one that appears now, also where a robot stands."""
+        """Add an obstacle; by default it appears now, also where a robot stands."""
         self._team = introduced(self._team, obstacle)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
         self.truths.setdefault(obstacle.name, obstacle.traversable)
@@ -377,7 +377,7 @@ class LiveSimulation:
         self, before: Mapping[str, float], done: Sequence[tuple[Obstacle, Sequence[str]]]
     ) -> None:
         """Let robots face the last obstacle on which their action had an effect: traces do not
-        record turns towards others."""
+        record turns towards other obstacles."""
         for name, facing in before.items():
             self._paces[name].facing = facing
         for obstacle, group in done:

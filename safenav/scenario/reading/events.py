@@ -19,12 +19,12 @@ from safenav.scenario.yaml.typed import read, sequence
 def resolve_obstacles(
     items: Sequence[language.ObstacleKeys] | None, node: Node | None, reading: Reading
 ) -> None:
-    """Add the readable obstacles to ``reading``; errors in the others are reported."""
+    """Add the readable obstacles to ``reading``; report errors in the other entries."""
     reading.keep(obstacles_of(items or (), reading), node)
 
 
 def obstacles_of(items: Sequence[language.ObstacleKeys], reading: Reading) -> list[Obstacle]:
-    """Return the readable obstacles; errors in the others are reported."""
+    """Return the readable obstacles; report errors in the other entries."""
     found: list[Obstacle] = []
     for item in items:
         obstacle, where = _obstacle(item, reading), item.at("region")
@@ -95,7 +95,7 @@ _SERVICE = {"out": False, "back": True}
 
 
 def read_changes(node: Node | None, reading: Reading) -> tuple[RobotChange, ...]:
-    """Return the readable changes of a list by tick; errors in the others are reported."""
+    """Return the readable changes of a list by tick; report errors in the other entries."""
     items = read(tuple[language.ChangeKeys, ...], node, "changes", reading)
     return resolve_changes(items or (), reading)
 

@@ -33,7 +33,7 @@ from safenav.world.poses import Mobility, Pose
 def resolve_robots(
     team: Mapping[Scalar, language.RobotKeys] | None, node: Node | None, reading: Reading
 ) -> None:
-    """Add the readable robots to ``reading``; errors in the others are reported."""
+    """Add the readable robots to ``reading``; report errors in the other entries."""
     if team == {} and not entries_of(node):
         reading.add(node, "there are no robots", "a scenario has at least one")
     if len(team or ()) > MOST_ROBOTS:

@@ -46,7 +46,7 @@ class Key(Struct, frozen=True, eq=False):
     ``about``: its meaning; ``required``: the hint if it is missing, or an example that continues
     ``about``; ``least``, ``most``, ``above``: limits of a number, ``why``: the hint beside them;
     ``entries``: the least number of items; ``expected``: in messages; ``example``: that of a
-    mapping; ``check``: a further check, or a conversion from the form; ``schema``: what it adds to
+    mapping; ``check``: a further check, or a conversion from the form; ``schema``: its additions to
     the JSON Schema; ``form``: the form of the value in a document, an annotation or a JSON Schema;
     ``by``: the method of the findings that returns the value, which looks up a name or a place;
     ``without``: members of an enumeration that it cannot have; ``default``: the value if it is
@@ -190,11 +190,11 @@ class _TakesKeys(StructMeta):
 class Part(Struct, metaclass=_TakesKeys, frozen=True):
     """A mapping in a document, which becomes data of this class if it has no error.
 
-    ``rules``: which keys need others; ``example``: for messages; ``elsewhere``: hints for keys that
-    it does not have; ``open``: other keys are allowed; ``spelled``: keys that are not spelled like
-    their field. ``one`` names an item of a list or a mapping in messages, ``label`` follows a key:
-    {what} is the item, {rest} that without its first word, {name} its number or key, {type} the
-    text of its key ``type``; ``title``: that of a schema.
+    ``rules``: which keys need other keys; ``example``: for messages; ``elsewhere``: hints for keys
+    that it does not have; ``open``: other keys are allowed; ``spelled``: keys that are not spelled
+    like their field. ``one`` names an item of a list or a mapping in messages, ``label`` follows a
+    key: {what} is the item, {rest} that without its first word, {name} its number or key, {type}
+    the text of its key ``type``; ``title``: that of a schema.
     """
 
     keys: ClassVar[Mapping[str, Key]] = {}

@@ -136,8 +136,8 @@ def _check_rules(
     known: Collection[str],
     findings: Findings,
 ) -> None:
-    """Report keys that are missing or have no meaning beside the others, each once. A missing key
-    may be a misspelt one, which was already reported."""
+    """Report keys that are missing or have no meaning beside the other keys, each once. A missing
+    key may be a misspelt one, which was already reported."""
     given = {key.text: key for key, _ in node.entries}
     told = {word for word in given if word not in known}
     for rule in rules:
