@@ -153,7 +153,7 @@ def kind_of(text: str) -> str | None:
 
 ADVICE = (
     "a scenario is YAML ('safenav new FILE' writes one); 'check' also reads traces and motions "
-    "(.jsonl) and bundles, 'synth' specifications of slugs, as LTLMoP and TuLiP write them"
+    "(.jsonl) and bundles, and 'synth' reads specifications of slugs, LTLMoP and TuLiP"
 )
 """The hint for a file of a kind that safenav does not read."""
 

@@ -28,7 +28,7 @@ COMMANDS = {
     "replay": ("replay", "Replay a trace: a page, pictures, or 3D."),
     "draw": ("replay", "Draw a scenario without running it."),
     "export": ("export", "Export a trace: waypoints, motion, samples, ROS 2 bag."),
-    "studio": ("new", "Draw a scenario in a browser, run it, change its world."),
+    "studio": ("new", "Draw and run a scenario in a browser, and change its world."),
     "new": ("new", "Write an example scenario, a fleet file or a schema."),
     "doctor": ("new", "List the installed parts and test the synthesizer."),
 }

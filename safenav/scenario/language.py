@@ -74,7 +74,7 @@ class MapKeys(Item, frozen=True):
             "origin", ("resolution",), "also write 'resolution', the side of a region in metres"
         ),
     )
-    elsewhere: ClassVar = {"areas": "'areas' stands beside 'map', not in it"}
+    elsewhere: ClassVar = {"areas": "'areas' belongs beside 'map', not in it"}
     grid: values.GridRows | None = key("One line for each row: '#' is a wall, '.' is free.")
     image: Scalar | None = key("A PNG or PGM file: dark is wall.")
     ros: Scalar | None = key("The YAML file of a map as ROS map_server saves it.")

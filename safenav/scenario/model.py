@@ -85,7 +85,7 @@ class Exclusion(Part, frozen=True):
         "At least two robots.", "name two robots or more, for example 'robots: [quad, digit]'"
     )
     regions: values.ZoneValue = key(
-        "Regions for at most one of them.",
+        "Regions that at most one of them may occupy.",
         "name regions or areas, for example 'in: bridge'",
         schema={"minItems": 1},
     )
@@ -136,7 +136,7 @@ class Failures(Part, frozen=True):
     )
     actions: int = key("Failed actions after which another robot helps.", least=1, default=2)
     patience: float = key(
-        "Median durations after which a command is cancelled.", above=0, default=10.0
+        "Multiple of the median duration until a cancellation.", above=0, default=10.0
     )
     timeout: float | None = key(
         "Seconds after which a command is cancelled. Default: none.", above=0

@@ -422,7 +422,7 @@ def describe(objective: Objective, word: Word = number_word) -> str:
     if objective.avoid:
         text += f", never in {word(objective.avoid).replace('|', ', ')}"
     if len(objective.always) > _SHOWN:
-        return f"{text}, always its {len(objective.always)} formulas"
+        return f"{text}, under its {len(objective.always)} 'always' formulas"
     return text + "".join(f", always {formula}" for formula in objective.always)
 
 
