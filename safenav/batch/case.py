@@ -46,7 +46,7 @@ class CaseVerdict(StrEnum):
 class Case(Struct, frozen=True):
     """One run of a batch: a scenario with some of its settings replaced.
 
-    ``name`` is unique within a batch and the same in the next one. ``text`` is the scenario (None
+    ``name`` is unique within a batch and the same in the next batch. ``text`` is the scenario (None
     if the file could not be read, which the run reports). ``references`` is a digest of the files
     that it names.
     """

@@ -274,7 +274,7 @@ class Cause(StrEnum):
 class Vacuity(Struct, frozen=True):
     """A way in which a system could win without doing anything.
 
-    ``path``: nodes of its strategy, the shortest path to where it happens. ``origins``: the
+    ``path``: the shortest path in its strategy to the node where it happens. ``origins``: the
     assumptions that fail."""
 
     cause: Cause

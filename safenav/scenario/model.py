@@ -172,7 +172,7 @@ ObstacleName = Annotated[
     str, Key("An obstacle: type@region.", by="obstacle", schema={"pattern": "^(?:.+@.+)$"})
 ]
 Subject = Annotated[str, Key(by="subject")]
-"""A robot, an obstacle, or the mission: what can have a deadline."""
+"""A robot, an obstacle, or the mission: the subject of a deadline."""
 
 
 class Expect(Part, frozen=True):

@@ -278,7 +278,7 @@ class Hold(TargetObjective, frozen=True):
 
 
 class Once(TargetObjective, frozen=True):
-    """One visit to each target in order, the last of which never ends."""
+    """One visit to each target, in order; the last visit never ends."""
 
     kind: ClassVar[str] = "once"
     meaning: ClassVar[str] = "each target once, in order, then stay at the last"
