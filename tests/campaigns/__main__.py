@@ -6,7 +6,7 @@ file: a scenario with facts in its comments. ``--file`` plays such files instead
 The first comment of a file is its story. Its lines ``#:`` are YAML: the ``faults`` of the world by
 their chances, with the ``seed`` that they strike by; the words of an ``operator``, each with its
 pass, and whether the run is ``attended``; the pass at which a ``kill`` cuts it off; the
-``outcome``; ``blocking``: a world behind calls; ``open``: why a finding is known and not mended.
+``outcome``; ``blocking``: a world behind calls; ``open``: why a known finding is not fixed.
 """
 
 import argparse

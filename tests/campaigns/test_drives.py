@@ -149,7 +149,7 @@ def fleet_of(random: Random, hidden: list[Data], scenario: Scenario) -> Data:
 
 
 class Judge:
-    """Compares a trace with the log of the physics. ``zero``: the begin of the run."""
+    """Comparison of a trace with the log of the physics. ``zero``: the start of the run."""
 
     def __init__(self, world: Listening, lines: Sequence[Data], zero: float) -> None:
         self._team, self._stations, self._places = world.team, world.stations, world.goals.places
@@ -171,7 +171,7 @@ class Judge:
         return (one for one in self._moments if at - before <= one.t <= at + after)
 
     def _sightings(self) -> None:
-        """What is seen was there, and what is gone was not, within the last 3 seconds."""
+        """Check that what is seen was there, and what is gone was not, within the last 3 s."""
         for event in self._sensed:
             t, name = event.at - self._zero, event.obstacle.name
             if name.startswith(("lost_", "unknown_")):
@@ -201,8 +201,8 @@ class Judge:
             self._wrong(t, f"{name} {result}: faces {facing}, not {line['heading']}")
 
     def _contacts(self) -> None:
-        """Check that no robot touches another one, or an obstacle on which it does not act and of
-        which nobody knew: into a known one only a robot that resolves it may go."""
+        """Check that no robot touches another one, or an obstacle on which it does not act and that
+        no robot knew: only a robot that resolves a known one may enter it."""
         for one in self._moments:
             t, found = one.t - self._zero, list[str]()
             for pair in one.touches if t >= 0 else ():

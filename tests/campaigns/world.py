@@ -58,7 +58,7 @@ class FaultyWorld(Remote):
 
 
 class Nature(Uneven):
-    """What is so. ``faults``: chances by kind. No duration is known in advance; time passes in
+    """The true state. ``faults``: chances by kind. No duration is known in advance; time passes in
     ``wait`` only."""
 
     def __init__(self, scenario: Scenario, seed: int, faults: Mapping[str, float]) -> None:

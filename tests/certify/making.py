@@ -53,7 +53,7 @@ def files_of(bundle: Path) -> Files:
 
 
 def with_proofs(files: Files) -> Files:
-    """With the proofs that the lines name, as good as a forger can get them, and no others."""
+    """Return the files with just the proofs that lines name, as good as a forger can get them."""
 
     def automata(line: Any) -> Iterator[bytes]:
         if line.verdict == "realizable":
@@ -76,7 +76,7 @@ def lines_of(files: Files) -> list[Line]:
 
 
 def with_lines(files: Files, lines: list[Line]) -> Files:
-    """With another trace."""
+    """Return the files with another trace."""
     return {**files, "trace.jsonl": "".join(f"{one}\n" for one in text(lines)).encode()}
 
 

@@ -33,7 +33,7 @@ def test_any_progress_measure_that_decreases_or_has_a_violated_assumption_is_a_p
     numbers: list[int], excuses: list[int | None], told: str | None
 ) -> None:
     """The robot arrives (node 0) unless the input keeps it (nodes 1 and 2 in turn); one assumption
-    is that the input is off again and again, the other that it is on."""
+    is that the input is off infinitely often, the other that it is on."""
     edges = [0, 0, 1, 1, 2, 2], [0, 1, 0, 2, 0, 1]
     arrives = [target == 0 for target in edges[1]]
     assumed = [arrives, [not there for there in arrives]]

@@ -48,7 +48,7 @@ def test_a_full_disk_is_not_reported_as_a_defect_of_safenav() -> None:
 
 @pytest.mark.parametrize(("name", "code"), [("hello", 0), ("unrealizable/forbidden_way", 1)])
 def test_a_closed_pipe_changes_no_exit_code(name: str, code: int) -> None:
-    """It always was 1, which says that a robot is unrealizable."""
+    """It was always 1, the code of an unrealizable robot."""
     piped = '"$@" | true; exit ${PIPESTATUS[0]}'
     done = ran(["bash", "-c", piped, "-", *program("check", SCENARIOS / f"{name}.yaml")])
     assert (done.returncode, done.stderr) == (code, "")

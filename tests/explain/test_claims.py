@@ -1,5 +1,5 @@
 """What ``safenav explain`` and ``synth`` claim about random specifications, and about a robot of a
-random scenario, is checked by brute force. ``SAFENAV_FUZZ=60`` tries so many."""
+random scenario, is checked by brute force. ``SAFENAV_FUZZ=60`` tries that many."""
 
 import dataclasses
 import json

@@ -294,7 +294,7 @@ ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"
 @pytest.mark.slow
 @pytest.mark.parametrize("answer", [ELSEWHERE, None], ids=["an intervention", "an interrupt"])
 def test_a_drive_prompts_its_operator_and_shows_the_run(tmp_path: Path, answer: str | None) -> None:
-    """Who answers by Ctrl-C ends the run."""
+    """An answer by Ctrl-C ends the run."""
     trace = tmp_path / "t.jsonl"
     process = subprocess.Popen(
         [PROGRAM, *files(tmp_path, DEBRIS, BLOCKED), "--json", "--operator", "--live"],

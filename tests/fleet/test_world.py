@@ -1,7 +1,7 @@
 """A fleet's world over a transport that follows a script: each command ends by one true event.
 
 ``hall.txt`` has a case for each paragraph, with its name and its lines. ``->``: the events, or the
-obstacle, that must come of it. A paragraph ``define NAME`` has the lines for which its name stands.
+obstacle, that must result. A paragraph ``define NAME`` has the lines for which its name stands.
 """
 
 import math

@@ -1,5 +1,5 @@
-"""The replay page in a real browser, as its readers use it: it opens from disk, plays, tells what
-the trace tells, and is legible for everybody; also in three dimensions."""
+"""The replay page in a real browser, as its readers use it: it opens from disk, plays, shows what
+the trace records, and is legible to every reader; also in three dimensions."""
 
 import re
 from collections.abc import Iterator

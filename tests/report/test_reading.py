@@ -101,7 +101,7 @@ def test_broken_traces_are_refused_with_file_and_line(
 
 
 def events(folder: Path, *lines: damage.Line, clock: str = "lockstep") -> list[str]:
-    """What a run in a room with a door says of these lines."""
+    """Return the events of these lines in a run in a room with a door."""
     whole = damage.read(trace_of("room"))
     whole[0]["scenario"] |= {"clock": clock}
     last = whole[-1] | {"tick": lines[-1]["tick"], "ticks": lines[-1]["tick"]}

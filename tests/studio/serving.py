@@ -113,7 +113,7 @@ class Page:
         return self.hear(lambda m: m["is"] == "document" and words in m["text"])
 
     def state(self, **wanted: object) -> dict[str, Any]:
-        """Wait until the run stands so."""
+        """Wait until the run has this state."""
         return self.hear(lambda m: m.get("state") and wanted.items() <= m["state"].items())
 
     def tick(self, number: int) -> None:

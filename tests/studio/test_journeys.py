@@ -426,7 +426,7 @@ def changing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 def request(drawing: dict[str, Any], chance: random.Random) -> dict[str, Any]:
-    """Something that a page may say, sensible or not."""
+    """Draw a request that a page may send, sensible or not."""
     region, other = chance.randrange(-2, 100), chance.randrange(91)
     robot = chance.choice(("quad", "digit", "digit_2", "nobody", ""))
     obstacle = chance.choice(("door@47", f"door@{other}", "uncertainty@44", "x"))

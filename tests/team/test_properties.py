@@ -68,7 +68,7 @@ def act(team: Team, state: State, i: int, *, moving: bool) -> State:
 
 
 def acted(team: Team, state: State, *, moving: bool) -> State:
-    """Everybody acts where it stands: what one does may be what another waits for."""
+    """Let every robot act where it stands: one may do what another waits for."""
     before = None
     while before != state:
         before = state
@@ -78,7 +78,7 @@ def acted(team: Team, state: State, *, moving: bool) -> State:
 
 
 def settled(team: Team, state: State, who: tuple[int, ...]) -> State:
-    """Everybody acts; then robots ``who`` count, all of them after a resolution."""
+    """Let every robot act; then robots ``who`` count, all of them after a resolution."""
     over, state = state.over, acted(team, state, moving=True)
     for i in who if state.over == over else range(len(team.members)):
         state = apply(team, state, now.Counted(i, None))

@@ -147,7 +147,7 @@ class Search:
 
     def is_complete(self, state: State) -> bool:
         """Whether all robots have met their objectives ``rounds`` times since the last resolution,
-        those that stay at their last target are there, and each could go on by itself."""
+        those that stay at their last target are there, and each could continue by itself."""
         poses, progress, stages = state
         closed = self._closed(stages)
         return all(
