@@ -199,7 +199,7 @@ def test_a_bundle_with_a_link_or_a_pipe_is_refused(
     ("folder", "more", "words"),
     [("proofs/", None, "is missing"), ("strategies/", b" ", "is not named by its sha256")],
 )
-def test_a_file_named_by_a_hash_must_exist_and_have_it(
+def test_a_file_named_by_a_hash_must_exist_and_match_it(
     folder: str, more: bytes | None, words: str, tmp_path: Path
 ) -> None:
     files = files_of(shipped("hello"))

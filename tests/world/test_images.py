@@ -120,7 +120,7 @@ def test_the_largest_maps_are_read(folder: Path) -> None:
     assert walls(np.zeros((1536, 1536)), folder, 0, ros="tenth.yaml", resolution=0.3) == set()
 
 
-def test_a_wall_crosses_a_region_from_any_side(folder: Path) -> None:
+def test_a_wall_across_a_region_is_found_in_either_direction(folder: Path) -> None:
     blocked = np.zeros((8, 8), dtype=np.bool_)
     blocked[:, 1] = blocked[0, 5] = True
     for image, regions in ((blocked, "0 [0, 0] to 2 [1, 0]"), (blocked.T, "0 [0, 0] to 1 [0, 1]")):
