@@ -250,4 +250,4 @@ def duties(e: Line, s: State) -> Iterator[str]:
             yield f"{name} gets another objective, but nothing is to be resolved"
     begins = e.kind == "synthesis" and e.node is not None and e.places is None
     if begins and not e.objective.serves(s.robots[e.robot].given):
-        yield f"{e.robot} has a strategy for another objective than it has"
+        yield f"{e.robot} has a strategy for an objective that it does not have"

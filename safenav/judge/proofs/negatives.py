@@ -225,7 +225,7 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
     elif not is_hopeless(case := Case(s)):
         yield from _lost_problems(e, case)
     elif e.cause not in (causes := _causes(case)):
-        yield f"its cause is {e.cause}; proven is {causes[0]}"
+        yield f"its cause is {e.cause}, but {causes[0]} is proven"
 
 
 def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
@@ -242,7 +242,7 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
             return
         numbers[name] = min(known)
     if e.cause != "deadlock":
-        yield f"its cause is {e.cause}; proven is deadlock"
+        yield f"its cause is {e.cause}, but deadlock is proven"
     if not robots:
         yield "the proof names no robot"
     elif not _without_room(robots, s):

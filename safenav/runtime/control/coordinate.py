@@ -190,7 +190,7 @@ class Decision:
                 never = ends.infeasible(plain, here, solve.around(floor, poses, stages))
             elif len(out) == len(poses) or any(_is_feasible(each) for each in (all_, rest)):
                 never = _without(team, state, out)  # only its absence stops other robots
-            else:  # with the whole team, or else without what robots out of service do
+            else:  # with the whole team, or else without the robots out of service
                 lives = enumerate(solve.closure_of(all_).live)
                 lame = any(not live and i not in out for i, live in lives)
                 never = ends.infeasible(plain, here, all_ if lame else rest)
@@ -276,7 +276,7 @@ class Decision:
         alone = helped.difference(control.roles[i].helps for i in sharing)
         if not starves and open_ <= alone and floor.completed(joint, frozenset(), sharing):
             timed = [i for i in sharing if _is_timed(team.members[i], joint.poses[i])]
-            if goes_on and timed and not open_:  # others still have work: deadlines continue
+            if goes_on and timed and not open_:  # other robots have work: deadlines continue
                 more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
                 floor = replace(floor, robots=sharing, rounds=(more,) * len(team.members))
                 if (plan := answers.more(floor, joint, state)) is not None:

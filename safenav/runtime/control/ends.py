@@ -111,7 +111,7 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
     objective = robot.objective
     if objective.formulas is not None:
         return f"{robot.name} cannot meet its formulas with what it can reach"
-    if chosen:  # it still could from its current pose
+    if chosen:  # from its current pose it still can
         return f"{robot.name} could no longer {describe(objective, word)} after that"
     here = state.robots[i].pose % team.size
     for k, each in enumerate(state.obstacles):

@@ -105,7 +105,7 @@ def _when(
         objective = resolve_objective(value, robot.model.mobility, reading)
         if isinstance(objective, Ltl) or isinstance(robot.objective, Ltl):
             hint = "name the input in its formulas instead"
-            reading.add(value.node, f"{what}: not with formulas", hint)
+            reading.add(value.node, f"{what} cannot be used with 'ltl'", hint)
         elif objective is not None:
             _check_reachable(robot, objective, value, reading)
             found.append((name, objective))
