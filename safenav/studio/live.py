@@ -56,6 +56,7 @@ class StudioRun:
         self._steps = 0
         self._due = 0.0
         self._took = 0.0  # the length of the last tick, in ticks or seconds
+        self._pause = 0.0  # the pause after one without length, in seconds
 
     @property
     def phase(self) -> str:
@@ -148,7 +149,7 @@ class StudioRun:
             asyncio.get_running_loop().call_later(self._due - now, self._advance)
             return
         else:
-            self._due = max(now - 0.2, self._due) + (self._took / self.speed or IDLE)
+            self._due = max(now - 0.2, self._due) + (self._took / self.speed or self._pause)
         self._ready = False
         self._wait()
         self._send({"do": "step"})
@@ -185,7 +186,7 @@ class StudioRun:
         data = json.loads(line)
         kind = data["type"]
         if kind == DONE:
-            self._done()
+            self._done(waits=data["waits"])
         elif kind == REFUSED:
             self._tell({"is": "refused", "message": data["message"]})
         elif kind == FAILED:
@@ -203,12 +204,13 @@ class StudioRun:
         else:
             self._news.append(record)
 
-    def _done(self) -> None:
-        """Handle the end of a tick."""
+    def _done(self, *, waits: bool = False) -> None:
+        """Handle the end of a tick. ``waits``: whether the run waits for help."""
         assert self._live is not None
         before = self._live.time
         self._rest()
         self._took = self._live.time - before
+        self._pause = IDLE if waits else 0.0
         self._begun = self._ready = True
         self._tell_state()
         self._tell({"is": "news", "news": self._live.news()})

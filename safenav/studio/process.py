@@ -156,7 +156,7 @@ def _serve(order: RunOrder, requests: IO[str], say: Any) -> None:
     mission = Mission(scenario, listeners=[lambda record: say(as_data(record))], attended=True)
     signal.signal(signal.SIGINT, lambda *_: mission.stop("ended by the user"))
     mission.start()
-    say({"type": DONE})
+    say({"type": DONE, "waits": mission.waiting is not None})
     while mission.result is None:
         rested = time.monotonic()
         line = requests.readline()
@@ -172,7 +172,7 @@ def _serve(order: RunOrder, requests: IO[str], say: Any) -> None:
             mission.step()
         else:
             mission.give_up("ended by the user")
-        say({"type": DONE})
+        say({"type": DONE, "waits": mission.waiting is not None})
 
 
 def _check(order: RunOrder, say: Any) -> None:
