@@ -132,13 +132,15 @@ class Search:
                 order = sorted(robots, key=lambda i: -rank[i])
                 still = [(i, joint.poses[i]) for i in robots if tick % periods[i]]
                 poses = self._propose(joint, fields, order, still)
-                if poses is None or poses == joint.poses:
+                after = None if poses is None else self._reached(joint, poses)
+                if after is None:
                     stood += 1
                     if stood < max(periods):
                         continue
                     poses = self._aside(joint)
-                if poses is None or (after := self._reached(joint, poses)) is None:
-                    break
+                    after = None if poses is None else self._reached(joint, poses)
+                    if after is None:
+                        break
                 stood = 0
                 states.append(after)
                 if self.goal(after):
