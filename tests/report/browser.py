@@ -86,6 +86,12 @@ class Browser:
     def button(self, label: str) -> WebElement:
         return self.one(f'button[aria-label="{label}"]')
 
+    def click(self, what: str) -> None:
+        """Click a button by its label, or the first element of a selector; a page that redraws it
+        meanwhile is asked again."""
+        selector = what if what[0] in ".[" else f'button[aria-label="{what}"]'
+        self.wait(lambda: self.one(selector).click() is None)
+
     def words(self, selector: str) -> str:
         """The text of the first element, empty if there is none."""
         script = "return document.querySelector(arguments[0])?.innerText ?? ''"

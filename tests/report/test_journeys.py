@@ -102,11 +102,11 @@ def test_events_keys_and_addresses_lead_to_their_ticks(browser: Browser) -> None
     """By events, keys that work wherever the focus is, and the address of a tick; zooms in; follows
     a robot, its current target and the route there; and finds a name on everything."""
     browser.open(page_of("door"))
-    browser.one('.event[data-kind="resolved"]').click()
+    browser.click('.event[data-kind="resolved"]')
     assert browser.tick == 16
     current = browser.all('.event[aria-current="step"]')
     assert {event.get_attribute("data-tick") for event in current} == {"16"}
-    browser.one('.marks button[data-tick="11"]').click()
+    browser.click('.marks button[data-tick="11"]')
     assert browser.tick == 11
     assert browser.all('.event[data-kind="goal"]')
     browser.press(Keys.HOME)
@@ -137,7 +137,7 @@ def test_events_keys_and_addresses_lead_to_their_ticks(browser: Browser) -> None
     before = view(browser)
     browser.press("d")
     assert view(browser)[0] > before[0]
-    browser.button("Zoom in").click()
+    browser.click("Zoom in")
     assert view(browser)[2] == pytest.approx(whole[2] / 2.25, rel=0.01)
     browser.press("f")
     assert view(browser) == pytest.approx(whole, abs=0.01)

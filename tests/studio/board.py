@@ -65,14 +65,12 @@ class Board(Page):
             return [...document.querySelectorAll("button")].find((button) =>
                 button.getClientRects().length > 0 && button.innerText.trim() === arguments[0]);
         """
-        found: list[WebElement] = []
 
-        def shown() -> bool:
-            found[:] = filter(None, [self.browser.run(script, label)])
-            return bool(found)
+        def pressed() -> bool:
+            found: WebElement | None = self.browser.run(script, label)
+            return found is not None and found.click() is None
 
-        self.browser.wait(shown, lacks=f"no button {label!r}")
-        found[0].click()
+        self.browser.wait(pressed, lacks=f"no button {label!r}")
 
     def close_with(self, kind: str, region: int) -> None:
         """Put an obstacle into a region of the run."""
@@ -83,13 +81,13 @@ class Board(Page):
         """Run the scenario, and hold it immediately."""
         self.choose("▶ Run")
         self.browser.wait(lambda: self.browser.all('button[aria-label="Pause the run"]'))
-        self.browser.button("Pause the run").click()
+        self.browser.click("Pause the run")
         self.browser.wait(lambda: self.browser.words(".badge") == "paused")
 
     def complete(self) -> None:
         """Let the run continue to its end, as fast as the page offers."""
         self.browser.select("Speed", "64 ticks/s")
-        self.browser.button("Run").click()
+        self.browser.click("Run")
         self.browser.wait(lambda: self.browser.words(".badge") == "completed")
 
     @property
@@ -104,7 +102,7 @@ class Board(Page):
 
     def write(self, text: str) -> None:
         """Replace the text in the editor, as if it were pasted."""
-        self.browser.one(".cm-content").click()
+        self.browser.click(".cm-content")
         self.browser.press(Keys.CONTROL, "a")
         self.browser.driver.execute_cdp_cmd("Input.insertText", {"text": text})
 

@@ -67,7 +67,7 @@ def test_case_study_1_is_drawn_run_changed_and_undone(browser: Browser, tmp_path
         board.until("objective: {patrol: [[4, 2], [3, 10], [2, 11]]}")
         while not browser.button("Undo").get_attribute("aria-disabled"):
             before = board.text
-            browser.button("Undo").click()
+            browser.click("Undo")
             board.changed(before)
         assert board.text == blank
 
@@ -89,7 +89,7 @@ def test_case_study_1_is_drawn_run_changed_and_undone(browser: Browser, tmp_path
 def _draw_case_study_1(board: Board) -> str:
     """Draw it with the mouse, and return the text of the blank map before."""
     browser = board.browser
-    browser.one('[data-opens="New"]').click()
+    browser.click('[data-opens="New"]')
     board.choose("Blank map of that size")
     board.answer()
     board.until("    #############\n")
@@ -156,7 +156,7 @@ def test_a_studio_without_a_file_saves_opens_and_obeys_the_keyboard(
         assert mine.read_text() == blank
 
         def open_house() -> None:
-            browser.one('[data-opens="Open"]').click()
+            browser.click('[data-opens="Open"]')
             browser.wait(lambda: browser.all('[data-popup="Open"] button'))
             listed = [*filter(None, browser.words('[data-popup="Open"]').splitlines())]
             assert listed[-2:] == ["mine.yaml", "wing/house.yaml"]
@@ -166,7 +166,7 @@ def test_a_studio_without_a_file_saves_opens_and_obeys_the_keyboard(
         open_house()
         assert board.text == HOUSE
         for accept, content in ((False, blank), (True, HOUSE)):
-            browser.one('[data-opens="Save"]').click()
+            browser.click('[data-opens="Save"]')
             board.choose("Save as …")
             board.answer("mine")
             assert "already exists" in board.answer(accept=accept)
@@ -214,7 +214,7 @@ def _draw_with_the_keyboard_alone(board: Board) -> None:
 
     def stands() -> bool:
         """In the next tick; a click may first show the one during which the run was paused."""
-        browser.button("Next tick").click()
+        browser.click("Next tick")
         return bool(browser.all('[data-obstacle="door@33"]'))
 
     browser.wait(stands)
@@ -309,8 +309,8 @@ def test_changes_by_a_user_take_effect_in_a_run(browser: Browser, tmp_path: Path
             page.say("restart")
             page.state(phase="paused")
         board = Board(browser, served, cols=8)
-        browser.one('[role="switch"][aria-label="alarm"]').click()
-        browser.button("Next tick").click()
+        browser.click('[role="switch"][aria-label="alarm"]')
+        browser.click("Next tick")
         browser.wait(lambda: browser.all('[role="switch"][aria-checked="true"]'))
         orders = [b.text for b in browser.all("button") if b.text.startswith("Order: ")]
         assert orders == ["Order: parcel"]  # no robot can swap a flat battery
@@ -318,7 +318,7 @@ def test_changes_by_a_user_take_effect_in_a_run(browser: Browser, tmp_path: Path
         board.click(10)
         board.choose("Out of service")
         board.close_with("door", 22)
-        browser.button("Next tick").click()
+        browser.click("Next tick")
         browser.wait(lambda: browser.all('[data-obstacle="door@22"]'))
         board.choose("Back in service")
         board.choose("Remove")
@@ -327,7 +327,7 @@ def test_changes_by_a_user_take_effect_in_a_run(browser: Browser, tmp_path: Path
         board.click(18)
         board.click(20)
         board.choose("Visit")
-        browser.one('[role="switch"][aria-label="alarm"]').click()
+        browser.click('[role="switch"][aria-label="alarm"]')
         board.complete()
         lines = board.sound()
     assert [r["values"]["alarm"] for r in lines if r["type"] == "inputs"] == [1, 0]
