@@ -114,7 +114,7 @@ UNLIMITED = "unlimited"
 Vision = Annotated[
     float | None,
     Key(
-        "Radius of sight in regions, from 1, or unlimited.",
+        "Range for seeing robots: regions from 1, or unlimited.",
         form=float | Literal["unlimited"],
         check=lambda value, *_: None if value == UNLIMITED else value,
         least=1,

@@ -286,7 +286,7 @@ def _obstacle(state: State, k: int, /, **changes: object) -> State:
 
 
 def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
-    """Add the request of a known open obstacle to the stack, if it is not there yet."""
+    """Push the request of a known open obstacle onto the stack, once (Algorithm 1, line 9)."""
     before = state.obstacles[k]
     met = before.state is Is.OVER or team.obstacles[k].next(before.stage) is None
     stage = now.Stage() if met else before.stage  # a reappearing obstacle starts over
@@ -299,7 +299,7 @@ def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...])
 
 
 def _dropped(state: State, k: int) -> State:
-    """Remove a request from the stack, at any position."""
+    """Pop a request from the stack, at any position (Algorithm 1, line 19)."""
     return replace(state, requests=tuple(each for each in state.requests if each != k))
 
 

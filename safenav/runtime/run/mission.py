@@ -114,7 +114,7 @@ class Mission:
         ``error``.
         """
         self.start()
-        while self.result is None:
+        while self.result is None:  # Algorithm 1, line 5
             if self._world.stands(self._run):
                 time.sleep(WAITED)  # an operator intervenes from another thread
             self.step()
