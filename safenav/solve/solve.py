@@ -142,10 +142,8 @@ def _options(
     times: dict[int, float] = {}
     for i in floor.able(g, stages):
         if there := now.spots(i, need.regions):
-            places[i], times[i] = (
-                there,
-                0 if origins is None else time_of(g, i, there, now, origins),
-            )
+            places[i] = there
+            times[i] = 0 if origins is None else time_of(g, i, there, now, origins)
     helps = dict(floor.helping)
     helping = helps.get(g, ())
     others = (o for o in floor.open(stages) if o != g and _attainable(o, helps.get(o, ()), now))
