@@ -71,10 +71,14 @@ def timed(
     return arrives
 
 
+def mixed(floor: Floor) -> bool:
+    """Return whether robots take different times for a step."""
+    return len({floor.team.step_times[i] for i in floor.robots}) > 1
+
+
 def cost(floor: Floor, ends: Sequence[float]) -> float:
     """Return the time of the last robot; for different speeds, the mean one counts a little."""
-    mixed = len({floor.team.step_times[i] for i in floor.robots}) > 1
-    return max(ends) + (MEAN * sum(ends) / len(ends) if mixed else 0)
+    return max(ends) + (MEAN * sum(ends) / len(ends) if mixed(floor) else 0)
 
 
 class Course:

@@ -9,7 +9,7 @@ from math import inf
 from typing import NamedTuple
 
 from safenav.components import reached
-from safenav.plan.course import Course, cost, course_of, timed
+from safenav.plan.course import Course, cost, course_of, mixed, timed
 from safenav.plan.order import plan_of, preview
 from safenav.plan.search import FEWEST, completes
 from safenav.team.floor import Floor, Joint
@@ -246,7 +246,7 @@ def _shown(
 def _times(floor: Floor) -> Sequence[float]:
     """Return the time of each robot's step; 1 if all take the same."""
     times = floor.team.step_times
-    return times if len({times[i] for i in floor.robots}) > 1 else (1,) * len(times)
+    return times if mixed(floor) else (1,) * len(times)
 
 
 def _time(floor: Floor, plan: Plan, ticks: Sequence[Joint]) -> float:
