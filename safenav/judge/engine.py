@@ -93,6 +93,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.given = robot.own  # until a line gives it a duty again
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
                 s.restart(robot)
+                for one in s.obstacles.values():
+                    one.begun = e.number
             if e.active and robot.filled:
                 _fill(e, robot, s)
         case "synthesis":

@@ -238,8 +238,8 @@ def is_empty(robot: Robot, s: State, now: float) -> bool:
 
 @rule("act", "acted", "part", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
-    """In a live run an obstacle is resolved by robots that act, in service and not in transit,
-    unless the world is the user's. No action fails in a simulated world."""
+    """Unless the world is the user's, an obstacle is resolved by robots in service, in a live run
+    by those that act and are not in transit. No action fails in a simulated world."""
     robot = s.robots[e.robot]
     if e.kind == "act":
         for name in e.robots:
@@ -252,6 +252,8 @@ def actions(e: Line, s: State) -> Iterator[str]:
             yield f"an action of {e.robot} fails, in a simulated world"
     elif s.live and not s.external and not _acts(robot, None, e.tick):
         yield f"{e.robot} does not act"
+    elif robot.out and not (s.live or s.external):
+        yield f"{e.robot} acts, but is out of service"
 
 
 def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
@@ -263,13 +265,14 @@ def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
 
 @rule("move", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world in lockstep, a robot in the regions of a need does its part in each
-    turn, unless the need takes a load. A need with `together` waits for enough robots."""
+    """In a simulated world in lockstep, a robot in service in the regions of a need does its part
+    in each turn, unless the need takes a load. A need with `together` waits for enough robots."""
     names = s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None)
     for one in s.obstacles.values() if not (s.live or s.external) else ():
         for name in names if one.open and one.rest.left and not one.rest.takes() else ():
             need = one.rest.left[0]
             there = {n for n in need.able if s.robots[n].pose[0] in need.regions}
+            there = {name for name in there if not s.robots[name].out}
             late = name in there - one.rest.done and one.begun < s.robots[name].turn
             if late and (not need.together or len(there) >= need.robots):
                 yield f"{one.name} is not resolved, but {name} can do that"

@@ -206,8 +206,8 @@ class Rest(NamedTuple):
 class Obstacle:
     """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part, ``party``: of
     any; ``there``: it is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team
-    knows of it; ``declared``: by an operator; ``begun``: the line that made its next need the next
-    one."""
+    knows of it; ``declared``: by an operator; ``begun``: the line since which its next need is the
+    next one, and no robot has returned to service."""
 
     name: str
     type: str

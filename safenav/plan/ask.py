@@ -296,7 +296,7 @@ def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None
     """Return the proof that some robots cannot complete the mission, even with all that could help
     them, if it is found soon."""
     helpers = (_helpers(floor, joint, g) for g in floor.open(joint.stages))
-    return _proof(floor, joint, tuple(sorted({*robots}.union(*helpers).difference(floor.standing))))
+    return _proof(floor, joint, tuple(sorted({*robots}.union(*helpers))))
 
 
 def _helpers(floor: Floor, joint: Joint, g: int) -> frozenset[int]:

@@ -15,9 +15,9 @@ FAILURE = "world"
 
 
 def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
-    """Return the region of each robot that can take part in an action; ``moving``: also those of
-    robots in transit or out of service."""
-    can = (moving or (r.to is None and r.active) for r in state.robots)
+    """Return the region of each robot in service that can take part in an action; ``moving``: also
+    those of robots in transit."""
+    can = (r.active and (moving or r.to is None) for r in state.robots)
     return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
 
 

@@ -43,7 +43,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     of the mission; ``away``: poses that only robots out of service keep from each robot;
     ``either``: whether strict objectives may begin with any target; ``ready``: whether robots with
     completed rounds must still be able to move; ``laden``: robots that carry loads of other
-    obstacles; ``standing``: those out of service that act where they are."""
+    obstacles."""
 
     team: Team
     gates: tuple[int, ...]
@@ -58,11 +58,6 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     either: bool = False
     ready: bool = False
     laden: frozenset[int] = frozenset()
-    standing: tuple[int, ...] = ()
-
-    @cached_property
-    def actors(self) -> tuple[int, ...]:
-        return tuple(sorted((*self.robots, *self.standing))) if self.standing else self.robots
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]
@@ -134,7 +129,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def skilled(self, g: int, stages: Stages) -> tuple[int, ...]:
         """Return the candidates that may act where they are."""
-        able = (i for i in self.candidates(g, stages) if i in self.actors)
+        able = (i for i in self.candidates(g, stages) if i in self.robots)
         return tuple(i for i in able if (i, self.gates[g]) not in self.barred)
 
     @cached_method
@@ -217,7 +212,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         before = None
         while before != stages:
             before = stages
-            for i in self.actors:
+            for i in self.robots:
                 if (region := at[i]) is not None and self.acting(stages) >> region & 1:
                     stages = self.acted(stages, at, i)
         return stages
@@ -336,7 +331,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         have counted (default: of all). ``moved``: those that come there by a step."""
         who = self.robots if who is None else who
         acting, size = self.acting(stages), self.team.size
-        if acting and any(acting >> poses[i] % size & 1 for i in self.actors):
+        if acting and any(acting >> poses[i] % size & 1 for i in self.robots):
             before, stages = stages, self.performed(stages, poses)
             if stages != before and self._restarts(before, stages):
                 pairs = zip(self.team.members, counts, strict=True)
@@ -485,9 +480,8 @@ def floor_of(
         graphs.append(graph)
         floors.append(1 << standing[i] if i in standing else floor)
         within.append(there)
-    away, acts = tuple(absent) if out else (), tuple(standing) if not team.live else ()
     found = team, gates, tuple(graphs), tuple(floors), robots, barred, tuple(within)
-    return Floor(*found, away=away, laden=laden, standing=acts)
+    return Floor(*found, away=tuple(absent) if out else (), laden=laden)
 
 
 def stages_of(floor: Floor, state: State) -> Stages:

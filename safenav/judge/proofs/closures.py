@@ -95,7 +95,7 @@ class Case:
             left=tuple(left),
             enters=rest.enters - failed,
             done=frozenset[str]() if left[0].together else rest.done,
-            barred=failed | (self.out if s.live else frozenset()),
+            barred=failed | self.out,
         )
 
     def _cut(self, load: Rest) -> Iterator[str]:

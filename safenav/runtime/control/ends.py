@@ -52,7 +52,7 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
     if serving:
         here, free = floors.floor_now(team, state), enumerate(floor.floors)
         within = tuple(each if i in here.robots else here.floors[i] for i, each in free)
-        floor = replace(floor, robots=here.robots, standing=here.standing, floors=within)
+        floor = replace(floor, robots=here.robots, floors=within)
     return around(
         floor, tuple(robot.next for robot in state.robots), floors.stages_of(floor, state)
     )
@@ -250,9 +250,7 @@ class Request:
         found, times = dict[str, float | None](), self.team.step_times
         for i in floor.skilled(self.g, self.stages):
             member, robot, graph = self.team.members[i], self.state.robots[i], floor.graphs[i]
-            # Out of service, it still acts where it stands, but not in a live run.
-            here = 1 << robot.next if i in self.floor.standing else 0
-            allowed = floor.allowed(i, self.stages) if robot.active else here
+            allowed = floor.allowed(i, self.stages) if robot.active else 0
             there = graph.poses_on(self.need.regions)
             steps = graph.steps_between(1 << robot.next, there & allowed, allowed)
             found[member.name] = None if steps is None else round(steps * times[i], 1)
@@ -263,7 +261,7 @@ class Request:
         show it."""
         floor, g = self.floor, self.g
         missing = floor.missing(g, self.stages)
-        able = [i for i in floor.able(g, self.stages) if i in floor.robots or self._spots(i)]
+        able = [*floor.able(g, self.stages)]
         absent = (i for i in self._skilled() if not self.state.robots[i].active)
         out = [i for i in absent if i not in able]
         if len(able) + len(out) < missing:  # else it would be given up

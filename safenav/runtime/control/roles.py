@@ -64,6 +64,7 @@ class Roles:
             objective = rules.waiting(places)
         elif (
             present.targets[:1] == (places,)
+            and {*present.targets[1:]} <= {*self._own_targets(i)}
             and present == alternation(present.targets, rules) != rules
             and self._goes_between(i, (duty.goal, *graph.on_each(present.targets[1:])))
         ):
@@ -94,11 +95,15 @@ class Roles:
     def _own_target(self, i: int, goal: Mask) -> Target | None:
         """Return the region where it waits, or the first own target such that it can alternate
         between that and its duty."""
-        waiting = [frozenset({place}) for place in self._places(i)]
-        for target in (*waiting, *self.team.members[i].objective.targets):
+        for target in self._own_targets(i):
             if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):
                 return target
         return None
+
+    def _own_targets(self, i: int) -> tuple[Target, ...]:
+        """Return the region where it waits, if it does, and its own targets."""
+        waiting = (frozenset({place}) for place in self._places(i))
+        return (*waiting, *self.team.members[i].objective.targets)
 
     def meanwhile(self, i: int) -> Role | None:
         """Return its objective while it waits for help; None if it has none or cannot pursue it, or

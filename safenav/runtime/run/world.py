@@ -267,12 +267,12 @@ class World:
         """Command an action if a robot may change something where it stands. Return its results, or
         the event that it is under way; None if the robot changes nothing."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
-        absent = self.live and not (there.to is None and there.active)
+        absent = not there.active or (self.live and there.to is not None)
         if absent or not robot.capabilities or there.acting is not None:
             return None
         if self.simulated and not run.team.worksites >> there.pose % run.team.size & 1:
             return None  # most turns
-        if self.live and self.truth is not None:
+        if self.truth is not None:
             self.truth.excuse(run.state.robots)  # some may have returned in this instant
         among = self._acts(run, i)
         expected = self._changes(run, i, among)

@@ -97,7 +97,7 @@ class SimulatedWorld:
         return [(sources[k], sources[k].traversable) for k in done]
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
-        """Let robots out of service take part in no further action, as in a live run."""
+        """Let robots out of service take part in no further action."""
         self.absent = {i for i, r in enumerate(robots) if not r.active and r.acting is None}
 
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
