@@ -74,7 +74,7 @@ Report = TypeVar("Report", pytest.TestReport, pytest.CollectReport)
 
 
 def _promised(report: Report) -> Report:
-    """Fail instead of skipping for want of a tool that the environment promises: SAFENAV_TOOLS
+    """Fail instead of skipping if a tool is missing that the environment promises: SAFENAV_TOOLS
     lists words of skip reasons."""
     tools = os.environ.get("SAFENAV_TOOLS", "").lower().split()
     if report.skipped and isinstance(report.longrepr, tuple):

@@ -227,7 +227,7 @@ def failure(tests: list[str], patience: float, mutant: Mutant | None = None) -> 
             text = mutant.text()
             file.write(text)
             file.flush()
-            age = 10**9 + crc32(text) % 10**8  # compiled files of others do not fit
+            age = 10**9 + crc32(text) % 10**8  # so Python ignores compiled files of other mutants
             os.utime(file.name, (age, age))
             seen = f'mount --bind {file.name} {mutant.path} && exec "$@"'
             alone = ["unshare", *(["-r"] if os.geteuid() else []), "-m", "sh", "-c", seen, "sh"]

@@ -42,8 +42,8 @@ def new(
     catalogue: Annotated[bool, "List the built-in models and obstacle types."],
     force: Annotated[bool, "Replace FILE if it exists."],
 ) -> int:
-    """Write a commented scenario, which runs unchanged, to FILE (default: scenario.yaml; -:
-    standard output); or what an option names."""
+    """Write a commented, runnable scenario, a JSON Schema or the catalogue to FILE. By default,
+    FILE is scenario.yaml for a scenario, and otherwise - (standard output)."""
     wanted = [template, schema, catalogue or None]
     if len(wanted) - wanted.count(None) > 1:
         raise UsageError("give only one of --template, --schema and --catalogue")

@@ -87,9 +87,9 @@ def command(
 
 def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
     """Return the option or argument that a parameter declares. Its annotation has a type of click
-    (none for a text or a flag) and words for the help (none for an argument). Words with a dash are
-    its names on the command line and the name of its value, if they differ from the parameter's and
-    the type's. A mapping has further settings of click."""
+    (none for a text or a flag) and words for the help (none for an argument). A text that starts
+    with a dash, such as ``"--rows N"``, gives the option's names and metavar, if they differ from
+    the default. A mapping holds further click settings."""
     base, *parts = get_args(hint)
     of, several = get_args(base), get_origin(base) is tuple
     usage, settings = f"--{name.replace('_', '-')}", dict[str, Any]()

@@ -44,7 +44,7 @@ SYNTH_EXAMPLES = """\
   safenav synth lab.yaml --robot walker -o -
   safenav synth out/walker.structuredslugs -o again --measures walker.measures.json
 \b
-Files in DIR for each robot R (a specification: of its name):
+Files in the output folder for each robot R (for a specification, R is the name of its file):
   R.structuredslugs, R.slugsin  the specification, with the origin of each constraint
   R.json                        the strategy, as slugs prints it
   R.dot, R.graphml              the automaton for Graphviz; for networkx, Gephi, yEd
@@ -192,8 +192,8 @@ def _of_specification(
 
 def _proven(file: Path, spec: Specification) -> SynthesisResult:
     """Return the result for a specification, with a strategy or counterstrategy. Raises
-    ResourceLimitError if nothing is proven, or if the automaton is too large to list; the verdict
-    may be quick even then."""
+    ResourceLimitError if nothing is proven, or if the automaton is too large to list: its message
+    then states the verdict, which needs no automaton."""
     synthesizer = Synthesizer(verifier=first_failure)
     found = listed(synthesizer.synthesize, spec)
     verdict = found.verdict

@@ -246,7 +246,7 @@ class Goals:
         elif (old := self.now() - body.heard) > STALE:
             reason = f"its odometry is {old:.1f} s old"
         else:
-            reason = "by its odometry it is in no free region"
+            reason = "its odometry places it outside all free regions"
         body.lost = regions
         self.end(body, protocol.Lost, regions, reason)
 

@@ -64,7 +64,7 @@ class FleetWorld:
 
     def _moved(self, pose: Pose) -> str:
         where = self._places.world.label(pose.region)
-        return f"by its odometry it is in {where}, to which it was not sent"
+        return f"its odometry places it in {where}, to which it was not sent"
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
         """Return the inputs of the environment received so far."""

@@ -240,7 +240,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
     that concerns it. The obstacle blocks the robot, needs its action, or represents its empty
-    battery. Its strategy is for the objective that it has."""
+    battery. The robot's strategy pursues the objective that the robot has."""
     every = [x for x in s.obstacles.values() if x.open and x.known]
     busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
     busy |= {s.flat[x.name] for x in every if x.name in s.flat}

@@ -54,10 +54,10 @@ def time(e: Line, s: State) -> Iterator[str]:
         yield f"second {e.t} follows second {s.time}"
     elif s.live and e.tick == s.tick and (e.t or 0.0) != s.time:
         yield f"second {e.t} is in tick {e.tick}, which is second {s.time}"
-    elif s.live and e.kind == "move":
-        yield "a line of a run in ticks, in a live run"
-    elif not s.live and (e.t is not None or e.kind in ("depart", "arrive", "act", "operator")):
-        yield "a line of a live run, in a run in ticks"
+    elif e.kind in (("move",) if s.live else ("depart", "arrive", "act", "operator")):
+        yield f"a {'live' if s.live else 'lockstep'} run has no '{e.kind}' lines"
+    elif not s.live and e.t is not None:
+        yield "a lockstep run has no times"
 
 
 @rule("goal")

@@ -77,9 +77,9 @@ def placed(e: Line, s: State) -> Iterator[str]:
 
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
-    """A robot stays or steps to a free neighbouring region, with a heading never backwards. A step
-    ends where it leads or, interrupted in a live run, where it began. Only in a world of the user's
-    may a step fail, or end elsewhere."""
+    """A robot stays or steps to a free neighbouring region. A robot with a heading never steps
+    backwards. A step ends where it leads or, interrupted in a live run, where it began. Only in a
+    world of the user's may a step fail, or end elsewhere."""
     robot, step = s.robots[e.robot], s.step(e)
     side, bound = s.world.side(step.start, step.to), robot.bound
     if (e.result == "lost") is not bool(e.regions):

@@ -82,8 +82,8 @@ def _known(scenario: Scenario, chosen: Callable[[Obstacle], bool]) -> tuple[Team
 
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
-    """Return a sentence of warning for each obstacle that no run resolves for want of robots, and
-    for each objective that no run can meet."""
+    """Return a sentence of warning for each obstacle that no run resolves, since robots are
+    missing, and for each objective that no run can meet."""
     found = foresee(scenario)
     return (*_unresolvable(scenario, found.lacks), *_unmet(scenario, found))
 

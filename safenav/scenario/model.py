@@ -52,7 +52,7 @@ class Input(Part, frozen=True):
     name: OwnName
     spans: values.Spans = key("Ticks when a simulation has it on: 12, 20-30 or a list.", default=())
     again: values.Again = key(
-        "Values that specifications assume infinitely often: off, on or both.", default=()
+        "Values that specifications assume to recur infinitely often: off, on or both.", default=()
     )
 
     def is_on(self, tick: int) -> bool:

@@ -178,8 +178,8 @@ def _attainable(g: int, helpers: tuple[int, ...], now: Sets) -> bool:
 
 
 def time_of(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> float:
-    """Return a robot's bid: ticks, live seconds, to the need's regions, and on to those of the
-    needs that it must meet next."""
+    """Return a robot's bid: the time (ticks; live: seconds) to the need's regions, and on to those
+    of the needs that it must fulfil next."""
     floor, graph, allowed = now.floor, now.floor.graphs[i], now.floor.allowed(i, now.stages)
     steps = graph.steps_between(origins.sets[i], there, allowed) or 0
     needs, k = floor.gate(g).needs, now.stages[g].need + 1

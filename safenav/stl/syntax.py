@@ -230,7 +230,7 @@ class _Parser(FormulaParser[Node]):
 
 def _value(number: Token) -> float:
     if (value := float(number.text)) > 1e9:
-        raise FormulaError(number.column, "a number that is too large")
+        raise FormulaError(number.column, "a number that is too large: the maximum is 1e9")
     return value
 
 

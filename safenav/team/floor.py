@@ -25,8 +25,8 @@ if it has entered it to resolve it (None: any)."""
 
 
 class Joint(NamedTuple):
-    """A joint state of a search: all that its future depends on. ``charges``: those of all robots,
-    in searches with batteries."""
+    """A joint state of a search: all that its future depends on. ``charges``: the charge of each
+    robot, in searches with batteries."""
 
     poses: tuple[int, ...]
     counts: tuple[tuple[int, int], ...]
@@ -35,15 +35,15 @@ class Joint(NamedTuple):
 
 
 class Floor(Struct, frozen=True, eq=False, dict=True):
-    """A floor. ``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``:
-    poses of each robot, and those that walls, its rules and sealed obstacles leave; ``robots``:
-    those that take part; ``barred``: robots that must not act on an obstacle, nor resolve it by
-    entering it; ``inside``: of each robot where it is in obstacles closed to it; ``helping``: those
-    that serve each obstacle already; ``rounds``: those that each robot is to complete, if not those
-    of the mission; ``away``: poses that only robots out of service keep from each robot;
-    ``either``: whether strict objectives may begin with any target; ``ready``: whether robots with
-    completed rounds must still be able to move; ``laden``: robots that carry loads of other
-    obstacles."""
+    """The team's knowledge at one moment, without poses. ``gates``: open obstacles in the order of
+    service; ``graphs``: poses and steps per robot; ``floors``: per robot, the poses that walls, its
+    rules and sealed obstacles leave; ``robots``: robots that take part; ``barred``: each a robot
+    and an obstacle that it must not resolve; ``inside``: per robot, the closed obstacles that
+    contain it; ``helping``: robots that already serve each obstacle; ``rounds``: rounds to complete
+    per robot, if they differ from the mission's; ``away``: per robot, poses closed only by robots
+    out of service; ``either``: whether strict objectives may begin with any target; ``ready``:
+    whether robots with completed rounds must still be able to move; ``laden``: robots that carry
+    loads of other obstacles."""
 
     team: Team
     gates: tuple[int, ...]

@@ -86,9 +86,8 @@ Zone = tuple[frozenset[int], Mask]
 
 class Member(Struct, frozen=True, eq=False):
     """A robot. ``floor``: the poses that walls and its own rules leave; ``targets``: masks of
-    poses; ``rivals``: the robots with which it never shares a region; ``zones``: regions in which
-    it is never together with other robots, each with these; ``base``: a pose from which it has the
-    paths of its present pose; ``ticks``: those of its slowest step."""
+    poses; ``rivals``: the robots with which it never shares a region; ``zones``: its entries of
+    ``never_together``; ``base``: a pose with the same paths as its present pose."""
 
     name: str
     robot: model.Robot
@@ -133,6 +132,7 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def ticks(self) -> int:
+        """Ticks of its slowest step."""
         return self.robot.model.timing
 
     @property

@@ -60,7 +60,7 @@ def _sentence(error: str) -> str:
         found = f"must be {expected[1]}" + (f", not {expected[2]}" if expected[2] else "")
     else:
         found = f"has an {found[:1].lower()}{found[1:]}"
-    return f"`{path}` {found}"
+    return f"`{path}` {found}" if path else f"the value {found}"
 
 
 def _in_words(types: re.Match[str]) -> str:

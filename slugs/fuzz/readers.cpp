@@ -52,8 +52,8 @@ inline void read_and_translate(const std::string &text) {
   }
   std::ostringstream printed;
   slugs::translate(specification, printed);
-  // A variable named TRUE tells the languages apart in its own way, and names
-  // of slugsin may hold what starts a comment or a section of the copy.
+  // Read the translation. Its language is detected by its content, in which a name of
+  // slugsin may be TRUE, or look like a comment or a section.
   const std::string copied_text = printed.str();
   const slugs::Source copied_source("copy", copied_text);
   slugs::Diagnostics copied_diagnostics(copied_source);

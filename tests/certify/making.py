@@ -65,7 +65,7 @@ def with_proofs(files: Files) -> Files:
 
     try:
         found = proofs_of(files["trace.jsonl"], automata)
-    except Exception:  # what cannot be read has no proofs
+    except Exception:  # an unreadable trace has no proofs
         return files
     kept = {n: d for n, d in files.items() if not n.startswith(("proofs/", "strategies/"))}
     return kept | {name: files.get(name, data) for name, data in found.items()}

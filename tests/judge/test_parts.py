@@ -81,7 +81,7 @@ def test_both_lines_of_sight_see_the_same_on_random_maps(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("who", "name", "words", "edits"), CASES)
-def test_the_judge_too_refuses_what_the_reader_refuses(
+def test_the_judge_also_refuses_what_the_reader_refuses(
     who: str, name: str, words: str, edits: list[Edit]
 ) -> None:
     """Its copy in a bundle has no other reader; the values that it does not read may be wrong."""
@@ -93,7 +93,7 @@ def test_the_judge_too_refuses_what_the_reader_refuses(
 
 
 @pytest.mark.parametrize(("lines", "line", "words"), NOT_TRACES)
-def test_the_judge_too_refuses_files_that_are_not_a_trace(
+def test_the_judge_also_refuses_files_that_are_not_a_trace(
     lines: list[str], line: int, words: str
 ) -> None:
     del line, words

@@ -36,8 +36,8 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser) -> None:
     for _ in range(3):
         browser.press("+")
     assert browser.one("select[aria-label='Speed']").get_attribute("value") == "32"
-    # Queried within the page two frames later: a slow machine could have played to the end by the
-    # time that the browser hears of the next question.
+    # The page itself checks, two frames later, whether it plays: before the next query of this
+    # test, a slow machine could have played to the end.
     playing = browser.run("""
         document.querySelector('button[aria-label="Play"]').click();
         return new Promise(done => requestAnimationFrame(() => requestAnimationFrame(

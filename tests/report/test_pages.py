@@ -26,7 +26,7 @@ FRONT = PAGE / "front"
 
 
 @pytest.mark.parametrize("built", sorted((PAGE / "assets").iterdir()), ids=lambda path: path.name)
-def test_the_bundle_was_built_from_these_sources(built: Path) -> None:
+def test_the_page_assets_were_built_from_these_sources(built: Path) -> None:
     """Fails when sources changed without `npm run build` in safenav/report/page/front."""
     digest = hashlib.sha256()
     files = [path for path in (FRONT / "src").rglob("*") if path.is_file()]

@@ -305,9 +305,10 @@ class Task:
         nodes = graph.reach([start])
         for node in nodes:
             inputs = [graph.inputs[target] for target in graph.next[node]]
-            missing = sorted(self.expected(self.asked[node]) - {*inputs})[:1]
-            message = f"node {node} has no successor for {missing} of {[*graph.names]}"
-            require(not missing, f"{message}, which can occur by the scenario")
+            for row in sorted(self.expected(self.asked[node]) - {*inputs}):
+                seen = ", ".join(f"{n} = {v}" for n, v in zip(graph.names, row, strict=True))
+                which = f" for the inputs {seen}, which the scenario allows" if seen else ""
+                raise RefusedError(f"node {node} has no successor{which}")
             require(len({*inputs}) == len(inputs), f"node {node} has two successors for one input")
         edges = graph.edges(nodes)
         for node, target in zip(*edges, strict=True):

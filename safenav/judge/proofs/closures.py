@@ -231,8 +231,8 @@ def team_closure(
 def _furthest(
     case: Case, one: Rest, inside: Sets, full: frozenset[str], walls: tuple[Rest, ...]
 ) -> Rest:
-    """Return an obstacle after all needs whose regions enough robots can reach, those of the same
-    robots one from another."""
+    """Return an obstacle with each need advanced that enough robots can reach. Needs of the same
+    robots must be reachable one from the other."""
     sets = inside
     while one.left:
         at = case.actors(one, sets, full)

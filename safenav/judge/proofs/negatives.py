@@ -200,7 +200,7 @@ def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     if own.ordered:
         if covered == EITHER:
             covered = next((k for k, t in enumerate(targets) if pose in t), EITHER)
-        # Also without goals left, since the next target stays the next as rounds restart.
+        # Continue without goals left: when rounds restart, the next target is kept.
         while (goals or not own.ends) and covered != EITHER and pose in targets[covered]:
             last = own.ends and covered == count - 1
             goals, covered = max(goals - 1, 0), covered if last else (covered + 1) % count

@@ -74,7 +74,7 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
     for name, robot in trace.robots.items():
         own, expected = header.robots[name], file.described(robot)
         if not expected:
-            return f"{name}: in the trace it has no motion in metres"
+            return f"{name} has no motion model in the trace"
         for key, value in expected.items():
             if own.get(key) != value:
                 found = repr(own[key]) if key in own else "missing"

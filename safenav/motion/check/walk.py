@@ -258,8 +258,8 @@ def _swings(segment: Segment, speeds: Array, limits: Limits) -> Iterator[Broken]
 
 def _grounded(segment: Segment) -> Iterator[Broken]:
     """Check that each of the two feet is either on the ground or in the air."""
-    if {*(hold.side for hold in segment.feet), *(s.side for s in segment.swings)} - {1, -1}:
-        yield 0.0, "feet", "it has a third foot"
+    if wrong := {*(f.side for f in segment.feet), *(s.side for s in segment.swings)} - {1, -1}:
+        yield 0.0, "feet", f"a foot has side {min(wrong)}; expected 1 (left) or -1 (right)"
     for side, foot in ((1, "left"), (-1, "right")):
         spans = [(f.down, f.up, True) for f in segment.feet if f.side == side]
         spans += [(s.t0, s.t1, False) for s in segment.swings if s.side == side]

@@ -389,8 +389,9 @@ class Commands:
             elif open_.target is not None:
                 regions = frozenset({open_.start.region, open_.target.region})
                 waited = seconds_words(now - open_.cancelled)
-                why = f"no end within {waited} after it was cancelled{open_.trouble}"
+                why = f"the command did not end within {waited} of its cancellation{open_.trouble}"
                 command = open_.command
                 self._take(protocol.Lost(now, open_.robot.name, regions, why, command=command))
             else:
-                self._take(open_.failed(now, f"no end within {seconds_words(now - open_.since)}"))
+                waited = seconds_words(now - open_.since)
+                self._take(open_.failed(now, f"the command did not end within {waited}"))

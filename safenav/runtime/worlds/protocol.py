@@ -193,7 +193,7 @@ def fitted(found: Any, kind: Any) -> Any:
     try:
         return convert(kind, plain(found))
     except (WrongError, TypeError) as error:
-        raise ValueError(f"has a wrong part: {error}") from error
+        raise ValueError(f"is invalid: {error}") from error
 
 
 def checked_obstacle(found: Obstacle) -> Obstacle:

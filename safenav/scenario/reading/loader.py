@@ -170,7 +170,7 @@ def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
             if each.shuts_in(robot):
                 findings.add(None, f"{each.name} is where {robot.name} starts, and blocks it")
         if robot.start.region in robot.objective.avoid:
-            findings.add(None, f"'avoid' of {robot.name}: it starts in a region of these")
+            findings.add(None, f"'avoid' of {robot.name} includes its start")
     for exclusion in scenario.never_together:
         check_starts(exclusion, scenario.robots, None, findings)
     check_deadlines(scenario, None, findings)
