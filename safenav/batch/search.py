@@ -71,7 +71,7 @@ class _Search:
         self._named: set[str] = set()
 
     def add(self, named: str, settings: Sequence[Settings] | None = None) -> None:
-        """Add the cases that a path leads to; ``settings``: those of the matrix file that names
+        """Add the cases that a path leads to; ``settings``: settings of the matrix file that names
         the path."""
         path = Path(named)
         if path.is_dir():

@@ -116,9 +116,9 @@ def files_of_run(
             )
         spec = read_specification(text, robot=e.robot)
         if e.verdict == "unrealizable":
-            answer = synthesizer.counterstrategy(spec)
-            if answer.strategy_json is not None and answer.verdict is Verdict.UNREALIZABLE:
-                yield answer.strategy_json
+            result = synthesizer.counterstrategy(spec)
+            if result.strategy_json is not None and result.verdict is Verdict.UNREALIZABLE:
+                yield result.strategy_json
             return
         data = synthesizer.synthesize(spec).strategy_json
         if data is None or hashlib.sha256(data).hexdigest() != e.strategy:
@@ -220,7 +220,7 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
     """Return a counterstrategy with the parts that the synthesizer omits: the environment's initial
     input and choices, and the measures that prove that it wins.
 
-    Raises NoMeasureError if it does not win, LookupError if the robot could answer each input."""
+    Raises NoMeasureError if it does not win, LookupError if the robot has a reply to each input."""
     task = Task(automaton, e, s)
     nodes = task.graph.reach(task.answered(task.opening))
     chosen: list[Any] = [None] * task.graph.count

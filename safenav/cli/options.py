@@ -131,7 +131,7 @@ def refuse(required: str, *names: str) -> None:
 
 
 def range_of(unit: str, least: float, most: float, *, beyond: bool = False) -> click.FloatRange:
-    """Return a range of numbers. ``unit``: as help shows it; ``beyond``: without ``least``."""
+    """Return a range of numbers. ``unit``: the unit in the help; ``beyond``: exclude ``least``."""
     found = click.FloatRange(least, most, min_open=beyond)
     found.name = unit
     return found
@@ -150,7 +150,7 @@ KINDS = (
 class Output(click.Path):
     """A path to write; ``-`` is standard output.
 
-    ``endings``: those of files of this kind, none if there are several kinds. Several endings are
+    ``endings``: file endings of this kind, none if there are several kinds. Several endings are
     formats, of which a path must have one. ``folder``: any other path is a folder, and ``-`` is
     allowed only if ``printed``.
     """

@@ -237,8 +237,8 @@ class State(Struct, frozen=True):
 
 
 class Solo(Struct, frozen=True):
-    """Possible moves of a robot without other robots. ``regions``: those that it can reach without
-    breaking a rule; ``winnable``: whether it can meet all goals infinitely often or, if its
+    """Possible moves of a robot without other robots. ``regions``: regions that it can reach
+    without breaking a rule; ``winnable``: whether it can meet all goals infinitely often or, if its
     objective ends at the last goal, stay there."""
 
     regions: frozenset[Region]

@@ -99,7 +99,7 @@ class _Search:
         ask.spend(CORE_SHARE)
 
     def core(self, members: Sequence[CoreMember], every: Sequence[CoreMember]) -> Core:
-        """Return the core of these members; ``every``: those of the whole specification."""
+        """Return the core of these members; ``every``: all members of the whole specification."""
         self._ask.spend(REST_SHARE)
         fairness = dict.fromkeys(c.origin for c in self._spec.section(Section.ENV_LIVENESS))
         together = self._ask.verdict(cooperative(self.with_only(members)))
@@ -349,9 +349,9 @@ PLAY_SHARE = 0.85
 class LineExplanation(Struct, frozen=True):
     """Explanation of an unrealizable specification.
 
-    ``fairness``: the lines of ENV_LIVENESS, which it may assume. ``play``: that of the core; None
-    where the limits did not allow it. ``assumptions``: lines of ENV_LIVENESS, each of which makes
-    it realizable."""
+    ``fairness``: the lines of ENV_LIVENESS, which it may assume. ``play``: the core's losing play;
+    None where the limits did not allow it. ``assumptions``: lines of ENV_LIVENESS, each of which
+    makes it realizable."""
 
     core: Core
     fairness: tuple[Constraint, ...]

@@ -132,7 +132,7 @@ def losing_play(
     goals = arena.meet_goals(walk)
     nearness: Nearness = near(goals[0]) if goals else (lambda _: 0.0)
     passed = len(walk) - 1  # the last moment in which a goal was met
-    while arena.answers[walk[-1]]:
+    while arena.replies[walk[-1]]:
         node = arena.pursue(walk[-1], nearness)
         if node in walk[passed:]:
             cycle = walk[walk.index(node, passed) :]
@@ -149,7 +149,7 @@ def losing_play(
 
 
 class _Arena:
-    """A counterstrategy against ``core``. ``answers``: the successors of each node that obey all
+    """A counterstrategy against ``core``. ``replies``: the successors of each node that obey all
     guarantees of ``whole``, or all of them if none does."""
 
     def __init__(
@@ -164,8 +164,8 @@ class _Arena:
         for plane in automaton.violated([c.formula for c in clauses(whole, Section.SYS_TRANS)]):
             wrong |= plane
         after, legal = automaton.edges.after, automaton.edges.without(wrong)
-        self.answers = {node: legal[node] or after[node] for node in after}
-        self._lasting = _lasting(self.answers)
+        self.replies = {node: legal[node] or after[node] for node in after}
+        self._lasting = _lasting(self.replies)
 
     def begins_well(self, node: int) -> bool:
         """Return whether a start satisfies all guarantees about the start."""
@@ -188,7 +188,7 @@ class _Arena:
         values = self._strategy.values
 
         def steps(node: int) -> list[tuple[int, int]]:
-            return [(node, after) for after in self.answers[node]]
+            return [(node, after) for after in self.replies[node]]
 
         before = reached(steps(start), lambda step: steps(step[1]))
         for a, b in before:
@@ -201,13 +201,13 @@ class _Arena:
         """Return the successor nearest to a goal; among equals, the one from which a play can last
         longest."""
         values = self._strategy.values
-        return min(self.answers[node], key=lambda n: (near(values(n)), -self._lasting[n]))
+        return min(self.replies[node], key=lambda n: (near(values(n)), -self._lasting[n]))
 
     def to_an_end(self, node: int) -> list[int]:
         """Return the nodes of a shortest walk after ``node`` to a node without a move; empty if
         there is none."""
-        before = reached([node], self.answers.__getitem__)
-        end = next((other for other in before if not self.answers[other]), node)
+        before = reached([node], self.replies.__getitem__)
+        end = next((other for other in before if not self.replies[other]), node)
         return list(path_to(end, before))[1:]
 
     def never_met(self, cycle: Sequence[int]) -> Constraint | None:
@@ -235,14 +235,14 @@ def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
     return tuple((n, v) for n, v in zip(names, row or (), strict=False) if n in mentioned)
 
 
-def _lasting(answers: Mapping[int, Sequence[int]]) -> dict[int, float]:
+def _lasting(replies: Mapping[int, Sequence[int]]) -> dict[int, float]:
     """Return for each node how many moments a play from it can last."""
     before: dict[int, list[int]] = {}
-    for node, following in answers.items():
+    for node, following in replies.items():
         for after in following:
             before.setdefault(after, []).append(node)
-    left = {node: len(after) for node, after in answers.items()}
-    lasting = dict.fromkeys(answers, 0.0)
+    left = {node: len(after) for node, after in replies.items()}
+    lasting = dict.fromkeys(replies, 0.0)
     ended = [node for node, count in left.items() if not count]
     for node in ended:
         for other in before.get(node, ()):
@@ -250,7 +250,7 @@ def _lasting(answers: Mapping[int, Sequence[int]]) -> dict[int, float]:
             lasting[other] = max(lasting[other], lasting[node] + 1)
             if not left[other]:
                 ended.append(other)
-    return {node: lasting[node] if not left[node] else float("inf") for node in answers}
+    return {node: lasting[node] if not left[node] else float("inf") for node in replies}
 
 
 # Wins of a system that come from breaking its own assumptions.

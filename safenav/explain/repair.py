@@ -137,7 +137,7 @@ def without_words(walls: Sequence[Region], words: str = "") -> tuple[tuple[str, 
     return (("map", f"no wall at {words or ', '.join(map(str, walls))}"),)
 
 
-Answer = TypeVar("Answer")
+Result = TypeVar("Result")
 Judge = Callable[[Scenario], bool]
 """Returns whether the explained robot has a strategy at the start of a scenario."""
 
@@ -179,11 +179,11 @@ def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
 def offered(
     candidates: Iterable[Repair],
     given: Scenario,
-    works: Callable[[Scenario], Answer | None],
+    works: Callable[[Scenario], Result | None],
     most: int,
     deadline: float,
-) -> Iterator[tuple[Repair, Answer]]:
-    """Yield up to OFFERED candidates that work, each with its answer. At most ``most`` are tried,
+) -> Iterator[tuple[Repair, Result]]:
+    """Yield up to OFFERED candidates that work, each with its result. At most ``most`` are tried,
     until the deadline (by the monotonic clock); none adds to the ``given`` scenario a conflict for
     which its file would be refused."""
     good, known = 0, {*conflicts(given)}
@@ -191,10 +191,10 @@ def offered(
     for candidate in islice(loaded, most):
         if good == OFFERED or time.monotonic() >= deadline:
             return
-        answer = works(candidate.scenario)
-        if answer is not None:
+        result = works(candidate.scenario)
+        if result is not None:
             good += 1
-            yield candidate, answer
+            yield candidate, result
 
 
 def _headings(problem: RepairProblem) -> Iterator[Repair]:

@@ -74,9 +74,9 @@ class FollowUse(Part, frozen=True):
 
 
 class Station(Part, frozen=True):
-    """A robot of the fleet. ``namespace``: that of its topics, services and actions; ``tf``: None
-    for a robot whose odometry is in the frame of the map; ``follow``: None for a robot that
-    navigates to goals by itself."""
+    """A robot of the fleet. ``namespace`` of its topics, services and actions; ``tf``: None for a
+    robot whose odometry is in the frame of the map; ``follow``: None for a robot that navigates to
+    goals by itself."""
 
     one: ClassVar = "robot '{name}'"
     namespace: Annotated[

@@ -17,7 +17,7 @@ MOST_VALUES = 64
 MOST_LEVELS, MOST_DIGITS = 200, 10
 
 Pose = tuple[int, "str | None"]  # a region, and the heading of a robot that has one
-Values = Mapping[str, int]  # of variables; a truth is 0 or 1
+Values = Mapping[str, int]  # values of variables; a truth is 0 or 1
 
 
 class UnreadError(Exception):

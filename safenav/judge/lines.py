@@ -47,11 +47,11 @@ class Line:
 
 
 class Objective(Line):
-    """An objective. ``targets``: the regions of each, none for formulas; ``formulas``: those of
-    ``ltl`` and ``always``, or None; ``texts``: those of ``ltl`` in words. ``settles``: the robot
-    stays at its ``last`` target, where each tick is a round, if it ``ends`` after the robot has met
-    each target once. ``strict``: it leaves a target immediately, and touches none out of turn;
-    ``ordered``: one target at a time is the next."""
+    """An objective. ``targets``: the regions of each target, none for formulas; ``formulas``:
+    formulas of ``ltl`` and ``always``, or None; ``texts``: the formulas of ``ltl`` in words.
+    ``settles``: the robot stays at its ``last`` target, where each tick is a round, if it ``ends``
+    after the robot has met each target once. ``strict``: it leaves a target immediately, and
+    touches none out of turn; ``ordered``: one target at a time is the next."""
 
     targets: list[frozenset[int]]
 

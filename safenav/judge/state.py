@@ -25,7 +25,7 @@ SLOWEST = 20
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
     met in turn, or rounds of ``cover``; ``turn``: the next target (None: the first); ``seen``:
-    those of a round of ``cover``; ``counts``: how often each was met; ``stayed``: ticks at the last
+    targets of a ``cover`` round; ``counts``: how often each was met; ``stayed``: ticks at the last
     target."""
 
     goals: int = 0
@@ -60,7 +60,7 @@ class Robot:
     is in transit to since tick ``began``; ``came``: the region that it entered its own from;
     ``before``: its pose before its last move; ``given``: the objective that lines last gave it;
     ``begun``: the tick in which its round began, which may take ``within`` ticks, unless it does
-    something else (``away``) in it, or did in the one before (``was_away``); ``memories``: those
+    something else (``away``) in it, or did in the one before (``was_away``); ``memories``: states
     that its formulas may have (None: not followed), ``recalled``: before its last step, ``heard``:
     those with the inputs since that step began; ``stands``: since when it uses its ``charge``
     without a step (None: it takes one); ``filled``: its battery was replaced; ``kept``: its
@@ -155,8 +155,8 @@ class Need(NamedTuple):
 
 class Rest(NamedTuple):
     """The open needs of an obstacle. ``left``: the next one first; ``done``: the robots that have
-    done their part of it; ``enters``: those that alone fulfil the last need by entering;
-    ``barred``: those that never act on it; ``order``: rank among several loads to take."""
+    done their part of it; ``enters``: robots that alone fulfil the last need by entering;
+    ``barred``: robots that never act on it; ``order``: rank among several loads to take."""
 
     name: str
     region: int
@@ -267,7 +267,7 @@ class Step(NamedTuple):
 
 class State:
     """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the scenario's obstacles
-    that have not appeared yet; ``changes``: those for robots, not applied yet; ``dues``: the
+    that have not appeared yet; ``changes``: changes for robots, not applied yet; ``dues``: the
     deadlines of rounds, requests and the mission that were not met yet, ``missed``: those that were
     not met in time; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
     the tick in which each input changed last; ``limit``: ticks (live: seconds); ``promised``: the

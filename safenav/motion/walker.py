@@ -205,7 +205,7 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
     weights[0] = weights[-1] = 0.0
     steps = np.array(stride.durations)
     switches = stride.lean + np.cumsum(steps)[:-1]
-    steps[[0, -1]] *= 2  # those on the first and the last foot are half as long
+    steps[[0, -1]] *= 2  # steps on the first and the last foot are half as long
     shorter = np.minimum(steps[:-1], steps[1:])
     share = max(DOUBLE, LEAST_DOUBLE * (stride.seconds - stride.lean) / float(shorter.sum()))
     half = share / 2 * shorter

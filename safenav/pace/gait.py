@@ -39,8 +39,8 @@ SETTLE_SECONDS = 0.6
 class Walker(Struct, frozen=True):
     """The parameters of a walker, in metres, seconds and metres per second.
 
-    ``foot``: distance of each foot from the centre line; ``speed``: at apex; ``size``: diameter of
-    the circle that its body fits in, seen from above.
+    ``foot``: distance of each foot from the centre line; ``speed``: speed at apex; ``size``:
+    diameter of the circle that its body fits in, seen from above.
     """
 
     size: float = 0.6

@@ -251,8 +251,7 @@ def pace_of(
     heading: str | None = None,
     ticks: int = 1,
 ) -> Pace:
-    """Return the pace of a robot on regions of ``side`` metres. ``ticks``: those of a step, its
-    ``timing``."""
+    """Return the pace of a robot on regions of ``side`` metres. ``ticks``: its ticks per step."""
     if figures is not None and figures.kind in KINDS:
         kind = WalkerPace if figures.kind == "walker" else GliderPace
         with suppress(UsageError):  # its motion is impossible there

@@ -23,7 +23,7 @@ from safenav.team.state import Plan, Stage
 from safenav.world.poses import FAR, Mask
 
 WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 20_000
-"""``CHARGED_LEAST``: where obstacles are open, so that the question will soon change."""
+"""``CHARGED_LEAST``: work while obstacles are open, since the question will soon change."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD, AHEAD_CHARGED = 2, 6, 4
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time, with
@@ -41,8 +41,8 @@ class Found(Struct, frozen=True):
 
 
 class Deadlock(Struct, frozen=True):
-    """No order of moves of ``robots`` completes the mission. ``memory``: that of the formulas of
-    some robots; ``why``: the reason in words, unless a search proved it."""
+    """No order of moves of ``robots`` completes the mission. ``memory``: the memory of the formulas
+    of some robots; ``why``: the reason in words, unless a search proved it."""
 
     robots: tuple[int, ...]
     memory: Mapping[str, Mapping[str, int]] | None = None
@@ -250,7 +250,7 @@ def _charged(
         search = _search(on, start, wanted, seed, check, LITTLE * len(floor.robots))
         return not isinstance(search.run(), Exhausted | None)
 
-    def goes_on(last: Joint) -> bool:  # those that cannot turn around may be in each other's way
+    def goes_on(last: Joint) -> bool:  # robots that cannot turn around may be in each other's way
         if not floor.one_way or (whole and floor.completed(last, wanted)):
             return True
         done = (floor.rounds_done(i, count) for i, count in enumerate(last.counts))
@@ -358,7 +358,7 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
             for i, duty in duties.items():
                 goals[i] = duty.goal
             taken: dict[tuple[int, ...], Mask] = {}
-            for i, duty in duties.items():  # those that act together: each in a region of its own
+            for i, duty in duties.items():  # robots that act together: each in its own region
                 graph, left = floor.graphs[i], taken.get(duty.group, 0)
                 free = duty.goal & ~graph.poses_on(left) if len(duty.group) > 1 else 0
                 if free:

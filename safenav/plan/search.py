@@ -59,7 +59,7 @@ class Search:
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
         self._fields: dict[Stages, dict[tuple[int, Mask], Field]] = {}
         self._turn = 0
-        self.seen: dict[Joint, Joint | None] = {}  # of the last search, each with its predecessor
+        self.seen: dict[Joint, Joint | None] = {}  # states of the last search, with predecessors
 
     def goal(self, joint: Joint) -> bool:
         self._check()

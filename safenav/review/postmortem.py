@@ -97,8 +97,7 @@ TRIED = 6
 
 class TeamRepair(Struct, frozen=True):
     """A change with which a run was completed: the scenario's items and their new values, as text.
-    ``ticks``: those of that run (in a live run, its passes); ``makespan``: the seconds of a live
-    run."""
+    ``ticks``: the ticks of that run (live: its passes); ``makespan``: the seconds of a live run."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]

@@ -36,8 +36,8 @@ class LongStep(Struct, frozen=True):
 
 class RobotTrack(Struct):
     """One robot and its history: ``regions[t]`` and ``headings[t]`` after tick t; a robot that has
-    had its turn in an incomplete tick has one more of them. ``steps``: those of more than one tick,
-    in order; ``charge``: that of its battery, in percent of its capacity; empty if it has none."""
+    had its turn in an incomplete tick has one more of them. ``steps``: steps of more than one tick,
+    in order; ``charge``: its battery's charge, in percent of its capacity; empty if it has none."""
 
     name: str
     model: str

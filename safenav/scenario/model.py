@@ -229,7 +229,7 @@ class Battery(Part, frozen=True):
         return round(max(0, charge - self.move), DECIMALS)
 
     def stayed(self, charge: float, time: float, *, charging: bool) -> float:
-        """Return the charge after a time without a step; ``charging``: on a charger."""
+        """Return the charge after a time without a step; on a charger if ``charging``."""
         rate = self.charge if charging else -self.stay
         return round(min(self.capacity, max(0, charge + rate * time)), DECIMALS)
 

@@ -93,7 +93,7 @@ class Objective:
     ``settles``: it ends at its last target and stays there, where each tick is a round. ``strict``:
     the robot leaves each target with its next step, and touches none out of turn; where that cannot
     be kept, plain alternation (``relaxed``) suffices, unless it is ``literal`` (``spec.task``).
-    ``formulas``: those that state its goals, also about ``memory`` and ``inputs``."""
+    ``formulas``: formulas of its goals, also about ``memory`` and ``inputs``."""
 
     __slots__ = ()
     kind: ClassVar[str]

@@ -122,7 +122,7 @@ class Solver:
 
 def options(now: Sets, origins: Sets | None, before: tuple[Step, ...] = ()) -> list[Step]:
     """Return the steps that may come next, the best first (docs/coordination.md, Helpers); of
-    lossless steps, one for each obstacle. ``before``: those that precede them."""
+    lossless steps, one for each obstacle. ``before``: the steps before them."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
         ranked = list(_options(g, now, origins, before))
@@ -235,9 +235,9 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
 
 
 class Closure(Struct, frozen=True):
-    """All that the team can do. ``never``: the gates that are never resolved; ``stuck``: those of
-    them whose next need can never be fulfilled; ``reach``, ``live``: of each robot once all other
-    gates are resolved."""
+    """All that the team can do. ``never``: the gates that are never resolved; ``stuck``: gates
+    whose own next need can never be fulfilled; ``reach``, ``live``: poses and liveness of each
+    robot once all other gates are resolved."""
 
     never: tuple[int, ...]
     stuck: tuple[int, ...]

@@ -45,8 +45,8 @@ class Part(Struct, frozen=True):
 
 
 class AssignableRegions(Struct, frozen=True):
-    """Assignable regions. ``places``: those of some state. ``parts``: those that are not assignable
-    from every state."""
+    """Assignable regions. ``places``: regions assignable in some state. ``parts``: limits for
+    regions that are not assignable in every state."""
 
     places: frozenset[Region] = frozenset()
     parts: tuple[Part, ...] = ()

@@ -66,7 +66,7 @@ APART = (
 
 
 class Guard(Struct, frozen=True):
-    """Check of requests. ``token``: that of the address; ``port``: that of the server."""
+    """Check of requests. ``token`` of the address; ``port`` of the server."""
 
     token: str
     port: int
@@ -310,8 +310,8 @@ class LiveView(Studio):
             view.wait()
 
     Pages follow the run and can step back in it; they change nothing. ``browser``: open one;
-    ``address``: that of the page, once the view has been entered. Raises UsageError, when entered,
-    if the port is not available.
+    ``address``: the page's address, once the view has been entered. Raises UsageError, when
+    entered, if the port is not available.
     """
 
     def __init__(

@@ -68,7 +68,7 @@ class SynthesisResult(Struct, frozen=True, weakref=True):
 
 class SynthesisProgress(Struct, frozen=True):
     """A synthesis that finished with a ``result``, or that still runs (reported twice per second).
-    ``index``: that of its specification."""
+    ``index``: its specification's index."""
 
     index: int
     robot: str

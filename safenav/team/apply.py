@@ -89,7 +89,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             region, mine = robot.next % team.size, team.members[i].objective
             here, behind, own = robot.pose % team.size, robot.behind, robot.own
-            if region != here:  # what has appeared around it lets it leave on any side
+            if region != here:  # an obstacle that appeared around it lets it leave on any side
                 behind = None if is_shut(team, state, i, region) else here
             own = own._replace(held=own.held and mine.stays(own.memory, region))
             ended = {"pose": robot.next, "to": None, "due": None, "by": None, "failed": ()}
@@ -249,8 +249,8 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
 def _stepped(
     team: Team, state: State, i: int, pose: int, values: now.Values | None
 ) -> dict[str, object]:
-    """Begin a step or a stay of a robot; formulas count the goals that it meets. ``values``: those
-    of its strategy there; otherwise its memory stays, or is that of its state."""
+    """Begin a step or a stay of a robot; formulas count the goals that it meets. ``values``: memory
+    and inputs by its strategy there; None: its memory stays, or is that of its state."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
         return {}

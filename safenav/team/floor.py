@@ -328,7 +328,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         who: Iterable[int] | None = None,
     ) -> Joint:
         """Return the joint state after all have acted where they are, and goals of robots ``who``
-        have counted (default: of all). ``moved``: those that come there by a step."""
+        have counted (default: of all). ``moved``: robots that come there by a step."""
         who = self.robots if who is None else who
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in self.robots):

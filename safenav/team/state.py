@@ -76,16 +76,16 @@ Base = tuple[Objective, int | None, Count, Values]
 
 class RobotNow(Struct, frozen=True):
     """A robot now. ``to``: the pose of the step under way (it reserves both regions); ``due``: the
-    tick in which this step ends (lockstep). ``objective``: that in force, with its progress
-    ``task``; ``own``: progress with its own. ``node``: that of its strategy at its next pose.
-    ``at``: its place in the joint plan; ``by``: the origin of the step under way; ``command``: the
-    number of the last one (live). ``acting``: the robot in whose action it takes part; ``works``:
-    the obstacles of its own action (live). ``active``: it is in service; ``failed``: the regions of
-    the steps that failed since it arrived somewhere. ``fresh``: it has a new objective, of which it
-    has counted nothing yet. Of formulas: ``values`` of the memory and the inputs at the pose of its
+    tick in which this step ends (lockstep). ``objective`` in force, with its progress ``task``;
+    ``own``: progress with its own objective. ``node`` of its strategy at its next pose. ``at``: its
+    place in the joint plan; ``by``: the origin of the step under way; ``command``: the number of
+    the last one (live). ``acting``: the robot in whose action it takes part; ``works``: the
+    obstacles of its own action (live). ``active``: it is in service; ``failed``: the regions of the
+    steps that failed since it arrived somewhere. ``fresh``: it has a new objective, of which it has
+    counted nothing yet. Of formulas: ``values`` of the memory and the inputs at the pose of its
     next decision; ``came``: its pose and these values before its last turn. ``known``: for each
     robot that it tracks a region, or the cells that may hold it. ``mode``: the input that set its
-    own objective; ``base``: its objective before that. ``charge``: of its battery; ``flat``: the
+    own objective; ``base``: its objective before that. ``charge`` of its battery; ``flat``: the
     charge is used up, and the robot waits for another battery; ``cause``: the reason why it is out
     of service. ``behind``: the region from which it entered its own; None if it was put there.
     ``broken``: the assumptions of its last strategy that did not hold."""
@@ -144,8 +144,8 @@ class Waypoint(NamedTuple):
 
 class Plan(Struct, frozen=True):
     """A joint plan in execution: the waypoints of each robot (the present one first; else empty).
-    ``foreseen``: the obstacles that it knows; ``charges``: those of all robots at its end, if they
-    suffice for it; ``part``: it does not complete the mission."""
+    ``foreseen``: the obstacles that it knows; ``charges``: each robot's charge at its end, if
+    charges suffice; ``part``: it does not complete the mission."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]
@@ -155,8 +155,8 @@ class Plan(Struct, frozen=True):
 
 class State(Struct, frozen=True):
     """A team's state. ``requests``: the open obstacles, the oldest first: the paper's stack.
-    ``over``: those resolved in this run, in order. ``time``: tick or seconds. ``attempts``: the
-    actions that failed, each as a robot and an obstacle. ``inputs``: those that are on."""
+    ``over``: obstacles resolved in this run, in order. ``time``: tick or seconds. ``attempts``: the
+    actions that failed, each as a robot and an obstacle. ``inputs``: inputs that are on."""
 
     robots: tuple[RobotNow, ...]
     obstacles: tuple[ObstacleNow, ...]
@@ -212,7 +212,7 @@ class Time(Change, frozen=True):
 
 
 class Departed(Event, frozen=True):
-    """A robot departs for a pose. ``by``: the origin of the decision; ``node``: that of its
+    """A robot departs for a pose. ``by``: the origin of the decision; ``node``: the node of its
     strategy there, with the ``values`` of its formulas; ``due``: the tick in which the step ends,
     if it takes several; live: ``command``, its number, and ``seconds``, its expected duration."""
 
@@ -365,10 +365,10 @@ class Acts(Event, frozen=True):
 
 
 class Acted(Event, frozen=True):
-    """A robot has done all that it can where it stands. ``stages``: those that changed; ``truths``:
+    """A robot has done all that it can where it stands. ``stages``: the changed stages; ``truths``:
     the truth that each resolved obstacle revealed; ``failed``: the obstacles that it failed to
-    resolve; ``gone``: those that it did not find; ``why``: the reason of a failure; ``again``:
-    those that a sensor showed again, and that it resolved without a request."""
+    resolve; ``gone``: obstacles that it did not find; ``why``: the reason of a failure; ``again``:
+    obstacles that a sensor showed again, and that it resolved without a request."""
 
     robot: int
     stages: tuple[tuple[int, Stage], ...]

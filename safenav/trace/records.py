@@ -58,7 +58,7 @@ class Note(Record, frozen=True):
 class Header(Record, frozen=True, tag="header"):
     """The first line. ``scenario``: the scenario as it was read, with the clock, the limits and the
     seed of this run. ``world``: ``external`` if its obstacles are not simulated, so that their
-    truths are unknown. ``cells``: those of beliefs, if a robot keeps any."""
+    truths are unknown. ``cells``: the cells of beliefs, if a robot keeps any."""
 
     trace: int
     safenav: str
@@ -113,9 +113,9 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
 
 
 class Move(Record, frozen=True, tag="move"):
-    """A robot's turn in a tick. ``heading``: that after the move. ``toward``: while a step takes
-    several ticks, the region to which the robot is in transit and which it also occupies. ``by``:
-    the origin of the move (null in transit). ``result``: that of a step that ended elsewhere than
+    """A robot's turn in a tick. ``heading`` after the move. ``toward``: while a step takes several
+    ticks, the region to which the robot is in transit and which it also occupies. ``by``: the
+    origin of the move (null in transit). ``result`` of a step that ended elsewhere than
     commanded."""
 
     robot: str
@@ -143,7 +143,7 @@ class Depart(Record, frozen=True, tag="depart"):
 
 class Arrive(Record, frozen=True, tag="arrive"):
     """Live: the step of a robot has ended; it occupies only the region ``at`` (lost: it is
-    somewhere in ``regions``). ``reason``: that of another end, or of more than one attempt."""
+    somewhere in ``regions``). ``reason`` of another end, or of more than one attempt."""
 
     command: Count
     robot: str
@@ -165,9 +165,9 @@ class Act(Record, frozen=True, tag="act"):
 
 
 class ActionEnd(Record, frozen=True, tag="acted"):
-    """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: that
-    of each obstacle. ``barred``: obstacles on which the robot has failed too often; it does not act
-    on them until they change or it is back in service. ``reason``: that of the failure."""
+    """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: one
+    for each obstacle. ``barred``: obstacles on which the robot has failed too often; it does not
+    act on them until they change or it is back in service. ``reason`` of the failure."""
 
     command: Count
     robot: str
@@ -263,7 +263,7 @@ class NewObjective(Record, frozen=True, tag="objective"):
 
 class Inputs(Record, frozen=True, tag="inputs"):
     """The inputs of the environment from now on, written when one changes; before the first such
-    line, all are off. ``user``: those that a user has set."""
+    line, all are off. ``user``: inputs that a user has set."""
 
     values: Mapping[str, bool]
     user: tuple[str, ...] | None = None
@@ -335,8 +335,8 @@ class Duty(Record, frozen=True, tag="duty"):
 
 class Part(Record, frozen=True, tag="part"):
     """``robot`` has done its part of need number ``need`` in the region ``at`` (of a single need,
-    ``resolved`` records the last). ``robots``: all that did so, if together; ``missing``: how many
-    more must do so."""
+    ``resolved`` records the last). ``robots``: all that did so, if together; ``missing``: the
+    number of robots that must still do so."""
 
     obstacle: str
     need: Count
@@ -448,11 +448,11 @@ class Resumed(Note, frozen=True, tag="resumed"):
 
 class End(Record, frozen=True, tag="outcome"):
     """The last line of a complete trace. ``rounds`` of each robot; ``syntheses``: calls of the
-    synthesizer. ``cause``: the reason why an operator is needed. ``proof``: that of a ``deadlock``.
+    synthesizer. ``cause``: the reason why an operator is needed. ``proof`` of a ``deadlock``.
     ``unrealizable``: robot and spec of each synthesis that ended the run. Live: ``makespan``, the
-    end of the last command. ``late``: the missed deadlines; ``refused``: those that cannot be met
-    from the start (``NAME.battery`` for a charge), each with the least feasible value (None: there
-    is none)."""
+    end of the last command. ``late``: the missed deadlines; ``refused``: deadlines that cannot be
+    met from the start (``NAME.battery`` for a charge), each with the least feasible value (None:
+    there is none)."""
 
     outcome: Outcome
     explanation: str

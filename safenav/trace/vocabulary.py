@@ -136,7 +136,7 @@ class AvertedEnd(StrEnum):
 
 class Proof(Struct, frozen=True):
     """No order of moves of these ``robots`` completes the mission, even without all other robots.
-    ``memory``: that of the formulas of some robots."""
+    ``memory``: the memory of some robots' formulas."""
 
     robots: tuple[str, ...]
     memory: Mapping[str, Mapping[str, int]] | None = None

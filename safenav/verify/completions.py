@@ -221,16 +221,16 @@ class Completions:
         return Completions((*self._known, first), others, self._clauses)
 
     def unanswered(
-        self, answers: Completions, row: Row = (), most: int | None = None
+        self, replies: Completions, row: Row = (), most: int | None = None
     ) -> Row | None:
-        """Return a completion of a row that ``answers`` cannot complete further, if there is one
-        among the first ``most`` that differ in places to which ``answers`` refers."""
-        read = frozenset[Key]().union(*(clause.places for clause in answers._clauses))
+        """Return a completion of a row that ``replies`` cannot complete further, if there is one
+        among the first ``most`` that differ in places to which ``replies`` refers."""
+        read = frozenset[Key]().union(*(clause.places for clause in replies._clauses))
         first = sorted(self._unknown, key=lambda place: place.key not in read)
         order = [first.index(place) for place in self._unknown]
         found = islice(Completions(self._known, first, self._clauses).each(row, read), most)
         while some := [tuple([each[k] for k in order]) for each in islice(found, _SOME)]:
-            counts = answers.count([(*row, *each) for each in some])
+            counts = replies.count([(*row, *each) for each in some])
             if 0 in counts:
                 return some[counts.index(0)]
         return None

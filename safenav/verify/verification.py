@@ -12,12 +12,12 @@ Once the environment has broken an assumption, the specification guarantees noth
 checked.
 
 A counterstrategy is an automaton of the environment that the system cannot beat. In each node the
-environment has chosen one next input; the successors are all that the system may answer. It is a
+environment has chosen one next input; the successors are all replies of the system. It is a
 proof that a specification is unrealizable if
 
 - the start nodes have one input that ENV_INIT allows, and all outputs that SYS_INIT allows;
-- the next inputs satisfy ENV_TRANS, and every answer that SYS_TRANS allows is there (a node
-  without successors: some next input leaves the system no answer);
+- the next inputs satisfy ENV_TRANS, and each reply that SYS_TRANS allows is a successor (a node
+  without successors: to some next input, the system has no reply);
 - every cycle meets each assumption of ENV_LIVENESS, and no cycle meets all goals.
 """
 
@@ -139,7 +139,7 @@ def _failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
                 source, target = (end[first_row(edges)] for end in automaton.edges.ends)
                 detail = f"to {_node_in_words(automaton, target)}"
                 yield _failure(automaton, fault, source, clause, target, detail=detail)
-    yield from (_answer_failures if counter else _input_failures)(automaton)
+    yield from (_reply_failures if counter else _input_failures)(automaton)
     size, ends = len(automaton.strategy.states), automaton.edges.ends
     for starved, about, met, excuses in obligations(automaton, counter):
         try:
@@ -211,20 +211,20 @@ def _input_failures(automaton: Automaton) -> Iterator[Failure]:
     yield from _move_failures(automaton, Owner.INPUT, rounds(automaton.spec)[0], moves)
 
 
-def _answer_failures(automaton: Automaton) -> Iterator[Failure]:
+def _reply_failures(automaton: Automaton) -> Iterator[Failure]:
     """Yield the faults of the successors of a counterstrategy. Each node must have one next input
     and, once, each possible reply of the system to it; or none, if the system has no reply to some
     next input."""
-    choices, answers = rounds(automaton.spec)
+    choices, replies = rounds(automaton.spec)
     inputs, after = automaton.parts(Owner.INPUT), automaton.edges.after
     chosen = {node: [*{inputs[target] for target in after[node]}] for node in after}
     for node in [node for node, rows in chosen.items() if len(rows) > 1][:1]:
         yield _failure(automaton, Fault.SEVERAL_INPUTS, node)
     every = ((node, rows[0]) for node, rows in chosen.items() if len(rows) == 1)
     moves = [(node, (*automaton.values[node], *row), after[node]) for node, row in every]
-    yield from _move_failures(automaton, Owner.OUTPUT, answers, moves)
+    yield from _move_failures(automaton, Owner.OUTPUT, replies, moves)
     for node in automaton.nodes:
-        if not chosen[node] and choices.unanswered(answers, automaton.values[node]) is None:
+        if not chosen[node] and choices.unanswered(replies, automaton.values[node]) is None:
             detail = "expected a successor for each next input, found none"
             yield _failure(automaton, Fault.MISSING_SUCCESSOR, node, detail=detail)
             return
@@ -302,5 +302,5 @@ def _choice(automaton: Automaton, node: int) -> Row | None:
     targets = automaton.strategy.transitions[node]
     if targets:
         return automaton.parts(Owner.INPUT)[targets[0]]
-    choices, answers = rounds(automaton.spec)
-    return choices.unanswered(answers, automaton.values[node])
+    choices, replies = rounds(automaton.spec)
+    return choices.unanswered(replies, automaton.values[node])

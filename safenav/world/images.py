@@ -177,7 +177,7 @@ def _png(data: bytes) -> Image:
         _check_size(int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"))
     try:
         with Pillow.open(BytesIO(data), formats=["PNG"]) as picture:
-            _check_size(*picture.size)  # of the last header; other chunks may precede it
+            _check_size(*picture.size)  # the size in the last header; other chunks may precede it
             picture.load()
             return _decoded(picture)
     except InputError:

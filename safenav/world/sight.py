@@ -32,7 +32,7 @@ Offset = tuple[int, int]
 
 
 class Visibility:
-    """Visible regions of each region. ``radius``: in regions, at least 1; None for unlimited.
+    """Visible regions of each region. ``radius``: a number of regions, at least 1; None: unlimited.
     ``closed``: regions whose obstacle blocks the view."""
 
     def __init__(

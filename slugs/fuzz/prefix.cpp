@@ -1,4 +1,4 @@
-// What a fuzzer puts before the bytes: the declaration of an integer makes every input
-// structuredslugs.
+// A text that a fuzzer puts before the bytes: the declaration of an integer makes every
+// input structuredslugs.
 
 extern const char *const prefix = FUZZ_PREFIX;

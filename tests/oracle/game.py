@@ -32,7 +32,7 @@ from oracle.specification import (
     prime,
 )
 
-Array = Any  # of numpy
+Array = Any  # a numpy array
 
 
 @dataclass(frozen=True)

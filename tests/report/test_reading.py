@@ -186,7 +186,7 @@ def test_a_terminal_highlights_names(tmp_path: Path) -> None:
     started("run", tmp_path / "room.yaml", out=terminal)
     os.close(terminal)
     said = b""
-    with suppress(OSError):  # of a terminal that no process has open any longer
+    with suppress(OSError):  # no process has the terminal open any longer
         while read := os.read(reader, 1 << 16):
             said += read
     os.close(reader)

@@ -346,7 +346,7 @@ def test_a_blocking_world_executes_a_step_of_several_ticks_at_its_start() -> Non
 def test_orders_reach_the_team_in_a_world_of_the_user() -> None:
     class Outside(Driven):
         def act(self, robot: Robot) -> Any:
-            self.truth.changes(10**6, ())  # what is ordered is there
+            self.truth.changes(10**6, ())  # ordered obstacles appear
             return super().act(robot)
 
     assert completed(case("orders/of_an_operator"), world=Outside).all("order")

@@ -208,7 +208,7 @@ def _draw_with_the_keyboard_alone(board: Board) -> None:
     browser.wait(at("34 "))
     tick = browser.tick  # from now on, ticks from before the pause may still be shown
     browser.press(Keys.ARROW_LEFT)
-    browser.wait(at("33 "))  # where no robot comes by
+    browser.wait(at("33 "))  # no robot passes there
     assert browser.tick >= tick, "the arrows move the cursor"
     browser.press(Keys.ENTER)
 

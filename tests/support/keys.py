@@ -132,7 +132,7 @@ class Keyed(Draft):
             within = {"resolve_within": self.at(3, 40)} if self.chance(0.1) else {}
             self.data["orders"] = [*self.data.get("orders", []), order | within]
 
-    # What others decide.
+    # Changes from outside.
 
     def _change(self, at: int, robot: str, **what: object) -> None:
         changes = [*self.data.get("changes", []), {"at": at, "robot": robot, **what}]

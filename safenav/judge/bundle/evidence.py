@@ -163,9 +163,8 @@ class Drive:
 
 
 class Evidence:
-    """The evidence in a bundle. ``files``: its files by name; ``named``: those that lines name;
-    ``claims``: the established claims. Its rules raise TooLargeError, and arbitrary errors for a
-    malformed file."""
+    """The evidence in a bundle: its ``files`` by name, the files ``named`` by lines, the proven
+    ``claims``. Its rules raise TooLargeError, and arbitrary errors for malformed files."""
 
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.named = files, set[str]()

@@ -104,7 +104,7 @@ class Case:
         for name in load.left[0].able:
             avoid = self.state.robots[name].own.avoid
             reached = self.world.reach(graph, [(self.at[name][0], None)], avoid)
-            left = avoid - load.left[0].regions  # where it may stand, but never returns to
+            left = avoid - load.left[0].regions  # regions that it may leave, never enter
             regions = {region for region, _ in reached} - left
             if any(regions.isdisjoint(need.regions) for need in load.chain()):
                 yield name
@@ -145,7 +145,7 @@ class Case:
 
     def actors(self, one: Rest, sets: Sets, full: frozenset[str]) -> dict[str, Poses]:
         """Return the robots that can do their part of the next need, with their poses there.
-        ``full``: those that can take no other load."""
+        ``full``: robots that can take no other load."""
         able = able_now(one, full)
         at = {n: sets[n] & self._on(n, one.left[0].regions) for n in self.names if n in able}
         return {name: there for name, there in at.items() if there}

@@ -91,8 +91,8 @@ class Grid(MetricFloor, frozen=True):
 
 
 class Examination:
-    """A motion, its trace, and the ``findings`` so far. ``pieces``: those of each robot in the
-    order of the file; ``numbers``: those of each robot in the header; ``held``: the
+    """A motion, its trace, and the ``findings`` so far. ``pieces``: the pieces of each robot in the
+    order of the file; ``numbers``: the numbers of each robot in the header; ``held``: the
     reservations."""
 
     def __init__(self, motion: file.Motion, trace: Trace) -> None:

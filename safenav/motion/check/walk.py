@@ -51,9 +51,9 @@ def grid(seconds: float, step: float = STEP) -> Array:
 
 
 class Walked(Struct, frozen=True):
-    """Samples of a walker during a segment. ``mass``: at most ``STEP`` apart, also at the ends of
-    its phases. Feet in the air: times since the segment's start (swings, n), ``places`` (swings, n,
-    2) and ``speeds`` (swings, n). ``broken``: the broken rules."""
+    """Samples of a walker during a segment. ``mass``: samples at most ``STEP`` apart, also at the
+    ends of its phases. Feet in the air: times since the segment's start (swings, n), ``places``
+    (swings, n, 2) and ``speeds`` (swings, n). ``broken``: the broken rules."""
 
     segment: Segment
     mass: Mass

@@ -35,7 +35,7 @@ Search = Callable[[Check], Found | Deadlock | Unserved | None]
 
 
 class Pending(Exception):  # noqa: N818 - it is not an error
-    """Signal that an answer is not available yet. ``robots``: those that wait for a strategy."""
+    """Signal that an answer is not available yet. ``robots``: robots that wait for a strategy."""
 
     def __init__(self, robots: frozenset[int] = frozenset()) -> None:
         self.robots = robots
@@ -104,7 +104,7 @@ class Answers:
         better: bool = False,
     ) -> Found | Deadlock | Unserved | None:
         """Return the joint plan for the remaining mission, or the reason why there is none.
-        ``state``: of the team, with its charges; ``better``: only one for which these suffice."""
+        ``state``: the team's state, with charges; ``better``: only one for which these suffice."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         key = floor.team, *about, floor.helping, floor.laden, joint, served, len(state.over)
         plain, charged = _searches(floor, joint, served, state)

@@ -34,10 +34,10 @@ _OUT = {
 
 class Control(Struct, frozen=True):
     """Intentions of the team. ``new``: the robots that have just been synthesized; ``pending``:
-    those that wait for a strategy, because of ``asked``; ``thinks``: the plan is still being
+    robots that wait for a strategy, because of ``asked``; ``thinks``: the plan is still being
     computed; ``helped``: a change may have made a failed resolution possible. ``vain``: obstacles
     that a robot was to resolve without a strategy for that, by these ``failed`` syntheses.
-    ``left``: those that joint plans leave to robots with strategies, though others had to help."""
+    ``left``: obstacles that plans leave to robots with strategies, though others had to help."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -58,7 +58,7 @@ class Control(Struct, frozen=True):
 
 
 class Situation:
-    """A run at present: its team, the facts, and the team's intentions. ``answers``: those of the
+    """A run at present: its team, the facts, and the team's intentions. ``answers``: results of the
     synthesizer and of searches."""
 
     def __init__(self, team: Team, answers: Answers) -> None:

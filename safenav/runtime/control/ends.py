@@ -26,7 +26,7 @@ _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
 
 class End(Struct, frozen=True):
-    """The end of a run. ``cause`` and ``proof``: those of ``operator_needed`` (docs/trace.md), with
+    """The end of a run. ``cause``, ``proof``: fields of ``operator_needed`` (docs/trace.md), with
     the ``links`` of its reasons, one sentence each, and the robots that are ``stuck``;
     ``unrealizable``: robots without a strategy, each with its specification; ``refused``: deadlines
     and charges that do not suffice, each with the least value that does (None: none does)."""

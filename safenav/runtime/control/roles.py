@@ -15,7 +15,7 @@ from safenav.world.poses import Mask, Pose, bits
 
 class Role(Struct, frozen=True):
     """A robot's role. ``helps``: the obstacle that it is to resolve. ``avoid``: open obstacles that
-    a new strategy treats as walls; ``must``: those of them that its present strategy must know.
+    a new strategy treats as walls; ``must``: those walls that its present strategy must know.
     ``forbidden``: poses from which the team could not continue."""
 
     objective: Objective

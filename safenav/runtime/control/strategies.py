@@ -70,7 +70,7 @@ class Controller(Struct, frozen=True, eq=False):
         return None if strategy is None else strategy.find_initial(values_of(self.task.pose))
 
     def step(self, node: int, heard: Mapping[str, int], size: int) -> Step | None:
-        """Return the strategy's step for these inputs, if it has one. ``size``: that of the map."""
+        """Return the strategy's step for these inputs, if it has one. ``size``: the map's size."""
         strategy = self.result.strategy
         assert strategy is not None
         for after in strategy.successors_for(node, heard):

@@ -47,8 +47,8 @@ class Due(Struct, frozen=True):
 
 
 class Ledger:
-    """The deadlines of a run. ``dues``: those of the mission, the open requests and the rounds;
-    ``late``: those that were missed; ``had``: the number of robots that have had their turn."""
+    """The deadlines of a run. ``dues``: deadlines of the mission, the open requests and the rounds;
+    ``late``: missed deadlines; ``had``: the number of robots that have had their turn."""
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario
@@ -220,7 +220,7 @@ def _goals_left(member: Member, own: Count, most: int | None) -> list[Mask]:
 
 def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
     """Return a tick before whose end the mission cannot be completed; NEVER if it never can.
-    ``orders``: those of each robot."""
+    ``orders``: alternative orders of each robot's targets."""
     ends = [int(bound.state.time)]
     for i, choices in enumerate(orders):
         each = (bound.rounds_done(i, goals) if goals else 0 for goals in choices)

@@ -84,8 +84,8 @@ SWITCHES = {"active": {"out": False, "back": True}, "on": {"on": True, "off": Fa
 
 
 class Operator:
-    """The operator of a run. ``asked``: changes that are not applied yet; ``inputs``: those that it
-    set; ``truth``: the simulated world (None: there is none)."""
+    """The operator of a run. ``asked``: changes that are not applied yet; ``inputs``: inputs that
+    it set; ``truth``: the simulated world (None: there is none)."""
 
     def __init__(
         self, scenario: Scenario, truth: SimulatedWorld | None, commands: Commands | Lockstep

@@ -48,10 +48,10 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 
 class Recorder:
-    """The recorder. ``stack``: pushed entries; ``helpers``: those of each request as last recorded;
-    ``told``: the objectives in force as last recorded; ``looked``: beliefs to be recorded after the
-    move of their robot; ``plan``: the joint plan in force as last recorded; ``why``: the last event
-    of those that give a reason for syntheses; ``makespan``: the end of the last command."""
+    """The recorder. ``stack``: pushed entries; ``helpers``: the helpers of each request as last
+    recorded; ``told``: the objectives in force as last recorded; ``looked``: beliefs to be recorded
+    after the move of their robot; ``plan``: the joint plan in force as last recorded; ``why``: the
+    last event that gives a reason for syntheses; ``makespan``: the end of the last command."""
 
     def __init__(
         self, team: Team, listener: Callable[[records.Record], None], *, simulated: bool

@@ -39,7 +39,7 @@ SLOWEST = 20.0
 class World:
     """The world of a run. ``truth``: the simulated world, if it is one, perhaps within a user's
     world that does more: ``simulated`` if it is safenav's own; ``attended``: an operator may help;
-    ``still``: no robot moves, and nothing will ever happen; ``passes``: those at the present
+    ``still``: no robot moves, and nothing will ever happen; ``passes``: passes at the present
     moment. ``limit``: the latest end of the run, and its outcome."""
 
     def __init__(
@@ -443,7 +443,7 @@ class World:
                 group |= {*acts.participants(team, state, at, i, k, later)}
         return tuple(sorted(group))
 
-    # What may still help.
+    # Changes and operators that may still help.
 
     def pause(self, run: Situation) -> tuple[End, float | None] | None:
         """Return the end of the run that a change to come, or an operator, may avert, and the time

@@ -106,8 +106,7 @@ class Lockstep:
         """Return None: no action is under way."""
 
     def _moved(self, robot: Robot, pose: Pose) -> protocol.Ended:
-        """Return the end of a step, with the pose that the world reports, checked to be
-        possible."""
+        """Return the end of a step at the pose that the world reports, checked to be possible."""
         call = f"move({robot.name!r}, {pose.region})"
         found = protocol.asked(call, lambda: self._world.move(robot, pose))
         found = pose if found is None else found

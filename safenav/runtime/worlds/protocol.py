@@ -39,8 +39,8 @@ class WorldEvent(DatedEvent, frozen=True, kw_only=True):
 
 
 class Arrived(WorldEvent, frozen=True):
-    """The robot is in the commanded pose, and in no other region. ``reason``: that of more than one
-    attempt."""
+    """The robot is in the commanded pose, and in no other region. ``reason``: the reason for more
+    than one attempt."""
 
     robot: str
     reason: str = ""
@@ -90,7 +90,7 @@ class Sensed(WorldEvent, frozen=True):
 
 class Acted(WorldEvent, frozen=True):
     """The action of a robot has ended: a result for each obstacle of the command, and for each
-    other obstacle that it has resolved. ``done``: its last need is fulfilled. ``reason``: that of a
+    other obstacle that it has resolved. ``done``: its last need is fulfilled. ``reason`` of a
     failure, or of an action without effect."""
 
     robot: str
@@ -170,8 +170,8 @@ def optional(world: object, name: str, without: object = None) -> Callable[..., 
 
 class Change(Struct, frozen=True):
     """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
-    watches the run caused it. ``truth``: what resolving it reveals, if that differs from the truth
-    of the last obstacle of this name."""
+    watches the run caused it. ``truth``: the truth that resolving it reveals, if it differs from
+    that of the last obstacle of this name."""
 
     obstacle: Obstacle
     appeared: bool

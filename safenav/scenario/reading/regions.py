@@ -78,8 +78,8 @@ class Reading(Findings):
     ``obstacles_known``: whether none was reported; ``flat``: the obstacle type that represents a
     robot without charge. ``broken``: entries of the catalogue that were reported as unusable
     (``*``: any); they are not reported as unknown as well. ``reachable``: report targets that a
-    robot cannot reach. ``folder``: the folder of files that it names. ``scenario``: that of the
-    file, if it has no error.
+    robot cannot reach. ``folder``: the folder of files that it names. ``scenario``: the scenario of
+    the file, if it has no error.
     """
 
     def __init__(
@@ -218,8 +218,7 @@ class Reading(Findings):
         self, node: Node, written: str, what: str, column: int | None = None
     ) -> str | None:
         """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``.
-        None if it was reported, or obstacles are not known. ``column``: that of the name in a
-        text."""
+        None if it was reported, or obstacles are not known. ``column`` of the name in a text."""
         if not self.obstacles_known or self.world is None:
             return None
         kind, where, number = name_parts(written)

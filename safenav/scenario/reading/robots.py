@@ -213,7 +213,7 @@ def resolve_objective(
     item: language.ObjectiveKeys | None, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
     """Return an objective with its form and the rules beside it; None if there is none or it was
-    reported. ``mobility``: that of its robot, if known."""
+    reported. ``mobility``: its robot's mobility, if known."""
     if item is None:
         return None
     given = [key for key in (*KINDS, "ltl") if item.at(key) is not None]

@@ -45,13 +45,13 @@ class Key(Struct, frozen=True, eq=False):
 
     ``about``: its meaning; ``required``: the hint if it is missing, or an example that continues
     ``about``; ``least``, ``most``, ``above``: limits of a number, ``why``: the hint beside them;
-    ``entries``: the least number of items; ``expected``: in messages; ``example``: that of a
-    mapping; ``check``: a further check, or a conversion from the form; ``schema``: its additions to
-    the JSON Schema; ``form``: the form of the value in a document, an annotation or a JSON Schema;
-    ``by``: the method of the findings that returns the value, which looks up a name or a place;
-    ``without``: members of an enumeration that it cannot have; ``default``: the value if it is
-    missing, ``like``: the field that has it; ``own``: it is not a key, but the name of the item in
-    the mapping that holds it.
+    ``entries``: the least number of items; ``expected``: its type in messages; ``example``: an
+    example of a mapping; ``check``: a further check, or a conversion from the form; ``schema``: its
+    additions to the JSON Schema; ``form``: the form of the value in a document, an annotation or a
+    JSON Schema; ``by``: the method of the findings that returns the value, which looks up a name or
+    a place; ``without``: members of an enumeration that it cannot have; ``default``: the value if
+    it is missing, ``like``: the field that has it; ``own``: it is not a key, but the name of the
+    item in the mapping that holds it.
 
     The function ``entries`` adds the other fields for a key of a class: its ``field``, its spelling
     (``word``), its annotation.
@@ -194,7 +194,7 @@ class Part(Struct, metaclass=_TakesKeys, frozen=True):
     that it does not have; ``open``: other keys are allowed; ``spelled``: keys that are not spelled
     like their field. ``one`` names an item of a list or a mapping in messages, ``label`` follows a
     key: {what} is the item, {rest} that without its first word, {name} its number or key, {type}
-    the text of its key ``type``; ``title``: that of a schema.
+    the text of its key ``type``; ``title``: a schema's title.
     """
 
     keys: ClassVar[Mapping[str, Key]] = {}

@@ -42,8 +42,8 @@ def read(
     name: str = "",
 ) -> Any:
     """Return the value of a node; None if there is none, or it was reported. ``what`` names it in
-    messages; ``key`` describes it; ``stages``: those of a class; ``name``: its key in the mapping
-    that holds it."""
+    messages; ``key`` describes it; ``stages``: stages of reading a class; ``name``: its key in the
+    mapping that holds it."""
     if node is None:
         return None
     origin, arguments = get_origin(annotation), get_args(annotation)

@@ -1,4 +1,4 @@
-/* sources bdb8027ab173743283f773ed4b6dc82770c3293367da5ffd0d6b6bc2fe27ddb4 */
+/* sources 6f558cca14ee9503a64ae5e67756322e687c9215588d20ca56c03c42f2480d2d */
 /* Contains three:
 The MIT License
 

@@ -36,7 +36,7 @@ export interface Extras {
   hand?: Hand | undefined;
   /** Keys that differ from those of a replay, and further ones. */
   keys?: Keys;
-  /** What a click does, in the help. */
+  /** The effect of a click, for the help. */
   about?: string;
 }
 

@@ -230,7 +230,7 @@ export function listenToKeys(actions: Actions): () => void {
   return heard(window, { keydown: pressed });
 }
 
-/** What the keys of a run do, besides help. */
+/** Actions of the keys of a run, besides help. */
 export function actionsOf(run: Run, player: Player, eye: Eye): Actions {
   const along = (way: 1 | -1) => (shift: boolean) => (shift ? toEvent(run, player, way) : player.step(way));
   const [faster, slower] = [() => player.faster(1), () => player.faster(-1)];

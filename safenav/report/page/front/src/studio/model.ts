@@ -102,7 +102,7 @@ export type Pen =
 /** A region, several alternative regions, or the name of an area. */
 export type Target = number | number[] | string;
 
-/** What is selected: a robot by its name, or an obstacle by its index. */
+/** The selection: a robot by its name, or an obstacle by its index. */
 export type Chosen = string | number | null;
 
 /** Return the targets of a robot as an edit writes them. */
