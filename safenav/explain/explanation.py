@@ -185,7 +185,7 @@ class Repair(Struct, frozen=True):
 
     ``change``: the scenario's items and their new values, as they would be written. ``scenario``:
     the scenario with the change. ``helpers``: robots that have the capability that an obstacle
-    needs and can reach it; ``action``: that capability."""
+    needs and can reach it; ``action``: the capability."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]

@@ -232,7 +232,7 @@ def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State
 
 
 def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
-    """Give a robot another objective. ``team``: that in which the robot already has it."""
+    """Give a robot another objective. ``team``: the team in which the robot already has it."""
     robot, graph = state.robots[i], team.members[i].graph
     plain = plain_graph(team.world, graph.mobility)
     pose, to = (

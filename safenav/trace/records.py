@@ -128,8 +128,8 @@ class Move(Record, frozen=True, tag="move"):
 
 
 class Depart(Record, frozen=True, tag="depart"):
-    """Live: a robot begins a step. ``heading``: that at its end. ``node``: the strategy's node
-    after the step; ``seconds``: expected duration."""
+    """Live: a robot begins a step. ``heading`` at its end. ``node``: the strategy's node after the
+    step; ``seconds``: expected duration."""
 
     command: Count
     robot: str

@@ -54,7 +54,7 @@ class Fault(StrEnum):
 class Failure(Struct, frozen=True):
     """A fault, and a path to it.
 
-    ``node``: its node, None if it concerns no node; ``state``: that node in words. ``successor``:
+    ``node``: its node, None if it concerns no node; ``state``: the node in words. ``successor``:
     the other end of a wrong transition. ``constraint``: the violated constraint, with its origin.
     ``path``: a shortest one from an initial node to ``node``. ``cycle``: nodes of a closed walk
     from ``node``, for faults of liveness. ``detail``: the move in question.
