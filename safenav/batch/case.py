@@ -14,6 +14,7 @@ from typing import Any
 from msgspec import Struct, field
 
 import safenav
+from safenav.errors import Outcome
 from safenav.scenario.model import Expect
 from safenav.scenario.objective import Word, number_word
 from safenav.trace import records
@@ -112,6 +113,7 @@ class Result(Struct, frozen=True):
     rounds: dict[str, int] | None = None
     resolved: list[str] | None = None
     blocked: list[str] | None = None
+    late: list[str] | None = None
     helpers: dict[str, str] | None = None
     requirements: dict[str, dict[str, Any]] | None = None
     syntheses: int | None = None
@@ -131,9 +133,10 @@ class Result(Struct, frozen=True):
 
 
 class Ledger(Struct):
-    """A listener that keeps the data for expectations. ``live``: ticks are passes, not times;
-    ``end``: the last line, once the run has ended."""
+    """A listener that keeps the data for expectations. ``orders``: those that are not resolved;
+    ``live``: ticks are passes, not times; ``end``: the last line, once the run has ended."""
 
+    orders: list[str] = field(default_factory=list)
     resolved: list[str] = field(default_factory=list)
     blocked: list[str] = field(default_factory=list)
     helpers: dict[str, str] = field(default_factory=dict)
@@ -144,8 +147,11 @@ class Ledger(Struct):
         match event:
             case records.Header():
                 self.live = event.live
+            case records.Ordered():
+                self.orders.append(event.obstacle)
             case records.Resolved():
                 self.resolved.append(event.obstacle)
+                self.orders = [order for order in self.orders if order != event.obstacle]
             case records.KnownObstacle():
                 self.blocked.append(event.obstacle)
             case records.Request(helpers=(helper, *_)):
@@ -164,6 +170,7 @@ class Ledger(Struct):
             "cause": end.cause,
             "resolved": self.resolved,
             "blocked": self.blocked,
+            "late": list(end.late or ()),
             "helpers": self.helpers,
             "rounds": dict(end.rounds),
             "ticks": end.ticks,
@@ -189,6 +196,9 @@ def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> lis
     ):
         if wanted is not None and set(got) != wanted:
             found.append(f"{kind}: expected {_names(wanted, word)}, got {_names(got, word)}")
+    left = ledger.orders if expect.resolved is expect.blocked is None else []
+    if left and end.outcome is Outcome.COMPLETED:
+        found.append(f"orders: expected none to stay open, got {_names(left, word)}")
     for obstacle, robot in (expect.helpers or {}).items():
         helper = ledger.helpers.get(obstacle)
         if helper != robot:

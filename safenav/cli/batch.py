@@ -26,7 +26,7 @@ A PATH is a scenario, a folder (without its folders 'invalid' and 'unrealizable'
 a quoted pattern, or a matrix file (docs/batch.md). '-': standard output.
 After an interruption, --resume with the same --out continues.
 """
-PASSED = "all as expected (without 'expect': completed in time)"
+PASSED = "all as expected (without 'expect': completed in time, no order open)"
 FAILED = "some not as expected, invalid, crashed, hung or not run"
 
 

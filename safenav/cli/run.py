@@ -41,7 +41,7 @@ RUN_EXAMPLES = """\
   safenav run lab.yaml --clock live              # robots move at the same time
   echo give_up | safenav run lab.yaml --clock live --operator
 """
-AS_EXPECTED = "the run ended as the scenario expects (without 'expect': completed in time)"
+AS_EXPECTED = "as the scenario expects (without 'expect': completed in time, no order open)"
 NOT_AS_EXPECTED = "operator needed, unrealizable, or not as expected"
 
 
@@ -170,13 +170,12 @@ def drive(
     from safenav.review.lint import imprecise, oversized
 
     plan = _limited(replace(load_scenario(scenario), clock=Clock.LIVE), None, time_limit)
-    first = None
-    if begun is not None:
-        before = read_trace(begun)
-        if not rehearse and before.header.world == "simulated":
-            raise UsageError(f"{begun}: no real robot has run it; add --rehearse")
-        first = _continued(before, plan)
+    before = None if begun is None else read_trace(begun)
+    if before is not None and not rehearse and before.header.world == "simulated":
+        raise UsageError(f"{begun}: no real robot has run it; add --rehearse")
     stations = load_fleet(fleet, plan)
+    plan = replace(plan, obstacles=tuple(stations.obstacles)) if rehearse else plan
+    first = None if before is None else _continued(before, plan)
     tolerances = {name: station.tolerance for name, station in stations.stations.items()}
     sizes = (*oversized(plan), *imprecise(plan, tolerances))
     warn_of([*plan.map.notes, *sizes, *unserved(plan, stations)])

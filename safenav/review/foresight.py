@@ -82,10 +82,13 @@ def _known(scenario: Scenario, chosen: Callable[[Obstacle], bool]) -> tuple[Team
 
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
-    """Return a sentence of warning for each obstacle that no run resolves, since robots are
-    missing, and for each objective that no run can meet."""
-    found = foresee(scenario)
-    return (*_unresolvable(scenario, found.lacks), *_unmet(scenario, found))
+    """Return a sentence of warning for each obstacle that no run resolves since robots are missing,
+    for each objective that no run can meet, and for each robot whose 'tracks' has no effect."""
+    found, blind = foresee(scenario), list[str]()
+    for each in team_of(scenario).members:
+        if each.robot.tracks and each.rivals:
+            blind.append(f"'tracks' of {each.name} has no effect: joint plans drive it past rivals")
+    return (*_unresolvable(scenario, found.lacks), *_unmet(scenario, found), *blind)
 
 
 def _unresolvable(scenario: Scenario, lacks: tuple[Shortfall, ...]) -> Iterator[str]:

@@ -148,7 +148,8 @@ class Wording(Struct, frozen=True):
         if name == "obstacle":
             return self.obstacle(value)
         if name == "objective":
-            return describe(value, self.map.word)
+            later = "" if getattr(line, "at_once", True) else ", once it no longer waits or helps"
+            return describe(value, self.map.word) + later
         if name == "reason":
             return _REASONS[value]
         return self._at(value) if name in ("from_", "to") else str(value)

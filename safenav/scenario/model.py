@@ -184,7 +184,9 @@ class Expect(Part, frozen=True):
         "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
     )
     resolved: frozenset[ObstacleName] | None = key("Exactly the obstacles that are resolved.")
-    blocked: frozenset[ObstacleName] | None = key("Exactly the obstacles that become permanent.")
+    blocked: frozenset[ObstacleName] | None = key(
+        "Exactly the obstacles that become permanent, and orders that stay open. Default: no order."
+    )
     helpers: dict[ObstacleName, KnownRobot] | None = key("The helper of each obstacle.")
     ticks: int | None = key("At most this many ticks (lockstep).", least=1)
     rounds: int | None = key("At least this many rounds of every robot, as in 'until'.", least=1)

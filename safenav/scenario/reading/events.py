@@ -33,7 +33,8 @@ def obstacles_of(items: Sequence[language.ObstacleKeys], reading: Reading) -> li
         for first in found:
             if first.region == obstacle.region and _meet(first, obstacle):
                 message = f"{obstacle.name}: the region already contains {first.name}"
-                reading.add(where, message, "a region holds one hidden obstacle")
+                hint = "a region holds one obstacle at a time: give the first one 'until'"
+                reading.add(where, message, hint)
                 break
         else:
             found.append(obstacle)
