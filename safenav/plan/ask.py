@@ -6,6 +6,7 @@ joint state and the served requests only, and is remembered by them.
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import chain, combinations, islice
+from operator import add
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -92,7 +93,7 @@ def _continued(
     ticks = preview(floor, found.plan, joint)
     if ticks is None:
         return found
-    rounds, last = [*floor.wanted], len(ticks) - 1
+    extra, last = [0] * len(floor.wanted), len(ticks) - 1
     longest = last * max(floor.team.members[i].ticks for i in floor.robots)
     for i in timed:
         member = floor.team.members[i]
@@ -100,16 +101,19 @@ def _continued(
         while end and floor.is_done(i, ticks[end - 1].counts[i]):
             end -= 1
         least = least_within(member, ticks[end].poses[i], strict=member.objective.literal)
-        rounds[i] += 1 + (longest - end * member.ticks) // least if least else 0
-    more = replace(floor, rounds=tuple(rounds))
-    further = _ask(more, joint, served, seed, check)
-    if not isinstance(further, Found) or further.first:
-        return found
-    shown = preview(more, further.plan, joint) or []
-    for tick, each in enumerate(shown[: last + 1]):
-        if floor.completed(each, frozenset(served)):
-            plan, final = plan_of(more, joint, [one.poses for one in shown[: tick + 1]])
-            return Found(plan) if floor.completed(final, frozenset(served)) else found
+        extra[i] = 1 + (longest - end * member.ticks) // least if least else 0
+    while any(extra):
+        more = replace(floor, rounds=tuple(map(add, floor.wanted, extra)))
+        further = _ask(more, joint, served, seed, check)
+        extra = [rounds // 2 for rounds in extra]
+        if not isinstance(further, Found) or further.first:
+            continue
+        shown = (preview(more, further.plan, joint) or [])[: last + 1]
+        ends = (t for t, each in enumerate(shown) if floor.completed(each, frozenset(served)))
+        if (done := next(ends, None)) is not None:
+            plan, final = plan_of(more, joint, [one.poses for one in shown[: done + 1]])
+            if floor.completed(final, frozenset(served)):
+                return Found(plan)
     return found
 
 
@@ -167,8 +171,8 @@ def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
     more, work = replace(floor, rounds=tuple(rounds)), LITTLE * len(floor.robots)
     while states is not None and not isinstance(states, Exhausted):
         moves = careful and not jammed(ready, states[-1])
-        every, paced = chain([states], search.others(len(states))), search.paced(len(states))
-        found.append(Found(shortened(ready if moves else floor, every, served, paced)))
+        every, kinds = chain([states], search.others(len(states))), search.alternatives(len(states))
+        found.append(Found(shortened(ready if moves else floor, every, served, kinds)))
         if not careful or (moves and _goes_on(more, search.start, found[-1], 0, check, work)):
             return found[-1]
         if len(found) == TRIES:

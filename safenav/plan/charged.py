@@ -103,7 +103,7 @@ class ChargedSearch(Search):
             if found is not None and found not in known:
                 known.append(found)
                 yield from self.course(found)
-        for each in self.paced(len(states)) if self.brisk else ():
+        for each in self.alternatives(len(states)) if self.brisk else ():
             yield from self.course(each)
 
     def course(self, states: Sequence[Joint]) -> Iterator[Course]:

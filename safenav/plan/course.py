@@ -44,7 +44,8 @@ def timed(
     and its actions those of ``acts``. ``ticks``: the joint states of the plan in an order of its
     steps."""
     arrives: list[list[float]] = [[0] for _ in times]
-    met, lockstep = dict[tuple[int, int], float](), not floor.team.live  # then in turns
+    met, opened = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
+    size, lockstep = floor.team.size, not floor.team.live  # then in turns
     for before, joint in pairwise(ticks):
         last = 0.0
         moved = deque(i for i in floor.robots if before.poses[i] != joint.poses[i])
@@ -57,17 +58,20 @@ def timed(
                 continue
             waits = [arrives[j][other] - (j < i and lockstep) for j, other in waypoint.after]
             waits += [met.get(need, 0) for need in waypoint.needs]
-            ready = max(came, *waits, 0)
+            ready = max(came, *waits, opened.get((i, waypoint.pose % size), 0))
             ready = ready if leaves is None else leaves(i, place, came, ready)
             arrives[i].append(ready + times[i])
             last = max(last, arrives[i][-1])
         if joint.stages != before.stages:
             now = last
             there = floor.acting(before.stages) if acts else 0
-            on = (i for i in floor.robots if there >> joint.poses[i] % floor.team.size & 1)
+            on = (i for i in floor.robots if there >> joint.poses[i] % size & 1)
             now += max((acts[i] for i in on), default=0)
             pairs = zip(floor.gates, before.stages, joint.stages, strict=True)
             met |= {(k, n + 1): now for k, a, b in pairs for n in range(a.need, b.need)}
+            over = {*floor.open(before.stages)}.difference(floor.open(joint.stages))
+            for gate in map(floor.gate, over):
+                opened |= {(i, gate.region): now for i in gate.blocks}
     return arrives
 
 

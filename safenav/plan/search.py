@@ -22,6 +22,8 @@ Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 Goal = Callable[[Joint], bool]
 
 ORDERS = FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
+DUTIES = "farthest first; robots without a duty rest until all are fulfilled"
+"""A resolution restarts all rounds, so that goals that were met before it count for nothing."""
 MANY, ROLLS, MOST_OF_A_ROLL, PACED, SLOWEST = 60, 8, 2, 4, 20
 FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
 FEWEST, SINGLES, PROOF, PROOF_TURN = 4, 4_000, 60_000, 2
@@ -78,9 +80,10 @@ class Search:
         while self._turn < until and self.work > 0:
             turn, budget = self._turn, FIRST_BUDGET << self._turn
             self._turn += 1
-            for how in ORDERS:
-                for _ in range(1 if how is FARTHEST else max(1, budget // MOST_OF_AN_ORDER)):
-                    states = budget if how is FARTHEST else min(budget, MOST_OF_AN_ORDER)
+            for how in (DUTIES, *ORDERS) if self.served else ORDERS:
+                once = how in (DUTIES, FARTHEST)
+                for _ in range(1 if once else max(1, budget // MOST_OF_AN_ORDER)):
+                    states = budget if once else min(budget, MOST_OF_AN_ORDER)
                     found = self.deep(self.start, self.goal, states, how, self._order(how), far)
                     if isinstance(found, Exhausted):
                         return self.singles(PROOF if turn else SINGLES)
@@ -105,10 +108,13 @@ class Search:
             found = self.deep(self.start, self.goal, most, how, self._order(how))
             yield from () if isinstance(found, Exhausted | None) else (found,)
 
-    def paced(self, length: int) -> Iterator[list[Joint]]:
-        """Yield plans in which fast robots do not wait for the steps of slow ones, beside one of
-        that ``length``."""
+    def alternatives(self, length: int) -> Iterator[list[Joint]]:
+        """Yield plans of other kinds beside one of that ``length``: in which duties do not come
+        first; and in which fast robots do not wait for the steps of slow ones."""
         times, most, self.work = self.floor.team.step_times, PACED * length, EXTRA
+        if self.served:
+            found = self.deep(self.start, self.goal, most, FARTHEST, self._order(FARTHEST))
+            yield from () if isinstance(found, Exhausted | None) else (found,)
         least = min(times[i] for i in self.floor.robots)
         periods = [min(SLOWEST, round(each / least)) for each in times]
         if max(periods[i] for i in self.floor.robots) > 1:
@@ -219,7 +225,7 @@ class Search:
         return Exhausted(before)
 
     def _next(self, joint: Joint, how: str, order: list[int]) -> Iterator[Joint]:
-        poses, fields = joint.poses, self.fields(joint)
+        poses, fields = joint.poses, self.fields(joint, rest=how is DUTIES)
         if how is ONE:
             first = next((i for i in order if fields[i] is not None), None)
             fields = [field if i == first else None for i, field in enumerate(fields)]
@@ -254,10 +260,12 @@ class Search:
             if alive is None or alive[i] >> pose & 1:
                 yield self.floor.after(joint, i, pose)
 
-    def fields(self, joint: Joint) -> list[Field]:
+    def fields(self, joint: Joint, *, rest: bool = False) -> list[Field]:
         """Return the distances of each robot to its current goal; None without a goal that it can
-        reach."""
+        reach. ``rest``: while there are duties, robots without one have no goal."""
         guided, found = self._duties(joint), list[Field]([None] * len(joint.poses))
+        if rest and any(guided):
+            guided = [mine or 0 for mine in guided]
         known = self._fields.setdefault(joint.stages, {})
         for i in self.floor.robots:
             mine = guided[i]

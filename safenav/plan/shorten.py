@@ -4,7 +4,7 @@ Searches count steps; of their plans, the fastest is followed.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import combinations, pairwise
+from itertools import chain, combinations, pairwise
 from math import inf
 from typing import NamedTuple
 
@@ -40,11 +40,11 @@ def shortened(
     floor: Floor,
     answers: Iterable[Sequence[Joint]],
     served: frozenset[int],
-    paced: Iterable[Sequence[Joint]] = (),
+    kinds: Iterable[Sequence[Joint]] = (),
 ) -> Plan:
     """Return the plan of the first of these states, with fewer ticks and steps if these are found
     soon. While robots hinder each other much in it, the plans of the next states are tried, until a
-    few of them are not better; then the best one of others that are ``paced``."""
+    few of them are not better; then the best one of other ``kinds``."""
     best = _shortened(floor, next(answers := iter(answers)), served)
     vain = 0
     while vain < PATIENCE and (not best.ticks or _hindered(floor, best)):
@@ -55,7 +55,7 @@ def shortened(
         vain += 1
         if other.cost < best.cost:
             best, vain = other, 0
-    drafts = (_shown(floor, each[0], [one.poses for one in each], served) for each in paced)
+    drafts = (_shown(floor, each[0], [one.poses for one in each], served) for each in kinds)
     quick = min(drafts, key=lambda draft: draft.cost, default=best)
     if quick.cost[0] < MUCH * best.cost[0] and quick is not best:
         best = min(best, _shortened(floor, quick.ticks, served), key=lambda draft: draft.cost)
@@ -112,13 +112,13 @@ def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
 
 
 def _without_loops(floor: Floor, best: Draft, served: frozenset[int]) -> Draft | None:
-    """Return the plan in which robots, all or two of them, stay instead of leaving their poses and
+    """Return the plan in which robots, all or a few, stay instead of leaving their poses and
     returning; None if that is not better. A search visits no joint state twice, but some robots may
     leave and return meanwhile."""
     found = None
     for group in coupled(floor):
-        pairs = combinations(group, 2) if len(group) <= FEW else ()
-        for some in dict.fromkeys((group, *pairs)):
+        few = (combinations(group, size) for size in (2, 1) if len(group) <= FEW)
+        for some in dict.fromkeys((group, *chain.from_iterable(few))):
             ways = _waiting(floor, best.ticks, some)
             better = ways and _better(floor, best, ways, served)
             if better:

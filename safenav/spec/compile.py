@@ -227,12 +227,11 @@ def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Con
         rule = origin("at the last one, stay" if goal else "once there, stay")
         rest = Constraint(Section.SYS_TRANS, f"{now} -> region' = {place}", rule, (place,))
         yield assignable.excused(rest, world) if task.assignable else rest
-    ordered = objective.in_turn and not goal
     recur = "at each target in turn" if goal else "at each target"
-    recur += ", beginning with the next" if ordered and last else ""
+    recur += ", beginning with the next" if objective.in_turn and last and not goal else ""
     if settles:
         recur = "at the last one" if goal else "there"
-    first = objective.turned(first, region) if ordered else 0
+    first = 0 if goal else (first + (region in targets[first])) % len(targets)
     for index in (*range(first, len(targets)), *range(first)):
         target = targets[index]
         if index == last or not settles:

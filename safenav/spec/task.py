@@ -25,7 +25,7 @@ from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, plain_graph, re
 class Memory(Struct, frozen=True):
     """A robot's progress in its objective when it is resynthesized.
 
-    ``index``: the target whose turn it is (patrol, visit). ``values``: the memory variables
+    ``index``: the target that comes next. ``values``: the memory variables
     of an ``ltl`` objective, empty at the start of a run.
     """
 

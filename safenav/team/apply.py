@@ -417,7 +417,7 @@ def _count(
     fresh = met if pursuit.in_turn or pursuit.settles else met & ~count.memory
     # If the robot stays at its last target, that is recorded only once.
     told = () if stays and count.held else tuple(bits(fresh))
-    return Count(memory, count.met + more, stays), told
+    return Count(memory, count.met + more, stays, told[-1] if told else count.last), told
 
 
 def _with_counts(team: Team, state: State, event: now.Counted) -> State:

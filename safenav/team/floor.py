@@ -394,7 +394,7 @@ def put(stages: Stages, g: int, stage: Stage) -> Stages:
 def restarted(member: Member, count: Count) -> Count:
     """Return the progress after a resolution: rounds count from zero, and the next target remains
     the next."""
-    return Count(count.memory if member.pursuit.in_turn else 0, 0, count.held)
+    return count._replace(memory=count.memory if member.pursuit.in_turn else 0, met=0)
 
 
 def inside(team: Team, state: State) -> frozenset[Inside]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from safenav.scenario import model
-from safenav.scenario.objective import Objective
+from safenav.scenario.objective import Objective, Pursuit
 from safenav.world.poses import Pose
 
 
@@ -21,11 +21,17 @@ class Stage(NamedTuple):
 
 class Count(NamedTuple):
     """Progress with an objective: ``memory`` of its pursuit; ``met`` goals (in turn) or rounds
-    since the last resolution; ``held``: at the last count the robot stood at its last target."""
+    since the last resolution; ``held``: at the last count the robot stood at its last target;
+    ``last``: the target that counted last."""
 
     memory: int = 0
     met: int = 0
     held: bool = False
+    last: int = -1
+
+    def turn(self, pursuit: Pursuit) -> int:
+        """Return the target that a strategy meets first; in any order, the one after the last."""
+        return self.memory if pursuit.in_turn else (self.last + 1) % max(1, pursuit.targets)
 
 
 class Is(StrEnum):
@@ -169,9 +175,12 @@ class State(Struct, frozen=True):
 
     @property
     def gates(self) -> tuple[int, ...]:
-        """The open obstacles in the order of service: by the ticks at which they are due, then the
-        newest first, as the paper's stack has it."""
-        dues = {k: self.obstacles[k].due for k in self.requests[::-1]}
+        """The open obstacles in the order of service: by the ticks at which they are due; then
+        those of robots, the newest first, as the paper's stack has it; then orders, the oldest
+        first: each is served even if more follow."""
+        asked = [k for k in self.requests[::-1] if self.obstacles[k].asked]
+        ordered = [k for k in self.requests if not self.obstacles[k].asked]
+        dues = {k: self.obstacles[k].due for k in (*asked, *ordered)}
         return tuple(sorted(dues, key=lambda k: (dues[k] is None, dues[k] or 0)))
 
     @property

@@ -122,7 +122,7 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
             what = obstacle_words(obstacle.name, word)
             entered = f"it has entered {what} to resolve it, and can only go back"
             return f"{robot.name} cannot {describe(objective, word)}: {entered}"
-    memory = Memory(state.robots[i].own.memory)
+    memory = Memory(state.robots[i].own.turn(objective.pursuit))
     pose = team.members[i].graph.pose(state.robots[i].next)
     walls = walls_of(team, state, i, frozenset(state.requests))
     return _why_not(team, i, Task(robot, pose, objective, memory, walls))

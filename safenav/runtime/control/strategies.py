@@ -123,7 +123,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
         role = Role(member.objective)  # with any assignment
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
     walls = walls_of(team, state, i, role.avoid)
-    turn = robot.own.memory if own and role.objective.in_turn else 0
+    turn = robot.own.turn(role.objective.pursuit) if own else 0
     for rung in tasks.forms(
         role.objective,
         robot.own.memory if role.objective.strict else turn,
