@@ -85,7 +85,7 @@ def _continued(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
     """Return the answer; in a plan, robots whose rounds have a deadline continue after their last
-    one until all robots have completed theirs, unless that delays the others."""
+    one until all robots have completed theirs, for as many rounds as delay no other robot."""
     found = _ask(floor, joint, served, seed, check)
     timed = [i for i in floor.robots if floor.team.members[i].robot.within is not None]
     if not timed or not isinstance(found, Found) or found.first:

@@ -263,7 +263,7 @@ def core_notes(core: Core, others: str, name: Callable[[CoreMember], str]) -> It
 
 _CAUSES = {
     "no_capable_robot": "too few robots have a needed action",
-    "cyclic_requests": "robots wait for each other's help in a circle",
+    "cyclic_requests": "obstacles keep away the robots that could resolve them",
     "never_resolvable": "the robots that could help cannot reach the regions where they are needed",
     "unrealizable": "a robot has no strategy for its task",
     "no order": "no order of actions lets every robot continue",
