@@ -83,8 +83,8 @@ class Station(Part, frozen=True):
         str, _in_ros(NAMESPACE, "Prefix of its topics. Default: / and its name.")
     ] = ""
     tolerance: float = key(
-        "Largest distance in metres from a region's centre on arrival, and from a reference; "
-        "less on sides below a metre.",
+        "Maximum distance in metres from the centre of a region on arrival, and from a reference; "
+        "at most 0.3 of a region's side, if not given.",
         above=0,
         default=0.3,
     )

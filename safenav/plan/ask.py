@@ -327,7 +327,7 @@ def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | Non
 
 
 def _crowded(floor: Floor) -> Deadlock | None:
-    """Return robots whose last targets are fewer regions than these robots."""
+    """Return a deadlock if robots outnumber the regions of their last targets."""
     team = floor.team
     group = next(without_room([team.members[i].robot for i in floor.robots]), None)
     if group is None:

@@ -8,8 +8,10 @@ their poses loses nothing, and is taken immediately. Only irreversible steps bra
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from itertools import combinations
+from math import inf
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -17,6 +19,7 @@ from msgspec.structs import replace
 from safenav.scenario.reachability import too_many
 from safenav.team.floor import Floor, Stages
 from safenav.team.team import Team
+from safenav.world.map import Region
 from safenav.world.poses import FAR, Mask, bits
 
 MOST_NODES = 20_000
@@ -154,18 +157,24 @@ def _options(
         places, key=lambda i: (not back[i], i in elsewhere, i not in helping, times[i], i)
     )
     commits, missing = floor.commits(g, stages), max(1, floor.missing(g, stages))
+
+    @cache
+    def when(i: int, there: Mask) -> float:
+        return 0 if origins is None else time_of(g, i, there, now, origins)
+
     for group in combinations(able, missing):
-        if need.together and not fits(floor, group, places):
+        each = [times[i] for i in group]
+        last = gathered(floor, group, places, when) if need.together else max(each)
+        if last is None:
             continue
         lossless = all(back[i] for i in group) and not commits
-        strangers, each = sum(i not in helping for i in group), [times[i] for i in group]
-        busy = sum(i in elsewhere for i in group)
+        strangers, busy = (sum(i not in helping for i in group), sum(i in elsewhere for i in group))
         yield (
-            (False, not lossless, g, busy, strangers, max(each), sum(each), group),
+            (False, not lossless, g, busy, strangers, last, sum(each), group),
             Step(g, group, tuple(places[i] for i in group), lossless),
         )
-        if lossless:
-            return  # the first group is the best
+        if lossless and last == max(each):
+            return  # no other group is better
     for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
         yield ((True, not lossless, times[i], g, i), Step(g, (i,), (places[i],), lossless))
@@ -190,30 +199,51 @@ def time_of(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> float:
     return steps * floor.team.step_times[i]
 
 
-def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
-    """Return whether a group can stand in its places together: rivals in different regions, and no
-    two robots of a zone in it."""
+def gathered(
+    floor: Floor,
+    group: tuple[int, ...],
+    places: Mapping[int, Mask],
+    when: Callable[[int, Mask], float] = lambda *_: 0,
+) -> float | None:
+    """Return the time at which a group can stand in its places together: rivals in different
+    regions, and no two robots of a zone in it; None if it cannot. ``when``: that at which a robot
+    can be in some poses."""
     members, free = floor.team.members, {i: floor.graphs[i].regions_of(places[i]) for i in group}
     for i in group:
         crowd = [i]
         for j in group:
             crowd += [j] if members[j].rivals.issuperset(crowd) else []
         if too_many([[*bits(free[j])] for j in crowd]):
-            return False  # which the search would take long to find out
-    return _apart(floor.team, group, free, (0,) * len(members))
+            return None  # which the search would take long to find out
+    ranked = {
+        i: sorted((when(i, places[i] & floor.graphs[i].on({r})), r) for r in bits(free[i]))
+        for i in group
+    }
+    return _apart(floor.team, group, ranked, (0,) * len(members), inf)
 
 
 def _apart(
-    team: Team, group: tuple[int, ...], free: Mapping[int, Mask], at: tuple[Mask, ...]
-) -> bool:
-    """Return whether a group can stand in its free regions while other robots are ``at`` theirs."""
+    team: Team,
+    group: tuple[int, ...],
+    free: Mapping[int, Sequence[tuple[float, Region]]],
+    at: tuple[Mask, ...],
+    most: float,
+) -> float | None:
+    """Return the least time below ``most`` at which a group can stand in its ``free`` regions (each
+    with its time, in order) while other robots are ``at`` theirs; None if there is none."""
     if not group:
-        return True
+        return 0
     i, *rest = group
-    left = bits(free[i] & ~team.members[i].closed(at))
-    return any(
-        _apart(team, (*rest,), free, (*at[:i], 1 << region, *at[i + 1 :])) for region in left
-    )
+    shut, found = team.members[i].closed(at), None
+    for time, region in free[i]:
+        if time >= most or not most:
+            break
+        if not shut >> region & 1:
+            now = (*at[:i], 1 << region, *at[i + 1 :])
+            then = _apart(team, (*rest,), free, now, most)
+            if then is not None:
+                most = found = max(time, then)
+    return found
 
 
 def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step, ...] | None:
@@ -222,7 +252,7 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
     for step in plan:
         need = now.floor.need(step.g, now.stages)
         places = {i: now.spots(i, need.regions) for i in step.group}
-        alone = need.together and not fits(now.floor, step.group, places)
+        alone = need.together and gathered(now.floor, step.group, places) is None
         able = {*step.group} <= {*now.floor.able(step.g, now.stages)}
         if alone or not able or not all(places.values()):
             return None
@@ -235,9 +265,9 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
 
 
 class Closure(Struct, frozen=True):
-    """All that the team can do. ``never``: the gates that are never resolved; ``stuck``: gates
-    whose own next need can never be fulfilled; ``reach``, ``live``: poses and liveness of each
-    robot once all other gates are resolved."""
+    """All that the team can resolve and reach. ``never``: open obstacles that are never resolved;
+    ``stuck``: those whose own next need can never be fulfilled; ``reach``, ``live``: poses and
+    liveness of each robot once all others are resolved."""
 
     never: tuple[int, ...]
     stuck: tuple[int, ...]

@@ -1,7 +1,7 @@
 """The region map: where regions are, which are walls, how they are numbered and named.
 
 Regions of an R x C map are numbered 0 .. R*C-1 in English reading order from the north-west (paper,
-Section VI): ``id = row * cols + col``. No other module relies on it.
+Section VI): ``id = row * cols + col``. Specifications and masks of poses rely on it.
 """
 
 from __future__ import annotations

@@ -223,7 +223,7 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
     elif e.of in s.robots:
         robot = s.robots[e.of]
         if not robot.own.ordered:
-            yield f"the rounds of {e.of} have no order, and so no bound"
+            yield f"{e.of} may visit its targets in any order: no bound shows that a round is lost"
             return
         done = robot.progress.rounds(robot.own, e.tick) if robot.own.in_turn else 0
         least = min(bound.round(e.of, one) for one in _left(robot, done + 1, e.tick))

@@ -55,10 +55,10 @@ class Question(Struct, eq=False):
 
 
 class Answers:
-    """The answers so far. ``check`` raises if the run must end; ``busy``: the run's thread computes
+    """Results so far. ``check`` raises if the run must end; ``busy``: the run's thread computes
     an answer, which an exception may end. ``background``: whether answers come from threads.
     ``count`` and ``seconds``: the cost of the syntheses. ``examined``: the number of resolved
-    obstacles when a plan was last asked for; ``kept``: the plan without a better one."""
+    obstacles at the last search for a plan; ``kept``: the plan for which it found no better one."""
 
     def __init__(
         self,
@@ -115,8 +115,8 @@ class Answers:
             found = self._ask(key, plain)
             if isinstance(found, Deadlock | Unserved):
                 return found  # impossible with any charge: the proof is quick
-        # Beside a running clock the charges change while their question is open, though the robots
-        # stand. Its plan is followed once: the next one is for the charges of that time.
+        # In a live run the charges change during the search, so they are not part of its key. The
+        # plan is used once: the next search begins with the charges of that time.
         about_charges = () if self.background else (charges_now(floor.team, state), state.time)
         with_charges = *key, "charges", *about_charges
         if (lasting := self._ask(with_charges, charged)) is not None:

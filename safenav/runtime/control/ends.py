@@ -1,8 +1,10 @@
 """The ends of a run: outcome, cause, proof, and the reasons in words, also why a request has no
 helpers; ends from outside, by a request or because the time is up."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import combinations
+from math import inf
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -12,7 +14,16 @@ from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, walls_of
 from safenav.scenario.objective import Word, describe
 from safenav.solve import reasons
-from safenav.solve.solve import Sets, Settlement, Step, around, closure_of, dead_end, fits, time_of
+from safenav.solve.solve import (
+    Sets,
+    Settlement,
+    Step,
+    around,
+    closure_of,
+    dead_end,
+    gathered,
+    time_of,
+)
 from safenav.spec.task import Memory, Task
 from safenav.team import floor as floors
 from safenav.team.apply import done, stands
@@ -280,7 +291,7 @@ class Request:
                 come = [each for each in self.bids().values() if each is not None]
                 return self._absent(left) if left and len(come) >= missing else None
             groups = combinations(near, missing) if self.need.together else [()]
-            room = any(fits(floor, group, near) for group in groups)
+            room = any(gathered(floor, group, near) is not None for group in groups)
             word = self.team.world.word
             return _UNSERVED if room else reasons.crowd_words(floor, near, word)
         earlier = dict.fromkeys(step.g for step in self.found.plan if step.g != g)
@@ -291,6 +302,7 @@ class Request:
         helpers do not help; None if the bids show it."""
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
+        early = sorted(helpers, key=lambda i: bids.get(self.team.members[i].name) or 0)[:-1]
         others: dict[str, list[int]] = {}
         for i in self._skilled():
             ticks, duty = bids.get(self.team.members[i].name), self.found.duties.get(i)
@@ -310,6 +322,8 @@ class Request:
                 why = "could not return from there"
             elif self._whole_bid(i) > max(map(self._whole_bid, helpers), default=0):
                 why = "has a longer way to the later needs"
+            elif self.need.together and self._gathers({*early, i}) > self._gathers(helpers):
+                why = "could reach another region only later"
             else:
                 continue
             others.setdefault(why, []).append(i)
@@ -339,6 +353,14 @@ class Request:
     def _whole_bid(self, i: int) -> float:
         now = Sets(self.floor, tuple(1 << pose for pose in self.poses), self.stages)
         return time_of(self.g, i, now.spots(i, self.need.regions), now, now)
+
+    def _gathers(self, group: Collection[int]) -> float:
+        """Return the time at which a group can act together."""
+        now = Sets(self.floor, tuple(1 << pose for pose in self.poses), self.stages)
+        places = {i: now.spots(i, self.need.regions) for i in group}
+        when = partial(time_of, self.g, now=now, origins=now)
+        found = gathered(self.floor, (*group,), places, when)
+        return inf if found is None else found
 
     def _spots(self, i: int) -> Mask:
         graph, allowed = self.floor.graphs[i], self.floor.allowed(i, self.stages)

@@ -178,7 +178,7 @@ class Roles:
     def _goes_between(self, i: int, targets: tuple[Mask, ...]) -> bool:
         graph, safe = self.floor.graphs[i], self.found.safe[i]
         allowed = self.floor.allowed(i, self.stages) & (-1 if safe is None else safe)
-        # It can leave a closed region in which it is, but not enter it again.
+        # It can leave a closed region, but not enter it again unless a target is there.
         inside = sum(1 << pose for _, _, pose, _ in self.floor.inside[i])
         again = allowed if any(each & inside for each in targets) else allowed & ~inside
         return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, again))

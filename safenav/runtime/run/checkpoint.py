@@ -95,7 +95,7 @@ class Resumption(Struct, frozen=True):
 
 
 def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
-    """Return the last checkpoint of a trace, and the number of lines before it."""
+    """Return the number of lines before the last checkpoint of a trace, and its state."""
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
     if not found:
         none = "it ends before its first checkpoint; run the scenario again, with --trace"
