@@ -23,6 +23,8 @@ from safenav.world.map import Region
 from safenav.world.poses import FAR, Mask, bits
 
 MOST_NODES = 20_000
+MOST_GROUPS, MOST_TIMED = 100, 3
+"""Groups that are compared for one need, and robots of a group for which the time is computed."""
 Rank = tuple[object, ...]
 
 
@@ -162,19 +164,20 @@ def _options(
     def when(i: int, there: Mask) -> float:
         return 0 if origins is None else time_of(g, i, there, now, origins)
 
-    for group in combinations(able, missing):
+    for number, group in enumerate(combinations(able, missing)):
         each = [times[i] for i in group]
-        last = gathered(floor, group, places, when) if need.together else max(each)
-        if last is None:
+        met = gathered(floor, group, places, when) if need.together else 0
+        if met is None:
             continue
         lossless = all(back[i] for i in group) and not commits
         strangers, busy = (sum(i not in helping for i in group), sum(i in elsewhere for i in group))
+        last = max(met, *each)
         yield (
             (False, not lossless, g, busy, strangers, last, sum(each), group),
             Step(g, group, tuple(places[i] for i in group), lossless),
         )
-        if lossless and last == max(each):
-            return  # no other group is better
+        if lossless and (last == max(each) or number >= MOST_GROUPS):
+            return  # no other group is better, or they are too many
     for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
         yield ((True, not lossless, times[i], g, i), Step(g, (i,), (places[i],), lossless))
@@ -207,7 +210,7 @@ def gathered(
 ) -> float | None:
     """Return the time at which a group can stand in its places together: rivals in different
     regions, and no two robots of a zone in it; None if it cannot. ``when``: that at which a robot
-    can be in some poses."""
+    can be in some poses; of large groups, 0."""
     members, free = floor.team.members, {i: floor.graphs[i].regions_of(places[i]) for i in group}
     for i in group:
         crowd = [i]
@@ -215,8 +218,9 @@ def gathered(
             crowd += [j] if members[j].rivals.issuperset(crowd) else []
         if too_many([[*bits(free[j])] for j in crowd]):
             return None  # which the search would take long to find out
+    timed = when if len(group) <= MOST_TIMED else lambda *_: 0
     ranked = {
-        i: sorted((when(i, places[i] & floor.graphs[i].on({r})), r) for r in bits(free[i]))
+        i: sorted((timed(i, places[i] & floor.graphs[i].on({r})), r) for r in bits(free[i]))
         for i in group
     }
     return _apart(floor.team, group, ranked, (0,) * len(members), inf)
@@ -236,7 +240,7 @@ def _apart(
     i, *rest = group
     shut, found = team.members[i].closed(at), None
     for time, region in free[i]:
-        if time >= most or not most:
+        if time >= most:
             break
         if not shut >> region & 1:
             now = (*at[:i], 1 << region, *at[i + 1 :])
