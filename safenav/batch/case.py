@@ -133,7 +133,7 @@ class Result(Struct, frozen=True):
 
 
 class Ledger(Struct):
-    """A listener that keeps the data for expectations. ``orders``: those that are not resolved;
+    """A listener that keeps the data for expectations. ``orders``: orders that are open;
     ``live``: ticks are passes, not times; ``end``: the last line, once the run has ended."""
 
     orders: list[str] = field(default_factory=list)
@@ -151,13 +151,18 @@ class Ledger(Struct):
                 self.orders.append(event.obstacle)
             case records.Resolved():
                 self.resolved.append(event.obstacle)
-                self.orders = [order for order in self.orders if order != event.obstacle]
+                self._over(event.obstacle)
+            case records.Gone():  # for example, an operator has brought it
+                self._over(event.obstacle)
             case records.KnownObstacle():
                 self.blocked.append(event.obstacle)
             case records.Request(helpers=(helper, *_)):
                 self.helpers[event.obstacle] = helper
             case records.End():
                 self.end = event
+
+    def _over(self, obstacle: str) -> None:
+        self.orders = [order for order in self.orders if order != obstacle]
 
     def measured(self, name: str) -> dict[str, Any]:
         """Return the result of a run of a scenario as data."""

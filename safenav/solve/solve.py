@@ -145,10 +145,15 @@ def _options(
     need, then = floor.need(g, stages), replace(now, stages=floor.advanced(g, stages))
     places: dict[int, Mask] = {}
     times: dict[int, float] = {}
+
+    @cache
+    def when(i: int, there: Mask) -> float:
+        return 0 if origins is None else time_of(g, i, there, now, origins)
+
     for i in floor.able(g, stages):
         if there := now.spots(i, need.regions):
             places[i] = there
-            times[i] = 0 if origins is None else time_of(g, i, there, now, origins)
+            times[i] = when(i, there)
     helps = dict(floor.helping)
     helping = helps.get(g, ())
     others = (o for o in floor.open(stages) if o != g and _attainable(o, helps.get(o, ()), now))
@@ -159,18 +164,13 @@ def _options(
         places, key=lambda i: (not back[i], i in elsewhere, i not in helping, times[i], i)
     )
     commits, missing = floor.commits(g, stages), max(1, floor.missing(g, stages))
-
-    @cache
-    def when(i: int, there: Mask) -> float:
-        return 0 if origins is None else time_of(g, i, there, now, origins)
-
     for number, group in enumerate(combinations(able, missing)):
         each = [times[i] for i in group]
         met = gathered(floor, group, places, when) if need.together else 0
         if met is None:
             continue
         lossless = all(back[i] for i in group) and not commits
-        strangers, busy = (sum(i not in helping for i in group), sum(i in elsewhere for i in group))
+        strangers, busy = sum(i not in helping for i in group), sum(i in elsewhere for i in group)
         last = max(met, *each)
         yield (
             (False, not lossless, g, busy, strangers, last, sum(each), group),

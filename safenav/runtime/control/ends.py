@@ -272,7 +272,7 @@ class Request:
         show it."""
         floor, g = self.floor, self.g
         missing = floor.missing(g, self.stages)
-        able = [*floor.able(g, self.stages)]
+        able = floor.able(g, self.stages)
         absent = (i for i in self._skilled() if not self.state.robots[i].active)
         out = [i for i in absent if i not in able]
         if len(able) + len(out) < missing:  # else it would be given up
