@@ -120,8 +120,8 @@ _LIMITS = (
 )
 _CHECK = (
     "<h2>Check it yourself</h2><p>This page is outside the proof: no checker reads it. Run "
-    "<code>python3 -I -S check.py .</code> in this folder. check.py, which shares no code with the "
-    "program that made this run, establishes the claims and prints them. "
+    "<code>python3 -I -S check.py .</code> in this folder. check.py, which shares only its JSON "
+    "reader with the program that made this run, establishes the claims and prints them. "
     "<code>safenav replay trace.jsonl</code> shows the map, the robots and each event.</p>"
 )
 _STYLE = Path(__file__).with_name("page.css")

@@ -52,7 +52,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
         ends = [] if one.goes is None else [one.goes]
         due = listed[:1] if e.kind == "appeared" else ends
         if not due or due[0] > now:
-            yield f"the scenario does not let {one.name} be {e.kind} at {now:g}"
+            yield f"{one.name} has {e.kind} at {now:g}, which the scenario does not list"
 
 
 @rule("objective", "service", "inputs")

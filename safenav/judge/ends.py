@@ -90,8 +90,8 @@ def goal(e: Line, s: State) -> Iterator[str]:
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
-    can meet it. An obstacle is excused once it need not be resolved, a round if the robot pursued
-    something else in it or in the previous round."""
+    can meet it. An obstacle's is excused once it need not be resolved, a round's if the robot
+    pursued something else in it or in the previous round."""
     due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
@@ -138,7 +138,7 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as required since the last
-    resolution, and each robot with a last target is there. A live run states the rounds of a stay
+    resolution. Robots with a last target are there. A live run states the rounds of a stay
     at a last target. A completed run states no cause of failure. A run ends at a limit exactly when
     it reaches the limit."""
     wanted = s.scenario.until.rounds
@@ -189,7 +189,7 @@ def end(e: Line, s: State) -> Iterator[str]:
             yield "no robot is unrealizable, and nothing is refused"
         elif failed:
             names = ", ".join(failed)
-            yield NotJudged(f"whether {names} is unrealizable (a bundle proves it)")
+            yield NotJudged(f"unrealizability of {names} (a bundle proves it)")
 
 
 @rule("assumption", "outcome", "waiting")

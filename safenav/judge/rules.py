@@ -238,8 +238,8 @@ def is_empty(robot: Robot, s: State, now: float) -> bool:
 
 @rule("act", "acted", "part", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
-    """Unless the world is the user's, an obstacle is resolved by robots in service, in a live run
-    by those that act and are not in transit. No action fails in a simulated world."""
+    """Unless the world is the user's, robots in service resolve obstacles. In a live run they act
+    and are not in transit. No action fails in a simulated world."""
     robot = s.robots[e.robot]
     if e.kind == "act":
         for name in e.robots:
@@ -265,8 +265,8 @@ def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
 
 @rule("move", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world in lockstep, a robot in service in the regions of a need does its part
-    in each turn, unless the need takes a load. A need with `together` waits for enough robots."""
+    """In a simulated lockstep world, a robot in service in a need's regions does its part in each
+    turn, unless this takes a load. A need with `together` waits for enough robots."""
     names = s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None)
     for one in s.obstacles.values() if not (s.live or s.external) else ():
         for name in names if one.open and one.rest.left and not one.rest.takes() else ():
@@ -285,7 +285,7 @@ def encounter(e: Line, s: State) -> Iterator[str]:
     one = s.obstacles[e.obstacle]
     if e.kind != "violation":
         if not (one.open and one.known):
-            yield f"{one.name} is requested, but the team does not know it"
+            yield f"{one.name} is requested, but is not a known open obstacle"
         return
     here, _ = s.robots[e.robot].pose
     near = one.region == here or s.world.side(here, one.region) or one.type == f"lost_{e.robot}"

@@ -120,7 +120,7 @@ class TypeKeys(Item, frozen=True):
         why="list the actions that resolve it",
     )
     blocks: tuple[Scalar, ...] | None = key(
-        "Layers, models and robots that it stops, whatever they can do. Default: all."
+        "Layers, models and robots that it stops, whatever their capabilities. Default: all."
     )
     has_truth: bool = key(
         "Whether resolving it reveals if the region is traversable.", default=False

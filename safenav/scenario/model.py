@@ -365,7 +365,7 @@ class Need(Part, frozen=True):
     """
 
     one: ClassVar = "need {name} {rest}"
-    action: Action = key("The capability that resolves it.", "for example 'action: push'")
+    action: Action = key("The capability that fulfils it.", "for example 'action: push'")
     robots: Positive = key("Number of distinct robots that perform it.", most=100, default=1)
     at: Where = ResolveAt.SELF
     together: bool = key("Whether all perform it in the same tick.", default=False)
@@ -469,7 +469,7 @@ class Obstacle(Struct, frozen=True):
         return self.blocks(robot) and not self.resolved_by_entering(robot, need)
 
     def shuts_in(self, robot: Robot) -> bool:
-        """Return whether this robot starts in the region of an obstacle that is closed to it and
+        """Return whether a robot starts in the region of this obstacle, which is closed to it and
         present from the beginning. One that appears later waits until no robot is there."""
         here = self.appears is None and self.region == robot.start.region
         return here and self.closed_to(robot)

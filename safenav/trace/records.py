@@ -187,7 +187,7 @@ class Late(Note, frozen=True, tag="late"):
 
 
 class Reopened(Record, frozen=True, tag="reopened"):
-    """An obstacle that was given up (``blocked``) is pending again."""
+    """An obstacle that was given up (``blocked``) is open again."""
 
     obstacle: str
 

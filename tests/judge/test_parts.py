@@ -1,5 +1,5 @@
 """Parts of the judge: what it refuses to read; formulas and line of sight agree with the reference;
-it shares no code with what it judges, and documents its rules."""
+it shares only strict_json with what it judges, and documents its rules."""
 
 import ast
 import random

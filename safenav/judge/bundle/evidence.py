@@ -16,13 +16,13 @@ from safenav.judge.world import closure
 from safenav.strict_json import read_json
 
 Order = tuple[str, int, str, int]
-"""``first, i, then, j``: ``then`` departs for its place ``j`` when ``first`` is at its place
+"""``first, i, then, j``: ``then`` departs for its waypoint ``j`` when ``first`` is at its waypoint
 ``i``."""
 
 
 @dataclass
 class Plan:
-    """A plan in force. ``at``: the number of each robot's place."""
+    """A plan in force. ``at``: the number of each robot's waypoint."""
 
     ways: Mapping[str, tuple[Pose, ...]]
     orders: tuple[Order, ...]
@@ -32,13 +32,13 @@ class Plan:
         """Refuse unless a robot's next step leads to the pose, and its orders allow it."""
         require(robot in self.ways, f"{robot} moves by a plan that it is not in")
         index, way = self.at[robot] + 1, self.ways[robot]
-        require(index < len(way), f"{robot} has no more places in its plan")
-        require(way[index] == after, f"{robot} goes to {after}, but its plan to {way[index]}")
+        require(index < len(way), f"{robot} has no further waypoint in its plan")
+        require(way[index] == after, f"{robot} goes to {after}, not to {way[index]} as planned")
         for first, i, then, j in self.orders:
             if (then, j) == (robot, index):
-                to = s.robots[first].bound  # after its last place a strategy may drive it
+                to = s.robots[first].bound  # after its plan a strategy may drive it
                 there = self.at[first] - (to == self.ways[first][self.at[first]][0])
-                require(there >= i, f"{robot} does not wait until {first} is at its place {i}")
+                require(there >= i, f"{robot} does not wait until {first} is at its waypoint {i}")
         self.at[robot] = index
 
 
@@ -57,7 +57,7 @@ def plan_of(e: Line, s: State) -> Plan:
     for first, i, then, j in e.orders:
         for robot, k in ((first, i), (then, j)):
             exists = k < len(e.robots.get(robot, ()))
-            require(exists, f"an order names place {k} of {robot}, which does not exist")
+            require(exists, f"an order names waypoint {k} of {robot}, which does not exist")
         require(j > at[then], f"an order delays a step that {then} has begun")
     plan = Plan(e.robots, e.orders, at)
     for problem in _meetings(plan, s):

@@ -372,7 +372,7 @@ class Others:
         if isinstance(known, int):
             return known
         belief, listed = frozenset(known), (self.line.beliefs or {}).get(name, ())
-        require(belief in listed, f"no input says that {name} may be in the cells {sorted(belief)}")
+        require(belief in listed, f"no input value represents {name} in the cells {sorted(belief)}")
         return self.world.size + int(listed.index(belief))
 
     def whereabouts(self, name: str, value: int) -> frozenset[int]:

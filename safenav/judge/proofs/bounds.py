@@ -244,7 +244,7 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
         if robot is not None and robot.own.ordered:
             most = robot.within if name == of else None if s.flat_type else robot.charge
         if most is None:
-            yield f"{of} is refused without a deadline, or a charge for targets in turn"
+            yield f"{of} is refused, but no deadline or charge limits it"
             continue
         if robot is None:
             least = mission(Bound(s, 0), 0)

@@ -116,7 +116,7 @@ class World(Protocol):
         ``robot`` is about to enter."""
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
-        """Send the robot to ``pose``, in its own region or a neighbouring one."""
+        """Send the robot to ``pose``, in a neighbouring region."""
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
         """Let the robot act in its region: on ``obstacles``, which the team knows, and on other
@@ -139,8 +139,8 @@ class BlockingWorld(Protocol):
         """Return the unresolved obstacle in a region that ``robot`` is about to enter, if any."""
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
-        """Bring the robot to ``pose``, in its own region or a neighbouring one. Return the pose
-        that it has reached, or None if that is the commanded one."""
+        """Bring the robot to ``pose``, in a neighbouring region. Return the pose that it has
+        reached, or None if that is the commanded one."""
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
         """Let the robot act in its region, at its start and after each ``move``. Return the
