@@ -23,7 +23,7 @@ EXAMPLES = """\
   safenav batch suite --out before --resume
 \b
 A PATH is a scenario, a folder (without its folders 'invalid' and 'unrealizable'),
-a quoted pattern, or a matrix file (docs/batch.md). '-': standard output.
+a quoted pattern, a matrix file (docs/batch.md), or - (standard input).
 After an interruption, --resume with the same --out continues.
 """
 PASSED = "all as expected (without 'expect': completed in time, no order open)"
@@ -43,7 +43,7 @@ def batch(
         Path | None,
         options.FOLDER,
         "-o --output --out",
-        "Write results.jsonl, and trace and replay of failures.",
+        "Write results.jsonl, and the trace of each failure.",
     ],
     resume: Annotated[bool, "Run only cases without a result in --out."],
     dask: Annotated[str | None, "--dask ADDRESS", "Run on this Dask cluster."],

@@ -29,7 +29,7 @@ EXAMPLES = """\
 With the extra 'motion':
   safenav export lab.jsonl --motion lab.motion.jsonl
   safenav check lab.jsonl lab.motion.jsonl
-Of several files, the exit code is the largest.
+The exit code of several files is the largest.
 """
 GOOD = "valid and realizable; no rule broken; accepted; each requirement satisfied"
 BAD = """unrealizable (--strict: or a warning); a rule broken, or an outcome missing;

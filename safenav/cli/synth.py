@@ -206,7 +206,7 @@ def _proven(file: Path, spec: Specification) -> SynthesisResult:
         return found
     limit = (found.detail.splitlines() or [found.verdict.value.replace("_", " ")])[0]
     whose = "the environment's" if negative else "its"
-    hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks what it prints"
+    hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks its output"
     problem = f"{verdict.value}, but {whose} explicit strategy is too large ({limit})"
     error = errors.ResourceLimitError(f"{file}: {problem}\n    {hint}")
     if negative:

@@ -93,7 +93,7 @@ class Guard(Struct, frozen=True):
             "unknown" if headers.get("Transfer-Encoding") else headers.get("Content-Length", "0")
         )
         if not re.fullmatch("[0-9]{1,18}", length) or int(length) > LARGEST:
-            return 413, f"that is too large: at most {LARGEST // 1_000_000} MB"
+            return 413, f"the request has no length or is larger than {LARGEST // 1_000_000} MB"
         return None
 
 

@@ -81,7 +81,7 @@ def test_every_claim_about_a_specification_is_true(seed: int, tmp_path: Path) ->
         assert not games.realizable(dataclasses.replace(more, sys_liveness=(Constant(False),)))
 
 
-VACUOUS = "the system may win by breaking its own assumptions: "
+VACUOUS = "the system may win by making assumptions fail: "
 DEAD_END = "a state can occur in which the assumptions allow no move"
 UNFAIR = "a state can occur from which these assumptions cannot all be met"
 NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"

@@ -112,7 +112,7 @@ def _moments(moments: Sequence[Values], strategy: Strategy) -> Iterator[str]:
 def vacuity_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
     """Yield a warning of a vacuous win of a system; the first line is the warning itself.
     ``file``: its specification's file."""
-    yield f"the system may win by breaking its own assumptions: {vacuity.cause.value}"
+    yield f"the system may win by making assumptions fail: {vacuity.cause.value}"
     if vacuity.cause in (Cause.UNFAIR, Cause.NO_BEGINNING):
         failing = [c for c in strategy.specification.constraints if c.origin in vacuity.origins]
         yield from (f"  assumption: {line_words(c, file)}" for c in failing[:_SHOWN])

@@ -321,7 +321,7 @@ class Request:
             elif not self._returns(i):
                 why = "could not return from there"
             elif self._whole_bid(i) > max(map(self._whole_bid, helpers), default=0):
-                why = "has a longer way to the later needs"
+                why = "has a longer path to the later needs"
             elif self.need.together and self._gathers({*early, i}) > self._gathers(helpers):
                 why = "could reach another region only later"
             else:

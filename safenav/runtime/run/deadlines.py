@@ -296,5 +296,5 @@ def _least(member: Member, pose: int) -> int | None:
 
 def _words(count: int, within: int, least: int | None) -> str:
     what = {1: "its target", 2: "both targets"}.get(count, f"all {count} targets")
-    text = f"no walk meets {what} every {within} tick{'s' * (within > 1)}"
+    text = f"no path meets {what} every {within} tick{'s' * (within > 1)}"
     return text if least is None else f"{text}: the fastest round takes {least}"

@@ -57,7 +57,7 @@ class Sequence(Struct, frozen=True):
 
 
 class Mapping(Struct, frozen=True):
-    """A mapping with distinct keys of text. ``cut``: it had other entries, which were reported."""
+    """A mapping with distinct keys of text. ``cut``: whether others were dropped and reported."""
 
     place: Place
     entries: tuple[tuple[Scalar, Node], ...]
@@ -139,7 +139,7 @@ def read_document(text: str) -> Document:
     if (alike := _ALIKE.search(text)) is not None:
         line, column = text.count("\n", 0, alike.start(1)) + 1, len(alike[0])
         name = f"not a space or a hyphen, but the character U+{ord(alike[1]):04X}"
-        hint = "write plain spaces and '-': editors for letters and web pages replace them"
+        hint = "write plain spaces and '-': word processors and web pages replace them"
         raise DocumentError(Place(line, column), name, hint)
     try:
         return _build(yaml.parse(text, Loader=_LOADER))
