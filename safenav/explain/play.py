@@ -253,7 +253,7 @@ def _lasting(replies: Mapping[int, Sequence[int]]) -> dict[int, float]:
     return {node: lasting[node] if not left[node] else float("inf") for node in replies}
 
 
-# Wins of a system that come from breaking its own assumptions.
+# Wins of a system that makes assumptions fail.
 #
 # A strategy may force the environment into a state with no move left, or one where it cannot meet
 # a fairness assumption. From there on no guarantee binds the system: it has won, and may do nothing

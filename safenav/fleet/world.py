@@ -106,7 +106,7 @@ class FleetWorld:
         self.goals.send(body, task, task.to)
 
     def _peered(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """End a step without departure: the robot had no scan of its next region in time."""
+        """End a step without departure: no scan showed its next region free in time."""
         pose, region = self.goals.pose_now(body), task.to.region
         if pose is None:
             self.goals.lose(body, task)

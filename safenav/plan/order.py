@@ -1,9 +1,9 @@
-"""A plan as the path of each robot and the conditions of each step: delays cannot break it.
+"""A plan as the path of each robot and the conditions of each step.
 
-A step into a region waits until the rivals that were there before have arrived elsewhere (an action
-dependency graph: Hoenig et al., RA-L 2019); a step that counts a goal waits for the resolutions
-that would otherwise reset the count. So every execution, for any durations, is a prefix of an order
-of the plan.
+A step into a region waits until the rivals that were there before have arrived elsewhere. A step
+that counts a goal waits for the resolutions that would otherwise reset the count. So every
+execution, for any durations, is a prefix of an order of the plan. This is an action dependency
+graph (Hoenig et al., RA-L 2019).
 """
 
 from collections import defaultdict

@@ -262,7 +262,7 @@ class Search:
 
     def fields(self, joint: Joint, *, rest: bool = False) -> list[Field]:
         """Return the distances of each robot to its current goal; None without a goal that it can
-        reach. ``rest``: while there are duties, robots without one have no goal."""
+        reach. ``rest``: whether robots without a duty have no goal while there are duties."""
         guided, found = self._duties(joint), list[Field]([None] * len(joint.poses))
         if rest and any(guided):
             guided = [mine or 0 for mine in guided]

@@ -194,7 +194,7 @@ def _bounds(
 
 
 def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
-    """Return the minimum of values[first..last] for each pair; +inf for none."""
+    """Return the minimum of values[first..last] for each pair; +inf for an empty range."""
     least: Array = _folded(values[None], np.minimum, first, last)[0]
     return np.where(last >= first, least, np.inf)
 

@@ -88,8 +88,8 @@ def participants(
 def consequences(
     team: Team, before: State, event: now.Elsewhere | now.Failed | now.Lost
 ) -> Iterator[now.Event]:
-    """Yield the events that follow from a step that did not end as commanded. A robot in a region
-    where another one may be needs an operator. ``before``: the state before the event."""
+    """Yield the events that follow from a step that did not end as commanded. If another robot
+    may be in its region, the robot needs an operator. ``before``: the state before the event."""
     i, robot = event.robot, team.members[event.robot].robot
     here, target = (pose % team.size for pose in (before.robots[i].pose, before.robots[i].next))
     policy, tried = team.scenario.failures, (*before.robots[i].failed, target)

@@ -281,8 +281,8 @@ class Stayed(Event, frozen=True):
 
 
 class Flat(Event, frozen=True):
-    """The charge of a robot is used up; ``obstacle``: its empty battery, if the scenario has
-    that."""
+    """The end of a robot's charge. ``obstacle``: its empty battery, if the scenario has
+    ``flat``."""
 
     robot: int
     obstacle: int | None

@@ -173,7 +173,7 @@ class Edges:
 
 
 class NoMeasureError(ValueError):
-    """The absence of a measure: a ``cycle`` of nodes misses the goal and meets every excuse."""
+    """The absence of a progress measure: ``cycle`` meets all assumptions and misses the goal."""
 
     def __init__(self, cycle: tuple[int, ...]) -> None:
         super().__init__(f"node {cycle[0]} lies on a cycle that starves the goal")
@@ -190,7 +190,7 @@ def measure(
     met: Sequence[int],
     excuses: Sequence[Sequence[int]],
 ) -> Measure:
-    """Return the measure of a goal.
+    """Return the progress measure of a goal.
 
     ``size``: number of nodes. ``edges``: the node before each edge, and the node after it. ``met``,
     and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each edge, whether that

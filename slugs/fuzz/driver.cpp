@@ -3,9 +3,8 @@
 //
 //   fuzz_NAME [--runs N] [--seconds S] [--seed N] [FILE...]
 //
-// Files are added to the built-in seeds.  A finding is whatever the sanitizers
-// or the target abort on; the text of the current run is then in
-// fuzz-finding.txt.
+// Files are added to the built-in seeds.  A finding is a text on which the
+// sanitizers or the target abort; fuzz-finding.txt then contains it.
 
 #include <chrono>
 #include <csignal>

@@ -322,8 +322,8 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
 
 
 def _lost_problems(e: Line, case: Case) -> Iterator[str]:
-    """Yield why no robot has lost its objective forever: alone, and without any obstacle that may
-    yet be resolved, each can continue."""
+    """Yield a problem unless a stated robot has lost its objective forever: it cannot continue even
+    alone, without the obstacles that may yet be resolved."""
     s = case.state
     stated = e.unrealizable or {}
     if not all(_continues(s.robots[n], case, s.failed.get((n, stated[n]))) for n in stated):

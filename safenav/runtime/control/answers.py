@@ -115,7 +115,7 @@ class Answers:
             found = self._ask(key, plain)
             if isinstance(found, Deadlock | Unserved):
                 return found  # impossible with any charge: the proof is quick
-        # In a live run the charges change during the search, so they are not part of its key. The
+        # In a world with its own clock charges change during the search, so its key omits them. The
         # plan is used once: the next search begins with the charges of that time.
         about_charges = () if self.background else (charges_now(floor.team, state), state.time)
         with_charges = *key, "charges", *about_charges
@@ -181,7 +181,7 @@ class Answers:
             return cast("Answer", self._recent[key])
         question = self._questions.get(key)
         if question is None:
-            from concurrent.futures import ThreadPoolExecutor  # only runs with a clock need it
+            from concurrent.futures import ThreadPoolExecutor  # only worlds with a clock
 
             self._pool = self._pool or ThreadPoolExecutor(2)
             self._questions[key] = question = Question()

@@ -131,7 +131,7 @@ class World:
             yield from self._changed(run, change)
         if isinstance(commands, Commands):
             yield from self._reported(run, commands)
-        # Live: arrivals first, in one instant; then actions as they began; a turn may end the pass.
+        # Live: all arrivals, then actions in the order of their start. A turn may end the pass.
         each = enumerate(run.state.robots)
         ranks = [
             (r.idle, r.to is None, *([0, r.command] if r.acting == i else [1])) for i, r in each

@@ -215,7 +215,7 @@ class Part(Struct, metaclass=_TakesKeys, frozen=True):
 class Item(Part, frozen=True, kw_only=True):
     """A part that is also read if it has errors: a field is None if its key is missing without a
     default, or was reported. ``node``: the mapping; ``of``: the words that follow its keys in
-    messages; ``flawed``: an error in it was reported."""
+    messages; ``flawed``: whether an error in it was reported."""
 
     node: document.Mapping
     of: str

@@ -276,7 +276,7 @@ private:
   GoalProgress &progress_;
   char &converged_;           // whether Y has converged to a set other than Z
   const GoalProgress before_; // rounds of the previous iteration
-  const bool all_bounded_;    // by its last round
+  const bool all_bounded_;    // whether the last round of before_ bounds all later rounds
   const Bdd moves_;
   Bdd open_; // moves of the environment that the system cannot answer by approaching the goal
   Bdd met_;  // moves that it can answer by meeting the goal; only if no strategy is requested

@@ -30,7 +30,7 @@ public:
   void add(const Bdd &last);
   // Remove all goals, after Z has changed.
   void clear() { goals_.clear(); }
-  // Return whether none of the last moves of some goal is in `open`; also false if
+  // Return whether some goal has no last move in `open`; also false if
   // checking takes a larger share of the work than it can save.
   bool covered(const Bdd &open);
 

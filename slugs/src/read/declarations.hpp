@@ -64,7 +64,7 @@ public:
 
 private:
   struct Entry {
-    std::uint64_t key; // 0 in an empty place
+    std::uint64_t key; // 0 in an empty slot
     Symbol symbol;
   };
   std::size_t slot_of(std::string_view name, std::uint64_t key) const;

@@ -110,7 +110,7 @@ struct ForeignWord {
   enum Kind { Operator, Constant, Any };
   const char *text;
   Kind kind;
-  Token meaning; // how to read on; for a unary temporal operator Unknown: skip it
+  Token meaning; // to continue with; Unknown: skip a unary temporal operator
   bool temporal;
   const char *hint;
 

@@ -78,7 +78,7 @@ public:
 private:
   Value logical(Token op, const Value &left, const Value &right) const;
   Value arithmetic(Token op, Value left, const Value &right) const;
-  bool is_integer(const Value &value) const; // reports a Boolean
+  bool is_integer(const Value &value) const; // reports an error for a Boolean
   FormulaId comparison(Token op, const IntegerValue &left, const IntegerValue &right) const;
   void warn_if_constant(Token op, const Value &left, const Value &right, const Lexeme &lexeme) const;
 
