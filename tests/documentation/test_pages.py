@@ -113,7 +113,7 @@ def read(language: str, text: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_the_commands_of_a_page_print_what_it_shows(
+def test_the_commands_of_a_page_print_the_shown_output(
     page: Path, tmp_path: Path, environment: dict[str, str]
 ) -> None:
     folder = tmp_path / "empty"

@@ -138,7 +138,7 @@ def test_the_measured_peak_of_memory_is_that_of_the_program_alone(sandbox: Path)
     assert large.megabytes > MOST_MB and large.flaws == (f"{large.megabytes:.0f} MB",)
 
 
-def test_the_harness_notices_what_an_attacked_program_writes_and_prints(sandbox: Path) -> None:
+def test_the_harness_notices_files_and_output_of_an_attacked_program(sandbox: Path) -> None:
     program = "open('x', 'w'); open('../y', 'w'); print('\\x1b[0m'); raise SystemExit(9)"
     flaws = attack([sys.executable, "-c", program], sandbox).flaws
     assert [flaw.split(":")[0] for flaw in flaws] == [

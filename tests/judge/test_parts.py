@@ -63,7 +63,7 @@ def test_formulas_read_and_update_their_memory() -> None:
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_both_lines_of_sight_see_the_same_on_random_maps(seed: int) -> None:
+def test_visibility_agrees_with_the_reference_on_random_maps(seed: int) -> None:
     """The judge's own, and the one that specifications are written from."""
     rng = random.Random(seed)
     rows, cols = rng.randint(1, 7), rng.randint(2, 7)
@@ -81,7 +81,7 @@ def test_both_lines_of_sight_see_the_same_on_random_maps(seed: int) -> None:
 
 
 @pytest.mark.parametrize(("who", "name", "words", "edits"), CASES)
-def test_the_judge_also_refuses_what_the_reader_refuses(
+def test_the_judge_also_refuses_traces_that_readers_refuse(
     who: str, name: str, words: str, edits: list[Edit]
 ) -> None:
     """Its copy in a bundle has no other reader; the values that it does not read may be wrong."""

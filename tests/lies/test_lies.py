@@ -96,7 +96,7 @@ limits: {{ticks: 40}}
 """
 
 
-def test_strategies_that_take_each_other_for_walls_are_refused() -> None:
+def test_strategies_that_treat_each_other_as_walls_are_refused() -> None:
     """Each of two robots in one lab has a strategy for a lab in which the other stands still."""
     one, other = (
         files_of(bundle_at(f"alone_{about[0]}", ALONE.format(*about)))

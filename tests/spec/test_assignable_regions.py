@@ -75,7 +75,7 @@ def test_no_region_before_an_irreversible_step_is_assignable_after_it() -> None:
     assert [sent_to(found, Pose(here)) for here in (9, 10)] == [{8, 9, 10, 11, 12}, {10, 11, 12}]
 
 
-def test_with_headings_a_corridor_is_one_way() -> None:
+def test_with_headings_a_corridor_is_irreversible() -> None:
     """Its goal is either end: regions up to the end that it faces are assignable."""
     found = sent(Pose(11, WEST), Visit((frozenset({8, 11}),)))
     ways = [sent_to(found, Pose(region, WEST)) for region in (8, 9, 10, 11)]
