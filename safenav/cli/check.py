@@ -211,7 +211,7 @@ def trace_lines(found: CheckedTrace) -> Iterator[str]:
     if not found.complete:
         yield "The trace ends before its outcome; checked as far as it goes."
     if found.outcome in EARLY:
-        yield f"Not judged: why the run ended early ({found.outcome})."
+        yield f"Not judged: the reason of the early end ({found.outcome})."
     if not found.findings:
         yield f"{found.source}: no rule broken (outcome {found.outcome or 'unknown'})."
     if found.strays or found.hands:

@@ -63,7 +63,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
         if unknown := e.values.keys() - s.inputs.keys():
-            yield f"there is no input {', '.join(sorted(unknown))}"
+            yield f"not inputs of the scenario: {', '.join(sorted(unknown))}"
         for each in s.scenario.inputs:
             told = e.values.get(each.name) not in (None, _is_on(each, s.now(e)))
             if told and each.name not in (e.user or ()) and not s.external:

@@ -123,9 +123,9 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
     mission is completed."""
     late, missed = {*(e.late or ())}, s.missed | s.overdue(e.tick)
     if forgotten := (missed if e.outcome == "completed" else s.missed) - late:
-        yield f"the deadline of {', '.join(sorted(forgotten))} was missed, which is not listed"
+        yield f"missed, but not listed: {', '.join(sorted(forgotten))}"
     if more := late - missed:
-        yield f"no deadline of {', '.join(sorted(more))} was missed"
+        yield f"listed as missed, but was not: {', '.join(sorted(more))}"
     stops = not s.live and s.scenario.late == "stop"
     if s.promised is not None and (e.outcome != "completed" or s.promised != e.tick):
         yield f"the mission was not completed in tick {s.promised}"

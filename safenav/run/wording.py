@@ -54,7 +54,7 @@ _OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
 class Wording(Struct, frozen=True):
     """The wording of a run. ``place``: the name of the place of an event on the map; ``skills``:
     the capabilities of each robot; ``actions``: the action of each need of an obstacle; ``live``:
-    the scenario counts seconds."""
+    whether the scenario counts seconds."""
 
     map: RegionMap
     place: Callable[[RegionMap, Region], str] = RegionMap.place
@@ -109,9 +109,9 @@ class Wording(Struct, frozen=True):
                 why = f" ({line.reason})" if line.reason else ""
                 return f"{where}, its step has ended: {line.result.value}{why}"
             case records.Act():
-                names = " and ".join(map(self.obstacle, line.obstacles))
+                names = " and ".join(map(self.obstacle, line.obstacles)) or "an unknown obstacle"
                 verb = "act" if len(line.robots) > 1 else "acts"
-                return f"{self._all(frozenset(line.robots))} {verb} on {names or 'what is there'}"
+                return f"{self._all(frozenset(line.robots))} {verb} on {names}"
             case records.ActionEnd():
                 ends = [f"{self.obstacle(name)}: {done}" for name, done in line.results.items()]
                 if line.reason and line.reason not in map(str, line.results.values()):

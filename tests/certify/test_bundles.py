@@ -146,7 +146,7 @@ def test_a_file_that_no_claim_needs_is_refused(name: str, tmp_path: Path) -> Non
         zipped(files_of(shipped("hello")) | {name: b"{}"}, tmp_path / "bundle.zip")
     )
     assert verdict.verdict == "refused"
-    assert f"{name} is not a file of this bundle" in verdict.reason
+    assert f"no line of this bundle names {name}" in verdict.reason
 
 
 CHEATS = (
@@ -161,8 +161,8 @@ ALTERED: dict[str, tuple[bytes | None, str]] = {
     "trace.jsonl": (b"{}", "trace.jsonl is not the file that the manifest names"),
     "index.html": (b"<p>", "index.html is not the file that the manifest names"),
     "source/hello.yaml": (b"", "source/hello.yaml is not the file that the manifest names"),
-    "extra": (b"x", "extra is either missing or not in the manifest"),
-    os.fsdecode(b"\xff"): (b"", "\\udcff is either missing or not in the manifest"),
+    "extra": (b"x", "missing, or not in the manifest: extra"),
+    os.fsdecode(b"\xff"): (b"", "missing, or not in the manifest: \\udcff"),
     "judge/bundle/strategies.py": (None, DAMAGED),
     "judge/state.py": (b"def", DAMAGED),
     **dict.fromkeys(CHEATS, (b"print('accepted')\nraise SystemExit(0)\n", "")),

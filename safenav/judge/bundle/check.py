@@ -102,7 +102,7 @@ def open_bundle(place: Path) -> dict[str, Any]:
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", VERSION)
     require(known, f"not a bundle of version {VERSION}; an older one has its own check.py")
     different = sorted({*files} ^ {*manifest["files"]})
-    require(not different, f"{', '.join(different)} is either missing or not in the manifest")
+    require(not different, f"missing, or not in the manifest: {', '.join(different)}")
     for path, file in files.items():
         data = file.read_bytes()
         facts = {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
@@ -123,7 +123,7 @@ def examine(files: dict[str, Any], run: Evidence) -> None:
         if not (note.line in run.proven and note.rule in ("end", "negative")):
             raise TooLargeError(f"trace.jsonl, line {note.line}: {note.explanation}")
     loose = sorted(f for f in files if not (f in run.named or KNOWN.fullmatch(f)))
-    require(not loose, f"{', '.join(loose)} is not a file of this bundle: no line names it")
+    require(not loose, f"no line of this bundle names {', '.join(loose)}")
     run.finish(found.strays, found.hands)
 
 

@@ -63,7 +63,7 @@ class Strategy:
         for name, column in self.columns.items():
             require(max(column, default=0) <= most[name], f"a value of {name} is out of its range")
         if missing := {*names} - {*self.columns}:
-            raise RefusedError(f"the strategy has no input {', '.join(sorted(missing))}")
+            raise RefusedError(f"inputs missing in the strategy: {', '.join(sorted(missing))}")
         self.inputs = self.rows(names)
         self.next = [[*given["trans"]] for given in nodes]
         if (size := sum(map(len, self.next))) > MOST_EDGES:
@@ -153,7 +153,7 @@ class Task:
         for name, value in fixed.items():  # a variable of one value has no bits
             graph.columns.setdefault(name, [value] * graph.count)
         missing = {*known, *names} - {*graph.columns}
-        require(not missing, f"the strategy has no variable {', '.join(sorted(missing))}")
+        require(not missing, f"variables missing in the strategy: {', '.join(sorted(missing))}")
         rows = graph.rows(known)
         self.poses = [(row[0], HEADINGS[row[1]] if self.faces else None) for row in rows]
         self.of_pose: dict[Pose, set[int]] = {}  # the nodes that runs reach, by their pose

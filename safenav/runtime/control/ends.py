@@ -121,7 +121,7 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
     robot, word = team.members[i].robot, team.world.word
     objective = robot.objective
     if objective.formulas is not None:
-        return f"{robot.name} cannot meet its formulas with what it can reach"
+        return f"{robot.name} cannot meet its formulas in the regions that it can reach"
     if chosen:  # from its current pose it still can
         return f"{robot.name} could no longer {describe(objective, word)} after that"
     here = state.robots[i].pose % team.size
