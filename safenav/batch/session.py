@@ -107,8 +107,8 @@ Progress = Callable[["Report", "Result | None"], None]
 
 class Report(Struct):
     """The results of a batch. ``results``: results by name, in the order of arrival; ``resumed``:
-    number of results of earlier calls. ``interrupted``: it was stopped; ``running``: the cases that
-    run, as far as known, with their seconds so far."""
+    number of results of earlier calls. ``interrupted``: whether it was stopped; ``running``: the
+    cases that run, as far as known, with their seconds so far."""
 
     cases: tuple[Case, ...]
     results: dict[str, Result]

@@ -62,11 +62,11 @@ class Phase(Enum):
 
 class FleetTask(Struct):
     """A command under way. ``sent``, ``due``: the time when its goal was last sent, and the time
-    limit of its present phase, on the world's clock; ``back``: it failed, and the robot was sent
-    back to its departure region, first at time ``since``; ``there``: odometry has confirmed the
-    arrival, at time ``since``; ``over``: the results of an action and the reason of a failure,
-    reported once odometry has the robot back in its region; ``known``: the obstacle known at the
-    destination."""
+    limit of its present phase, on the world's clock; ``back``: whether it failed, and the robot was
+    sent back to its departure region, first at time ``since``; ``there``: whether odometry has
+    confirmed the arrival, at time ``since``; ``over``: the results of an action and the reason of a
+    failure, reported once odometry has the robot back in its region; ``known``: the obstacle known
+    at the destination."""
 
     command: int
     start: Pose

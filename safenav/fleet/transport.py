@@ -85,8 +85,8 @@ class GoalEnd(StrEnum):
 
 class GoalPoint(Struct, frozen=True):
     """Destination of a robot. ``yaw``: None for a robot without a heading. ``number``: identifies
-    the goal uniquely in a run. ``short``: the region holds an obstacle that the robot resolves from
-    inside the region."""
+    the goal uniquely in a run. ``short``: whether the region holds an obstacle that the robot
+    resolves from inside the region."""
 
     number: int
     x: float

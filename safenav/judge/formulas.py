@@ -132,8 +132,8 @@ def read_formula(text: str, truths: frozenset[str]) -> Part:
 class Formulas:
     """The safety, the goals and the memory of a robot's objective. ``values``: all values of its
     memory with the inputs that it reads; a *memory* is an index in them. ``fixed``: variables of
-    one value. ``whole``: all formulas are read; otherwise the memory has too many values, and the
-    formulas that read it are omitted."""
+    one value. ``whole``: whether all formulas are read; otherwise the memory has too many values,
+    and the formulas that read it are omitted."""
 
     def __init__(self, body: Mapping[str, Any], always: Iterable[str] = ()) -> None:
         memory = body.get("memory") or {}

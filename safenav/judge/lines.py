@@ -49,9 +49,9 @@ class Line:
 class Objective(Line):
     """An objective. ``targets``: the regions of each target, none for formulas; ``formulas``:
     formulas of ``ltl`` and ``always``, or None; ``texts``: the formulas of ``ltl`` in words.
-    ``settles``: the robot stays at its ``last`` target, where each tick is a round, if it ``ends``
-    after the robot has met each target once. ``strict``: it leaves a target immediately, and
-    touches none out of turn; ``ordered``: one target at a time is the next."""
+    ``settles``: whether the robot stays at its ``last`` target, where each tick is a round, if it
+    ``ends`` after the robot has met each target once. ``strict``: whether it leaves targets
+    immediately, and touches none out of turn; ``ordered``: whether one target is the next."""
 
     targets: list[frozenset[int]]
 
@@ -301,8 +301,8 @@ Text = str | bytes | dict[str, Any]
 
 
 class Reader:
-    """Reader of the lines of one trace. ``read``: the number of lines; ``cut_off``: the last one is
-    incomplete, since its writer was killed."""
+    """Reader of the lines of one trace. ``read``: the number of lines; ``cut_off``: whether the
+    last one is incomplete, since its writer was killed."""
 
     def __init__(self) -> None:
         self.read, self.cut_off = 0, False

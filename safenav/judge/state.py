@@ -205,9 +205,9 @@ class Rest(NamedTuple):
 @dataclass
 class Obstacle:
     """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part, ``party``: of
-    any; ``there``: it is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team
-    knows of it; ``declared``: by an operator; ``begun``: the line since which its next need is the
-    next one, and no robot has returned to service."""
+    any; ``there``: whether it is present, ``since`` a tick; ``shut``: whether it is permanent;
+    ``known``: whether the team knows it; ``declared``: by an operator; ``begun``: the line since
+    which its next need is the next one, and no robot has returned to service."""
 
     name: str
     type: str
@@ -250,8 +250,8 @@ class Obstacle:
 
 class Step(NamedTuple):
     """A move, departure or arrival as one: from ``start``, the robot is ``at`` a region with a
-    ``heading``, in transit to ``bound`` (None: it is not), and ``holds`` regions. ``to``: where
-    the step ends. ``strays``: it ended elsewhere than commanded, or failed."""
+    ``heading``, in transit to ``bound`` (None: it is not), and ``holds`` regions. ``to``: where the
+    step ends. ``strays``: whether it ended elsewhere than commanded, or failed."""
 
     start: int
     at: int

@@ -21,7 +21,7 @@ from safenav.pace.robot import AT_ONCE, ROOM, YAW, Figures
 
 class Mover(ABC):
     """A robot in motion, first at rest in a region. ``time``: the end of its motion so far, in
-    seconds; ``due``: it has acted in its own region, and must resume from there."""
+    seconds; ``due``: whether it has acted in its own region, and must resume from there."""
 
     def __init__(
         self, robot: str, floor: MetricFloor, region: int, heading: str | None, figures: Figures

@@ -26,7 +26,7 @@ from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
 
 class TimedAction(Struct, frozen=True):
     """An action of robots on an obstacle in ``region``, part of ``command``, recorded by the
-    ``index``-th record of the trace. ``takes``: they carry it from then on."""
+    ``index``-th record of the trace. ``takes``: whether they carry it from then on."""
 
     index: int
     command: int

@@ -284,7 +284,7 @@ class Search:
         return self._guided[joint.stages]
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
-        """Return the poses that a robot visits first for a goal. ``own``: it is its next target."""
+        """Return the poses that a robot visits first for a goal. ``own``: whether it is next."""
         del joint, i, own
         return goal
 

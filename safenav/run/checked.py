@@ -14,10 +14,10 @@ from safenav.trace.file import Trace, as_data, read_bytes
 
 
 class CheckedTrace(Struct, frozen=True):
-    """Result of a check. ``complete``: the trace has its outcome; otherwise it was cut off, for
-    example by a crash, and the result covers the existing part. ``notes``: the parts that were not
-    judged; ``strays``: steps that ended elsewhere than commanded; ``hands``: changes by a user, an
-    operator or the world."""
+    """Result of a check. ``complete``: whether the trace has its outcome; otherwise it was cut off,
+    for example by a crash, and the result covers the existing part. ``notes``: the parts that were
+    not judged; ``strays``: steps that ended elsewhere than commanded; ``hands``: changes by a user,
+    an operator or the world."""
 
     source: str
     outcome: str | None

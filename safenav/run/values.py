@@ -49,8 +49,8 @@ class Changes(list[tuple[int, T]]):
 
 
 class ObstacleStatus(StrEnum):
-    """The team's knowledge of a hidden obstacle, in the order of its stages; ``ABSENT``: it has not
-    appeared yet, or has disappeared."""
+    """The team's knowledge of a hidden obstacle, in the order of its stages; ``ABSENT``: not yet
+    appeared, or disappeared."""
 
     ABSENT = "absent"
     HIDDEN = "hidden"

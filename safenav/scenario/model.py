@@ -419,9 +419,9 @@ class Obstacle(Struct, frozen=True):
     """A hidden obstacle r in R. ``traversable`` is the truth that resolving it reveals: True,
     False, or None if its type has no truth to reveal. ``appears`` and ``goes``: the ticks at which
     it appears (None: from the beginning) and disappears (None: never). ``resolve_within``: the
-    deadline in ticks from the request to the resolution, None for that of its type. ``ordered``: it
-    is requested as soon as it appears. ``number``: its number among orders of the same type and
-    region, from 1."""
+    deadline in ticks from the request to the resolution, None for that of its type. ``ordered``:
+    whether it is requested as soon as it appears. ``number``: its number among orders of the same
+    type and region, from 1."""
 
     type: ObstacleType
     region: Region

@@ -40,8 +40,8 @@ def number_word(place: Region | Target) -> str:
 class Pursuit(NamedTuple):
     """The order in which ``targets`` targets count. Targets are numbers, sets of them masks with a
     bit for each; the memory is the next target if they count in turn, else the set of those met in
-    this round. ``in_turn``: they count in their order only; ``settles``: it ends at the last one,
-    where each tick is a round."""
+    this round. ``in_turn``: whether they count in their order only; ``settles``: whether it ends at
+    the last one, where each tick is a round."""
 
     targets: int
     in_turn: bool
@@ -84,16 +84,16 @@ class Objective:
     """An objective of a robot; a class for each kind. Its targets are numbered in its own order.
     ``avoid``: regions that the robot never enters; ``always``: formulas over ``region`` and
     ``heading`` that each of its steps keeps. Both always hold, also while the robot helps another.
-    ``literal``: no weaker form of a ``strict`` kind is accepted.
+    ``literal``: whether no weaker form of a ``strict`` kind is accepted.
 
     ``kind``: its key in a scenario; ``meaning``: a short description, for editors; ``drawing``: its
-    verb phrase while a user clicks its targets; ``one``: it has a single target, not a list;
-    ``least``: the least number of its targets; ``in_turn``: they count in their order only;
-    ``turn``: the specification variable that holds the next target, if there is more than one.
-    ``settles``: it ends at its last target and stays there, where each tick is a round. ``strict``:
-    the robot leaves each target with its next step, and touches none out of turn; where that cannot
-    be kept, plain alternation (``relaxed``) suffices, unless it is ``literal`` (``spec.task``).
-    ``formulas``: formulas of its goals, also about ``memory`` and ``inputs``."""
+    verb phrase while a user clicks its targets; ``one``: whether it has a single target, not a
+    list; ``least``: the least number of its targets; ``in_turn``: whether they count in their order
+    only; ``turn``: the specification variable that holds the next target, if there is more than
+    one. ``settles``: whether it ends at its last target, where each tick is a round. ``strict``:
+    whether the robot leaves each target with its next step, and touches none out of turn; if that
+    cannot be kept, plain alternation (``relaxed``) suffices, unless it is ``literal``
+    (``spec.task``). ``formulas``: formulas of its goals, also about ``memory`` and ``inputs``."""
 
     __slots__ = ()
     kind: ClassVar[str]

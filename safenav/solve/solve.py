@@ -270,7 +270,7 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
 
 class Closure(Struct, frozen=True):
     """All that the team can resolve and reach. ``never``: open obstacles that are never resolved;
-    ``stuck``: those whose own next need can never be fulfilled; ``reach``, ``live``: poses and
+    ``stuck``: obstacles whose own next need can never be fulfilled; ``reach``, ``live``: poses and
     liveness of each robot once all others are resolved."""
 
     never: tuple[int, ...]
@@ -348,7 +348,7 @@ class Duty(Struct, frozen=True):
 class Settlement(Struct, frozen=True):
     """The ``served`` gates in order; the other gates are walls for now. ``safe``: the poses to
     which each robot may go (None: not computed). ``plan``: the steps of which the duties are the
-    first. ``hopeless``: some robot can never continue; the other fields are then void."""
+    first. ``hopeless``: whether some robot can never continue; the other fields are then void."""
 
     served: tuple[int, ...] = ()
     duties: dict[int, Duty] = field(default_factory=dict)

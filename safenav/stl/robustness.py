@@ -27,7 +27,7 @@ _NEAR = 1e-9
 
 class Recording(Protocol):
     """The signals of a motion from 0 to ``end`` (seconds), to be sampled ``rate`` times per second.
-    ``finished``: the run is over at ``end``, so unbounded windows stop there."""
+    ``finished``: whether the run ends at ``end``, where unbounded windows then stop."""
 
     end: float
     rate: float

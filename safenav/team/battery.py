@@ -20,9 +20,9 @@ NEVER = 1 << 30
 
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
-    """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: it stays at the
-    last target; ``returns``: an input may give it another objective, so it always keeps the charge
-    to reach a charger."""
+    """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: whether it stays at
+    the last target; ``returns``: whether an input may give it another objective, so that it always
+    keeps the charge to reach a charger."""
 
     graph: PoseGraph
     chargers: Mask

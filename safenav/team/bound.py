@@ -184,8 +184,8 @@ class Bound:
 
 def least_within(member: Member, start: int, *, strict: bool) -> int | None:
     """Return the least N such that a robot alone can take at most N ticks for every round, forever;
-    None if there is none. ``strict``: it touches no other target on the way to a target (the
-    paper's patrol).
+    None if there is none. ``strict``: whether it touches no other target on the way to a target
+    (the paper's patrol).
 
     Exact, without a counter: K is the greatest set of poses of the last target from which another
     round of at most N ticks leads back into K; the first round must lead into K in time."""

@@ -86,15 +86,15 @@ class RobotNow(Struct, frozen=True):
     ``own``: progress with its own objective. ``node`` of its strategy at its next pose. ``at``: its
     place in the joint plan; ``by``: the origin of the step under way; ``command``: the number of
     the last one (live). ``acting``: the robot in whose action it takes part; ``works``: the
-    obstacles of its own action (live). ``active``: it is in service; ``failed``: the regions of the
-    steps that failed since it arrived somewhere. ``fresh``: it has a new objective, of which it has
-    counted nothing yet. Of formulas: ``values`` of the memory and the inputs at the pose of its
-    next decision; ``came``: its pose and these values before its last turn. ``known``: for each
-    robot that it tracks a region, or the cells that may hold it. ``mode``: the input that set its
-    own objective; ``base``: its objective before that. ``charge`` of its battery; ``flat``: the
-    charge is used up, and the robot waits for another battery; ``cause``: the reason why it is out
-    of service. ``behind``: the region from which it entered its own; None if it was put there.
-    ``broken``: the assumptions of its last strategy that did not hold."""
+    obstacles of its own action (live). ``active``: whether it is in service; ``failed``: the
+    regions of the steps that failed since it arrived somewhere. ``fresh``: whether it has a new
+    objective, of which it has counted nothing yet. Of formulas: ``values`` of the memory and the
+    inputs at the pose of its next decision; ``came``: its pose and these values before its last
+    turn. ``known``: for each robot that it tracks a region, or the cells that may hold it.
+    ``mode``: the input that set its own objective; ``base``: its objective before that. ``charge``
+    of its battery; ``flat``: whether it is used up, and the robot waits for another; ``cause``: the
+    reason why it is out of service. ``behind``: the region from which it entered its own; None if
+    it was put there. ``broken``: the assumptions of its last strategy that did not hold."""
 
     pose: int
     objective: Objective
@@ -134,7 +134,7 @@ class RobotNow(Struct, frozen=True):
 
 class Waypoint(NamedTuple):
     """A stop of a plan: the pose, and the conditions of its step. ``after`` (robot, waypoint): that
-    other robot has arrived there; ``needs``: these needs of obstacles are fulfilled (obstacle, how
+    other robot has arrived there; ``needs``: needs of obstacles that are fulfilled (obstacle, how
     many); ``progress``: its count (memory and met), if exactly the obstacles ``over`` are: the plan
     counts immediately what staying meets; ``charge``: the charge that it then has; on a charger it
     waits for that charge, and until ``tick``."""
@@ -151,7 +151,7 @@ class Waypoint(NamedTuple):
 class Plan(Struct, frozen=True):
     """A joint plan in execution: the waypoints of each robot (the present one first; else empty).
     ``foreseen``: the obstacles that it knows; ``charges``: each robot's charge at its end, if
-    charges suffice; ``part``: it does not complete the mission."""
+    charges suffice; ``part``: whether it does not complete the mission."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]
@@ -257,7 +257,7 @@ class Astray(Event, frozen=True):
 
 
 class Failed(Ended, frozen=True):
-    """A robot's step has failed. ``fatal``: it can no longer move."""
+    """A robot's step has failed. ``fatal``: whether it can no longer move."""
 
     pose: int
     why: str
@@ -306,7 +306,7 @@ class Placed(Change, frozen=True):
 class Assigned(Change, frozen=True):
     """A robot has another objective of its own. ``cause``: the reason; ``within``: the ticks until
     its deadline; ``mode``: the input that sets it; ``base``: the objective before that, or again
-    after it; ``own``: it pursued its own objective until now."""
+    after it; ``own``: whether it pursued its own objective until now."""
 
     robot: int
     objective: Objective
@@ -398,8 +398,8 @@ class Introduced(Change, frozen=True):
 
 
 class Met(Event, frozen=True):
-    """A robot would have entered an obstacle, by a step to ``pose``. ``stopped``: it has begun that
-    step, and stands where it began."""
+    """A robot would have entered an obstacle, by a step to ``pose``. ``stopped``: whether it has
+    begun that step, and stands where it began."""
 
     robot: int
     obstacle: int

@@ -27,10 +27,10 @@ from safenav.world.poses import Mask, Pose, PoseGraph, bits, plain_graph, region
 
 class Need(Struct, frozen=True):
     """A need: ``robots`` distinct robots do ``action`` in ``regions``, simultaneously if
-    ``together``; with ``same``, robots that fulfilled the need before. ``chosen``: they also fulfil
-    the next one; ``skills``: all actions that they must have, up to the last need that the same
-    robots fulfil; ``strays``: the robots that do not take the load, since they have no path to
-    where it is put down. ``closed_to``: the robots that must not enter while this need is next."""
+    ``together``; with ``same``, robots that fulfilled the need before. ``chosen``: whether they
+    also fulfil the next one; ``skills``: all actions that they must have, up to the last need that
+    the same robots fulfil; ``strays``: robots that do not take the load, without a path to where it
+    is put down. ``closed_to``: robots that must not enter while this need is next."""
 
     action: str
     robots: int

@@ -1,7 +1,7 @@
 // Fuzzes a reader: for any bytes it must end, with a specification or with messages.
 //
-// What it accepts must survive: printed as slugsin it must be read again, with the same
-// variables and as many constraints.  Two programs differ in what they put before
+// An accepted text, printed as slugsin, must be read again with the same variables and as
+// many constraints.  Two programs differ in what they put before
 // the bytes, `prefix.cpp`.
 
 #include "read/reader.hpp"

@@ -36,7 +36,7 @@ std::string found(const std::string &text) {
 
 void test_parts_are_found() {
   EXPECT_EQ(found(two_walkers), "a@0.0.3 a@1 2; b@0.0.3 b@1 1; 1");
-  // What else asks for their present: the system where it answers, and liveness.
+  // Other readers of their present values: a guarantee and liveness.
   EXPECT_EQ(found(two_walkers + "go' | a = 2\n"), "4");
   EXPECT_EQ(found(two_walkers + "[SYS_LIVENESS]\nb = 2 & go\n"), "4");
   EXPECT_EQ(found(two_walkers + "[ENV_LIVENESS]\na = 2\n"), "4");

@@ -207,7 +207,7 @@ void test_sums_of_many_variables_are_those_of_true_integers() {
       lines[side] += "+x" + std::to_string(i);
       sides[side] += i % 3 + static_cast<std::int64_t>((bits >> place[i]) & (i % 2 ? 1 : 3));
     }
-    // What makes both sides equal, or nearly so.
+    // The difference that makes both sides equal, or nearly so.
     const std::int64_t difference = sides[0] - sides[1] + static_cast<std::int64_t>(random() % 3) - 1;
     lines[difference < 0 ? 0 : 1] += "+" + std::to_string(std::abs(difference));
     sides[difference < 0 ? 0 : 1] += std::abs(difference);

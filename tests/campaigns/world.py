@@ -181,7 +181,7 @@ class Nature(Uneven):
         super().placed(robot, pose)
         self._dead.discard(robot.name)
         self._coming = [one for one in self._coming if one[3].name != robot.name]
-        heapq.heapify(self._coming)  # whoever lifts a robot ends what it does
+        heapq.heapify(self._coming)  # a robot that is lifted ends its action
         for command in (self._bound, self._untold, self._reserved):
             command.pop(robot.name, None)
         self._write("put", robot=robot.name, at=pose.region)
@@ -213,7 +213,7 @@ class Nature(Uneven):
             return self._acted(replace(event, at=at, found=tuple(found), reason="it failed"))
         if isinstance(event, Acted):
             steps = [(n, k) for *_, e, n, k in self._telling if not isinstance(e, Acted)]
-            late = {n for n, k in steps if self._untold.get(n) == k}  # nobody has told them to act
+            late = {n for n, k in steps if self._untold.get(n) == k}  # no command made them act
             numbers = (i for i, each in enumerate(self._robots) if each in late)
             before, self.truth.absent = self.truth.absent, {*self.truth.absent, *numbers}
             done = super()._happens(event, robot, missing)

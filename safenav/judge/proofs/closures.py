@@ -23,9 +23,9 @@ PER_CHOICE = 100
 
 class Case:
     """The team in a state: for each robot its ``steps`` outside permanent obstacles, and the poses
-    where each of its ``targets`` is met. ``hopeful``: every robot counts as in service; ``memory``:
-    the number of the memory of each robot whose poses are followed with it; ``laden``: robots with
-    a load, or a part of one, that no robot can ever put down."""
+    where each of its ``targets`` is met. ``hopeful``: whether every robot counts as in service;
+    ``memory``: the number of the memory of each robot whose poses are followed with it; ``laden``:
+    robots with a load, or a part of one, that no robot can ever put down."""
 
     def __init__(
         self, s: State, *, hopeful: bool = False, memory: Mapping[str, int] | None = None

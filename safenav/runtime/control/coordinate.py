@@ -34,10 +34,10 @@ _OUT = {
 
 class Control(Struct, frozen=True):
     """Intentions of the team. ``new``: the robots that have just been synthesized; ``pending``:
-    robots that wait for a strategy, because of ``asked``; ``thinks``: the plan is still being
-    computed; ``helped``: a change may have made a failed resolution possible. ``vain``: obstacles
-    that a robot was to resolve without a strategy for that, by these ``failed`` syntheses.
-    ``left``: obstacles that plans leave to robots with strategies, though others had to help."""
+    robots that wait for a strategy, because of ``asked``; ``thinks``: whether the plan is still
+    being computed; ``helped``: whether a change may have made a failed resolution possible.
+    ``vain``: obstacles that a robot was to resolve without a strategy for that, by these ``failed``
+    syntheses. ``left``: obstacles left to robots with strategies, though others had to help."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -153,7 +153,7 @@ class Decision:
                     self._decide(now.Turned(i, mine.task.memory.index))
         for i in told:
             robot, keeps = self.state.robots[i], team.members[i].planned or team.assignable(i)
-            begun = before.roles and keeps  # it counts in its turn, on a duty too
+            begun = before.roles and keeps  # it counts in its turn, also on a duty
             helped = before.roles and before.roles[i].helps is not None
             stays = robot.own.met or (helped and robot.own.held and stands(team, self.state, i))
             stays = stays and team.members[i].pursuit.settles and on_own(team, self.state, i)

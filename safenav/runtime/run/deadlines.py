@@ -30,9 +30,9 @@ its number."""
 
 
 class Due(Struct, frozen=True):
-    """A deadline: the tick by whose end it must be met. ``past``: it was missed; ``reported``: it
-    was recorded as lost. For a round: ``disturbed``: the robot also waited, helped or was out of
-    service; ``before``: so in the round before; ``done``: rounds since the last resolution."""
+    """A deadline: the tick by whose end it is due. ``past``, ``reported``: whether it was missed,
+    recorded as lost. For a round: ``disturbed``, ``before``: whether the robot also waited, helped
+    or was out of service, now and before; ``done``: rounds since the last resolution."""
 
     tick: int
     past: bool = False

@@ -397,8 +397,8 @@ def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
 
 
 def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
-    """Return whether a change may make a given-up resolution possible. ``ended``: nothing else can
-    help."""
+    """Return whether a change may make a given-up resolution possible. ``ended``: whether nothing
+    else can help."""
     match event:
         case now.Gone(k):
             return ended or state.obstacles[k].stands

@@ -61,10 +61,10 @@ class Mission:
     ``world``: by default a simulation of the scenario's hidden obstacles, with the scenario's
     ``clock``. A ``World`` makes the run live, a ``BlockingWorld`` lockstep. ``listeners`` receive
     every event as it happens (a ``TraceWriter`` is one). ``progress`` receives the state of running
-    syntheses. ``attended``: a live run waits for an operator instead of ending. ``begun``: the run
-    that it continues, all lines of which the listeners receive first; ``checkpoints``: whether the
-    trace gets the lines from which an interrupted run can continue. ``ending``: whether it has
-    ended, or is about to record its end. ``end``: the reasons of the ``result``.
+    syntheses. ``attended``: whether a live run waits for an operator instead of ending. ``begun``:
+    the run that it continues, all lines of which the listeners receive first; ``checkpoints``:
+    whether the trace gets the lines from which an interrupted run can continue. ``ending``: whether
+    it has ended, or is about to record its end. ``end``: the reasons of the ``result``.
 
     Raises UsageError for a scenario whose strategies would not be correct in a live run.
     """

@@ -38,9 +38,9 @@ SLOWEST = 20.0
 
 class World:
     """The world of a run. ``truth``: the simulated world, if it is one, perhaps within a user's
-    world that does more: ``simulated`` if it is safenav's own; ``attended``: an operator may help;
-    ``still``: no robot moves, and nothing will ever happen; ``passes``: passes at the present
-    moment. ``limit``: the latest end of the run, and its outcome."""
+    world that does more: ``simulated`` if it is safenav's own; ``attended``: whether an operator
+    may help; ``still``: whether no robot moves, and nothing will ever happen; ``passes``: passes at
+    the present moment. ``limit``: the latest end of the run, and its outcome."""
 
     def __init__(
         self,

@@ -63,7 +63,7 @@ class Blocked(WorldEvent, frozen=True):
 
 
 class Failed(WorldEvent, frozen=True):
-    """The robot is in ``pose`` and in no other region. ``fatal``: it can no longer move."""
+    """The robot is in ``pose`` and in no other region. ``fatal``: whether it can no longer move."""
 
     robot: str
     pose: Pose

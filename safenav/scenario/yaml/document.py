@@ -39,9 +39,9 @@ class Place(Struct, frozen=True):
 class Scalar(Struct, frozen=True):
     """A number, truth value, null or text.
 
-    ``text`` is as written, ``style`` YAML's: empty for plain, the quote, or ``|`` and ``>``
-    for blocks. ``literal``: it is on one line without escapes, so that a column of the text is a
-    column of the line.
+    ``text`` is as written, ``style`` YAML's: empty for plain, the quote, or ``|`` and ``>`` for
+    blocks. ``literal``: whether it is on one line without escapes, so that a column of the text is
+    a column of the line.
     """
 
     place: Place

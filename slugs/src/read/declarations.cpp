@@ -69,7 +69,7 @@ std::uint64_t key_of(std::string_view name) {
       for (const char c : name)
         first = first << 8 | static_cast<unsigned char>(c);
     }
-    // Of the last four bytes as many are new as the length says: at most three.
+    // The new ones of the last four bytes, at most three, depending on the length.
     const std::uint64_t rest =
         length > sizeof first ? std::uint64_t{last} >> 8 * (2 * sizeof first - length) : 0;
     return std::uint64_t{length} << 56 | rest << 32 | first;

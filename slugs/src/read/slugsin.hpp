@@ -42,7 +42,7 @@ private:
     FormulaId held; // Not: how many in a row; And, Or, Xor: the left operand, or none
   };
   struct Buffer {
-    std::vector<FormulaId> entries; // those read so far
+    std::vector<FormulaId> entries; // entries read so far
     std::uint64_t wanted;
   };
   static constexpr FormulaId none = 0xFFFFFFFF;
