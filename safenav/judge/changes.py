@@ -34,7 +34,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
     if e.kind == "truth":
         stated = e.traversable == one.truth if e.cause == "scenario" else one.since == e.tick
         if not (s.external or (stated and one.there)):
-            yield f"the scenario does not state that {one.name} is {e.traversable} at {now:g}"
+            yield f"the scenario does not list the truth {e.traversable} of {one.name} at {now:g}"
         return
     if (e.kind == "appeared") is one.present:
         yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"

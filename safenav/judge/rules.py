@@ -314,11 +314,11 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     elif not last or e.robot not in one.group:
         yield f"need {number + 1} of {one.name} is already fulfilled"
     elif e.at != s.robots[e.robot].pose[0]:
-        yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, where it is not"
+        yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, but is not there"
     elif more := {*(e.robots or ())} - one.party:
         yield f"{', '.join(sorted(more))} took no part in {one.name}"
     if last and not s.external and e.traversable != one.truth:
-        yield f"{one.name} is revealed as {e.traversable}, but the scenario states {one.truth}"
+        yield f"the truth of {one.name} is {e.traversable}, but {one.truth} in the scenario"
 
 
 def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Iterator[str]:

@@ -291,7 +291,7 @@ def _build(events: Iterator[Any]) -> Document:
     builder, root = _Builder(events), None
     for event in events:
         if isinstance(event, yaml.DocumentStartEvent) and root is not None:
-            hint = "keep one scenario in a file; remove '---' and what follows"
+            hint = "keep one scenario in a file; remove '---' and the text below"
             raise DocumentError(_place(event), "a second document", hint)
         if isinstance(event, yaml.NodeEvent):
             root, _ = builder.node(event)
