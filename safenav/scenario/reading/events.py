@@ -143,8 +143,7 @@ def resolve_inputs(
 ) -> None:
     """Add the inputs to ``reading``; errors are reported."""
     for key in items or ():
-        if key.text in reading.named:
-            reading.add(key, f"'{clipped(key.text)}' is the name of a robot", "use another name")
+        reading.check_variable(key)
     reading.input_names = tuple(key.text for key, _ in entries_of(node))
     reading.inputs = tuple((items or {}).values())
 

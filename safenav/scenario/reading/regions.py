@@ -67,6 +67,13 @@ def place_of(value: object) -> Region | tuple[int, int] | None:
     return None
 
 
+def wall(region: Region, world: RegionMap) -> tuple[str, str]:
+    """Return the error for a region that is a wall, with a hint."""
+    beside = ", ".join(map(world.label, world.neighbours(region)))
+    hint = f"free neighbours: {beside}" if beside else "all neighbouring regions are also walls"
+    return f"region {world.label(region)} is a wall", hint
+
+
 class Reading(Findings):
     """Findings of a file with the declarations that its items refer to. Without a valid map only
     the form of regions is checked.
@@ -125,9 +132,8 @@ class Reading(Findings):
         world = self.world
         if region is None or world is None or region not in world.walls:
             return region
-        beside = ", ".join(map(world.label, world.neighbours(region)))
-        hint = f"free neighbours: {beside}" if beside else "all neighbouring regions are also walls"
-        self.add(node, f"{what}: region {world.label(region)} is a wall", hint)
+        found, hint = wall(region, world)
+        self.add(node, f"{what}: {found}", hint)
         return None
 
     def regions(self, node: Node, what: str) -> Target | None:
@@ -182,6 +188,13 @@ class Reading(Findings):
         """Return the name of an input."""
         inputs = {name: name for name in self.input_names}
         return self._known(node, what, "no input is named", inputs, "declare it in 'inputs'")
+
+    def check_variable(self, key: Scalar) -> None:
+        """Report a variable of formulas with the name of something else."""
+        kinds = {"a robot": self.named, "an input": self.input_names}
+        for kind, names in (kinds | {"a region": self.names, "an area": self.areas}).items():
+            if key.text in names:
+                self.add(key, f"'{clipped(key.text)}' is the name of {kind}", "use another name")
 
     def _known(
         self, node: Node, what: str, found: str, known: Names[str, T], hint: str = ""

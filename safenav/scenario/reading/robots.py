@@ -289,10 +289,7 @@ def _memory(item: language.LtlKeys, reading: Reading) -> dict[str, tuple[int, in
     listed = entries_of(item.at("memory"))
     memory: dict[str, tuple[int, int] | None] = {key.text: None for key, _ in listed}
     for key, value in (item.memory or {}).items():
-        if key.text in (*reading.named, *reading.input_names):
-            kind = "a robot" if key.text in reading.named else "an input"
-            found = f"'{clipped(key.text)}' is the name of {kind}"
-            reading.add(key, found, "use another name")
+        reading.check_variable(key)
         memory[key.text] = None if isinstance(value, str) else value
     return memory
 
