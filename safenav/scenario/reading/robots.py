@@ -279,6 +279,9 @@ def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Read
     init = _lines(item.init, own, False, reading)
     safety = _lines(item.safety, {**own, **inputs}, True, reading)
     liveness = _lines(item.liveness, {**own, **inputs}, True, reading)
+    if not (safety or liveness or item.flawed or len(reading) > before):
+        key = "liveness" if item.liveness else "safety"
+        reading.add(item.at(key), f"{item.named(key)} has no formula", f"as in {item.example}")
     if item.flawed or len(reading) > before:
         return None
     named = set().union(*(variables(parse(line)) for line in (*init, *safety, *liveness)))
