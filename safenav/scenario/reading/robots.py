@@ -1,12 +1,12 @@
 """The ``robots:`` of a scenario, their objectives, and whether each can reach its targets."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import combinations
 
 from msgspec.structs import replace
 
+from safenav.formula import syntax
 from safenav.formula.parser import FormulaError, check, parse
-from safenav.formula.syntax import Comparison, Name, resolve_constants, to_text, variables
 from safenav.scenario import language
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import (
@@ -20,7 +20,7 @@ from safenav.scenario.objective import (
     staying,
 )
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.regions import Reading
+from safenav.scenario.reading.regions import Reading, wall
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of, one_of
 from safenav.scenario.yaml.findings import suggestion
 from safenav.scenario.yaml.keys import Raw
@@ -284,7 +284,7 @@ def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Read
         reading.add(item.at(key), f"{item.named(key)} has no formula", f"as in {item.example}")
     if item.flawed or len(reading) > before:
         return None
-    named = set().union(*(variables(parse(line)) for line in (*init, *safety, *liveness)))
+    named = set().union(*(syntax.variables(parse(line)) for line in (*init, *safety, *liveness)))
     return Ltl(init, safety, liveness, memory, tuple(name for name in inputs if name in named))
 
 
@@ -329,17 +329,17 @@ def _line(
         reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
         return None
 
-    def meaning(name: Name, within: Comparison) -> Collection[int] | None:
+    def meaning(name: syntax.Name, within: syntax.Comparison) -> Collection[int] | None:
         if name.name in declared:
             return None
         terms = (within.left, within.right)
-        of_heading = any(isinstance(t, Name) and t.name == "heading" for t in terms)
+        of_heading = any(isinstance(t, syntax.Name) and t.name == "heading" for t in terms)
         if of_heading and name.name in HEADINGS:
             return (int(HEADINGS[name.name]),)
         region = reading.names.get(name.name)
         return reading.areas.get(name.name) if region is None else (region,)
 
-    formula = resolve_constants(formula, meaning)
+    formula = syntax.resolve_constants(formula, meaning)
     for problem in check(formula, declared, next_allowed=next_allowed):
         hint = problem.hint
         if problem.unknown == "heading":
@@ -351,4 +351,18 @@ def _line(
         elif problem.unknown:
             hint = suggestion(problem.unknown, {*declared, *reading.names, *reading.areas})
         reading.add_inside(node, problem.column, f"{what}: {problem.found}", hint)
-    return to_text(formula)
+    if (world := reading.world) is not None:
+        for number in _walls(formula, world.walls):
+            found, hint = wall(number.value, world)
+            reading.add_inside(node, number.column, f"{what}: {found}", hint)
+    return syntax.to_text(formula)
+
+
+def _walls(formula: syntax.Formula, walls: Collection[Region]) -> Iterator[syntax.Number]:
+    """Yield the walls that a formula equates with its robot's region (``!=`` is harmless)."""
+    if isinstance(formula, syntax.Comparison) and formula.relation is syntax.Relation.EQUAL:
+        sides = (formula.left, formula.right)
+        if any(isinstance(side, syntax.Name) and side.name == "region" for side in sides):
+            yield from (s for s in sides if isinstance(s, syntax.Number) and s.value in walls)
+    for operand in syntax.operands_of(formula):
+        yield from _walls(operand, walls)
