@@ -541,13 +541,14 @@ class Scenario(Struct, frozen=True):
         return tiles(self.map, *self.tiles) if self.tiles else None
 
     @property
-    def sets_deadlines(self) -> bool:
-        """Whether the scenario sets a deadline in ticks."""
+    def deadlines(self) -> tuple[str, ...]:
+        """The keys with which the scenario sets deadlines in ticks."""
         rounds = [*(r.within for r in self.robots), *(c.within for c in self.changes)]
         types = (*self.catalogue.obstacles.values(), *(each.type for each in self.obstacles))
         limits = [*(o.resolve_within for o in self.obstacles), *(t.resolve_within for t in types)]
-        own = self.until.by, self.resolve_within
-        return any(limit is not None for limit in (*own, *rounds, *limits))
+        limits.append(self.resolve_within)
+        given = {"by": [self.until.by], "within": rounds, "resolve_within": limits}
+        return tuple(key for key, each in given.items() if any(n is not None for n in each))
 
     def limit_of(self, obstacle: Obstacle) -> int | None:
         """Return the maximum number of ticks from the request for an obstacle to its resolution:

@@ -53,7 +53,7 @@ class Ledger:
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario
         lockstep = team.scenario.clock is Clock.LOCKSTEP
-        self.active = team.scenario.sets_deadlines and lockstep
+        self.active = lockstep and bool(team.scenario.deadlines)
         by = team.scenario.until.by
         self.dues: dict[Of, Due] = {} if by is None else {(THE_MISSION, 0): Due(by)}
         self.late: list[str] = []

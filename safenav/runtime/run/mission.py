@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 
 from msgspec.structs import replace
 
-from safenav.errors import Outcome, SafenavError, UsageError
+from safenav.errors import Diagnostic, InputError, Outcome, SafenavError, UsageError
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.ends import End, Stopped, lacks_of
 from safenav.runtime.control.roles import Role
@@ -29,7 +29,7 @@ from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import BlockingWorld
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Clock, Scenario
-from safenav.scenario.reading.loader import unsafe_live, unsafe_lockstep
+from safenav.scenario.reading.loader import refused_by_clock
 from safenav.solve.reasons import Shortfall
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
@@ -66,7 +66,7 @@ class Mission:
     whether the trace gets the lines from which an interrupted run can continue. ``ending``: whether
     it has ended, or is about to record its end. ``end``: the reasons of the ``result``.
 
-    Raises UsageError for a scenario whose strategies would not be correct in a live run.
+    Raises InputError for a scenario that cannot run on the clock of its world.
     """
 
     def __init__(
@@ -92,8 +92,8 @@ class Mission:
         self._world = World(scenario, world, attended=attended)
         live = self._world.live
         scenario = self.scenario = replace(scenario, clock=Clock.LIVE if live else Clock.LOCKSTEP)
-        if (found := (unsafe_live if live else unsafe_lockstep)(scenario)) is not None:
-            raise UsageError(found)
+        if (found := refused_by_clock(scenario)) is not None:
+            raise InputError([Diagnostic(scenario.source or scenario.name, 0, 0, found)])
         self._asked, self._begun_at, team = "", time.monotonic(), team_of(scenario)
         synthesizer = synthesizer or default_synthesizer(scenario)
         answers = Answers(synthesizer, self._check, progress)

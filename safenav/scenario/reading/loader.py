@@ -201,7 +201,7 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
     def report(found: str, hint: str, *words: str) -> None:
         findings.add(below(item, *words) or below(item, words[0]) or item, found, hint)
 
-    if scenario.clock is Clock.LIVE and (refused := unsafe_live(scenario)) is not None:
+    if scenario.clock is Clock.LIVE and (refused := refused_by_clock(scenario)) is not None:
         report(refused, "", "clock")
     for robot in (each for each in scenario.robots if each.model.battery is not None):
         pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
@@ -231,22 +231,20 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
                 break
 
 
-def unsafe_live(scenario: Scenario) -> str | None:
-    """Return why a scenario cannot run live: a deadline in ticks; None if it can."""
-    if not scenario.sets_deadlines:
-        return None
-    return (
-        "a live run cannot keep deadlines in ticks: a tick has no length there; use "
-        "'clock: lockstep', or seconds: 'limits: {seconds: 60}' of the run, of the motion "
-        "'requirements: [\"always(requested_door@47 -> eventually[0,60] resolved_door@47)\"]'"
-    )
-
-
-def unsafe_lockstep(scenario: Scenario) -> str | None:
-    """Return why a scenario cannot run in lockstep: a charge per second; None if it can."""
+def refused_by_clock(scenario: Scenario) -> str | None:
+    """Return why a scenario cannot run on its clock: live, a deadline in ticks; in lockstep, a
+    charge per second; None if it can."""
+    live = scenario.clock is Clock.LIVE
+    if live and scenario.deadlines:
+        return (
+            f"a live run cannot keep deadlines in ticks ({', '.join(scenario.deadlines)}): a tick "
+            "has no length there; use 'clock: lockstep', or seconds: 'limits: {seconds: 60}' of "
+            "the run, of the motion "
+            "'requirements: [\"always(requested_door@47 -> eventually[0,60] resolved_door@47)\"]'"
+        )
     for robot in scenario.robots:
         battery = robot.model.battery
-        if battery is not None and battery.stay != int(battery.stay):
+        if not live and battery is not None and battery.stay != int(battery.stay):
             return (
                 f"'stay: {battery.stay:g}' of {robot.name} is a charge per second: use "
                 "'clock: live', or a whole number per tick"
