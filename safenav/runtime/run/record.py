@@ -442,6 +442,7 @@ class Recorder:
     def ends(self, state: State, end: End, answers: Answers, seconds: float) -> records.End:
         """Record the end of the run; ``seconds``: its wall time."""
         pairs = zip(self.team.members, state.robots, strict=True)
+        rounds = {m.name: 0 if r.mode else m.pursuit.rounds(r.own.met) for m, r in pairs}
         self._plan_reached(state)
         if end.outcome == Outcome.COMPLETED:
             self.ledger.completed(self.team)
@@ -449,7 +450,7 @@ class Recorder:
             self.tick,
             Outcome(end.outcome),
             end.explanation,
-            {member.name: member.pursuit.rounds(robot.own.met) for member, robot in pairs},
+            rounds,  # of their own objectives: an input's end restarts them
             self.tick if self.team.live else self.moved,
             round(seconds, 6),
             answers.count,
