@@ -6,6 +6,7 @@
 import errno
 import io
 import os
+import re
 import signal
 import stat
 import sys
@@ -106,7 +107,8 @@ def _ending(error: BaseException) -> tuple[str, errors.ExitCode]:
         case errors.SafenavError():
             return str(error), error.exit_code
         case click.ClickException():
-            message = error.format_message().rstrip(".")
+            message = re.sub(r"valid \w{1,2}$", "number", error.format_message().rstrip("."))
+            message = message.replace("valid integer range", "whole number")  # not types' names
             context = getattr(error, "ctx", None)
             listed = "commands" if context and context.parent is None else "options"
             hint = f"\n    {context.command_path} --help lists the {listed}" if context else ""

@@ -159,6 +159,7 @@ _TOKEN = re.compile(
     r"|(?P<relation>!=|<=|>=|=|<|>)"
 )
 
+_SECTIONS = "a line under 'safety' always holds, one under 'liveness' infinitely often"
 _HINTS = {
     "-": "there is no subtraction: move the term to the other side of the comparison; a region "
     "whose name has '-' is written as its number",
@@ -171,7 +172,7 @@ _HINTS = {
     "=<": "write '<='",
     "<=>": "write '<->' for 'if and only if'",
     "<>": "for 'not equal' write '!='; a goal is a line of its own under 'liveness'",
-    "[]": "a line under 'safety' always holds, one under 'liveness' infinitely often",
+    "[]": _SECTIONS,
     "[": "a region is written as its number or its name",
     "{": "join alternatives with '|', or give the regions a name under 'areas'",
 }
@@ -195,8 +196,7 @@ class _Parser(FormulaParser[syntax.Formula]):
         operator: level for operator, level in syntax.PRECEDENCE.items() if operator != "!"
     }
     misplaced: ClassVar = {
-        "F": "put each goal to reach infinitely often under 'liveness'",
-        "G": "put each condition that must always hold under 'safety'",
+        **dict.fromkeys("FG", f"leave it out: {_SECTIONS}"),
         "U": "GR(1) has no until: use a memory variable, or goals under 'liveness'",
         "W": "GR(1) has no weak until: use a memory variable under 'safety'",
         "'": "one prime follows a variable; for a formula write next(...)",

@@ -257,7 +257,7 @@ class Synthesizer:
         if finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr:
             raise ResourceLimitError(
                 f"the strategy of {robot} has more than {_MOST_STATES:,} states\n    expected "
-                "tens to thousands; reduce the map, or the robots and inputs that it observes"
+                "tens to thousands; reduce the map, the memory, or the observed robots and inputs"
             )
         verdict = verdict_of(finished, self.binary, robot)
         printed = finished.stdout if verdict is job.wanted else None

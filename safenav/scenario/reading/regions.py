@@ -83,10 +83,10 @@ class Reading(Findings):
     whether the map is readable; if not, its names are not checked. ``inputs`` of the environment,
     ``input_names``: also the unreadable ones. ``obstacles``: the readable ones;
     ``obstacles_known``: whether none was reported; ``flat``: the obstacle type that represents a
-    robot without charge. ``broken``: entries of the catalogue that were reported as unusable
-    (``*``: any); they are not reported as unknown as well. ``reachable``: report targets that a
-    robot cannot reach. ``folder``: the folder of files that it names. ``scenario``: the scenario of
-    the file, if it has no error.
+    robot without charge. ``broken``: entries of the catalogue (``*``: any) and of memory that were
+    reported as unusable; they are not reported as unknown as well. ``reachable``: report targets
+    that a robot cannot reach. ``folder``: the folder of files that it names. ``scenario``: the
+    scenario of the file, if it has no error.
     """
 
     def __init__(
@@ -160,6 +160,7 @@ class Reading(Findings):
             first, last = values.ends_of(part) or (0, 0)
             if not 1 <= first <= last <= MOST:
                 hint = "for example at: [12, 20-30]; ticks count from 1"
+                hint = "the lowest tick comes first" if last < first else hint
                 wrong_type(part, what, "a tick or a range of ticks", self, hint)
             found.append((first, last))
         return tuple(found)

@@ -289,19 +289,18 @@ def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Read
 
 
 def _memory(item: language.LtlKeys, reading: Reading) -> dict[str, tuple[int, int] | None]:
-    listed = entries_of(item.at("memory"))
-    memory: dict[str, tuple[int, int] | None] = {key.text: None for key, _ in listed}
+    memory: dict[str, tuple[int, int] | None] = {}
     for key, value in (item.memory or {}).items():
         reading.check_variable(key)
         memory[key.text] = None if isinstance(value, str) else value
+    reading.broken |= {key.text for key, _ in entries_of(item.at("memory"))} - memory.keys()
     return memory
 
 
 def _pose(mobility: Mobility | None, reading: Reading) -> Declared:
     """Return the variables of a robot's own pose."""
-    world = reading.world
     heading = {} if mobility is Mobility.FREE else {"heading": (0, 3)}
-    return {"region": (0, (world.size if world else 2**31) - 1), **heading}
+    return {"region": (0, (reading.world.size if reading.world else 2**31) - 1), **heading}
 
 
 def _lines(
@@ -346,10 +345,15 @@ def _line(
             hint = "only robots with heading mobility have one"
         elif problem.unknown in {*reading.names, *reading.areas}:
             hint = f"it names a region: write region = {problem.unknown}"
-        elif problem.unknown and not reading.names_known:
+        elif problem.unknown in reading.broken or (problem.unknown and not reading.names_known):
             continue
+        elif problem.unknown in reading.input_names:
+            hint = "it names an input, which only 'safety' and 'liveness' of 'ltl' may read"
+        elif (constant := problem.unknown.upper()) in ("TRUE", "FALSE"):
+            hint = f"write {constant}"
         elif problem.unknown:
-            hint = suggestion(problem.unknown, {*declared, *reading.names, *reading.areas})
+            known = {*declared, *reading.names, *reading.areas}
+            hint = suggestion(problem.unknown, (word for word in known if "-" not in word))
         reading.add_inside(node, problem.column, f"{what}: {problem.found}", hint)
     if (world := reading.world) is not None:
         for number in _walls(formula, world.walls):

@@ -205,8 +205,9 @@ def as_meant(
         word, above = key.text, before
         before = word if is_nothing(value) else ""
         if word not in words:
+            near = free.union(closest(word, words))  # a given one if this key is a variation's
             also = [other for other in _ALSO_CALLED.get(word, ()) if other in free]
-            hint = elsewhere.get(word) or suggestion(also[0] if also else word, free)
+            hint = elsewhere.get(word) or suggestion(also[0] if also else word, near)
             if word == "<<":
                 hint = "YAML's merge keys are not read: write the keys out"
                 meant.update(free)
