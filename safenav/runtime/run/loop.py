@@ -103,7 +103,7 @@ class Run(Situation):
         for all changes of this moment."""
         changed = happened = False
         strayed = list[int]()
-        for event in self.world.wait(self):  # reports of the world, and turns
+        for event in self.world.wait(self, self.still()):  # reports of the world, and turns
             self.check()
             happened = True
             if isinstance(event, now.Change | now.Strayed):

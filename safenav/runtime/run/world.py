@@ -90,9 +90,9 @@ class World:
             self.truth.follow(run.team)
         self._set = frozenset(self.operator.inputs)
 
-    def wait(self, run: Situation) -> Iterator[now.Event]:
+    def wait(self, run: Situation, still: End | None) -> Iterator[now.Event]:
         """Yield the next events and turns; none if nothing will ever happen. Each event is read
-        when those before it have been applied."""
+        when those before it have been applied. ``still``: the end of a run that has been still."""
         commands = self.commands
         if self.live:
             if self.truth is not None:
@@ -124,7 +124,7 @@ class World:
         for i in range(len(run.state.robots)):
             if charged(run.team, run.state, i):
                 yield now.Served(i, True, "battery")
-        yield from self.operator.events(run, lambda: self.given_up(run))
+        yield from self.operator.events(run, lambda: still or self.given_up(run))
         yield from self._heard(run)
         occupied, tick = acts.occupied(run.team, run.state), int(commands.now())
         for change in protocol.changes_of(self._world, tick, occupied, run.team.world):
