@@ -1,7 +1,7 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
 They concern an obstacle that blocks no robot; a robot larger than a region, or without room to turn
-there; a literal patrol that a joint plan drives; a misspelt layer.
+there; chargers without batteries; a literal patrol that a joint plan drives; a misspelt layer.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,6 +22,8 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     found = [*scenario.map.notes, *_misnamed(scenario)]
     for obstacle in scenario.obstacles:
         found += _unnoticed(obstacle, scenario)
+    if scenario.chargers and all(robot.model.battery is None for robot in scenario.robots):
+        found.append("'chargers' has no effect: no robot has a battery")
     found += [*oversized(scenario), *cramped(scenario), *_alternating(scenario)]
     return tuple(dict.fromkeys(found))
 

@@ -84,7 +84,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     ``names`` gives regions a name that scenarios may use instead of the number, ``areas`` names
     sets of free regions. ``frame`` says where the map lies in metres, if that is known. ``notes``:
-    sentences on losses and guesses when it was read from a file.
+    sentences on losses, guesses and keys without effect when its scenario was read.
     """
 
     rows: int

@@ -115,12 +115,15 @@ def _when(
 def _heading(
     item: language.RobotKeys, model: RobotModel | None, reading: Reading
 ) -> Heading | None:
-    """Return the heading; report it if heading mobility lacks it."""
+    """Return the heading; report it if heading mobility lacks it, and note one without effect."""
     missing = item.at("heading") is None
     if missing and model is not None and model.mobility is Mobility.HEADING:
         found = f"robot {item.of.removeprefix('of ')}: the key 'heading' is missing"
         hint = f"a {model.name} starts with a heading: {', '.join(HEADINGS)}"
         reading.add(item.node, found, hint)
+    if item.heading and model is not None and model.mobility is Mobility.FREE and reading.world:
+        note = f"'heading' {item.of} has no effect: a {model.name} has no heading"
+        reading.world = replace(reading.world, notes=(*reading.world.notes, note))
     return HEADINGS[item.heading] if item.heading else None
 
 
