@@ -48,7 +48,7 @@ class NoStrategyCause(StrEnum):
     IMPOSSIBLE_START = "impossible_start"
     """The objective excludes the robot's initial pose."""
     CONTRADICTION = "contradiction"
-    """The objective contradicts itself, on any map."""
+    """The objective contradicts itself, its start or an assumption, on any map."""
     FORBIDDEN_WAY = "forbidden_way"
     """The objective forbids the moves that the map requires."""
     CORNERED = "cornered"

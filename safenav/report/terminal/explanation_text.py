@@ -67,7 +67,8 @@ def cause_words(found: Explanation, world: RegionMap) -> str:
             return f"{some}its objective does not allow its start"
         case NoStrategyCause.CONTRADICTION:
             start = f"{found.task.item}.start" in {m.origin.item for m in found.core.members}
-            contrary = "its start" if start else "itself"
+            itself = "itself or an assumption" if found.core.fairness else "itself"
+            contrary = "its start" if start else itself
             return f"its objective contradicts {contrary}, whatever the map"
         case NoStrategyCause.FORBIDDEN_WAY:
             return "no sequence of moves on this map satisfies all its guarantees"
