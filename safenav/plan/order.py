@@ -278,8 +278,10 @@ def charges_now(team: Team, state: State) -> tuple[float, ...]:
 
 def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
     pursuit = team.members[i].pursuit
-    if pursuit.in_turn:  # if it settles, only the last target is a goal
-        return own.met >= due[1] and (not pursuit.settles or own.memory >= due[0])
+    if pursuit.settles:  # it returns to its last target, and counts its rounds there
+        return own.memory >= due[0]
+    if pursuit.in_turn:
+        return own.met >= due[1]
     return (own.met, own.memory & due[0]) >= (due[1], due[0])
 
 

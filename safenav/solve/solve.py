@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
-from itertools import combinations
+from itertools import combinations, takewhile
 from math import inf
 
 from msgspec import Struct, field
@@ -20,7 +20,7 @@ from safenav.scenario.reachability import too_many
 from safenav.team.floor import Floor, Stages
 from safenav.team.team import Team
 from safenav.world.map import Region
-from safenav.world.poses import FAR, Mask, bits
+from safenav.world.poses import Mask, bits
 
 MOST_NODES = 20_000
 MOST_GROUPS, MOST_TIMED = 100, 3
@@ -190,16 +190,12 @@ def _attainable(g: int, helpers: tuple[int, ...], now: Sets) -> bool:
 
 
 def time_of(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> float:
-    """Return a robot's bid: the time (ticks; live: seconds) to the need's regions, and on to those
-    of the needs that it must fulfil next."""
+    """Return a robot's bid: the time (ticks; live: seconds) to one of the need's regions, and on to
+    those of the needs that it must fulfil next, on a shortest path."""
     floor, graph, allowed = now.floor, now.floor.graphs[i], now.floor.allowed(i, now.stages)
-    steps = graph.steps_between(origins.sets[i], there, allowed) or 0
-    needs, k = floor.gate(g).needs, now.stages[g].need + 1
-    while k < len(needs) and needs[k].same:
-        goal = graph.poses_on(needs[k].regions)
-        more = graph.steps_between(there, goal, allowed)
-        steps, there, k = steps + (FAR if more is None else more), goal, k + 1
-    return steps * floor.team.step_times[i]
+    later = floor.gate(g).needs[now.stages[g].need + 1 :]
+    goals = (graph.poses_on(need.regions) for need in takewhile(lambda need: need.same, later))
+    return graph.steps_through(origins.sets[i], [there, *goals], allowed) * floor.team.step_times[i]
 
 
 def gathered(

@@ -11,7 +11,7 @@ Results are cached.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import StrEnum
 from functools import cached_property, lru_cache
 
@@ -278,11 +278,20 @@ class PoseGraph:
         }
         return sum(1 << pose for pose in staying | entered)
 
-    def steps_between(self, start: Mask, goal: Mask, allowed: Mask) -> int | None:
-        """Return the number of steps of a shortest path from a pose of ``start`` to one of
-        ``goal``."""
-        layers = enumerate(self._layers(start, allowed))
-        return next((count for count, layer in layers if layer & goal), None)
+    def steps_through(self, start: Mask, goals: Sequence[Mask], allowed: Mask) -> int:
+        """Return the number of steps of a shortest path from a pose of ``start`` through one of
+        each of the ``goals`` in turn, FAR without a path."""
+        frontier, seen, count = [start, *(0 for _ in goals)], [0] * (len(goals) + 1), 0
+        while any(frontier):
+            for k, goal in enumerate(goals):
+                frontier[k + 1] |= frontier[k] & goal & ~seen[k + 1]
+            if frontier[-1]:
+                return count
+            seen = [old | new for old, new in zip(seen, frontier, strict=True)]
+            pairs = zip(frontier, seen, strict=True)
+            frontier = [self.forward(new) & allowed & ~old for new, old in pairs]
+            count += 1
+        return FAR
 
     def nearest(self, start: int, goal: Mask, allowed: Mask) -> Mask:
         """Return the part of ``goal`` in one of its nearest regions; all of it without a path."""

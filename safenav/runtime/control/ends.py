@@ -31,7 +31,7 @@ from safenav.team.state import Is, State
 from safenav.team.team import Team, without_memory
 from safenav.trace.vocabulary import OperatorCause, Proof
 from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words, some
-from safenav.world.poses import Mask
+from safenav.world.poses import FAR, Mask
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
@@ -263,8 +263,8 @@ class Request:
             member, robot, graph = self.team.members[i], self.state.robots[i], floor.graphs[i]
             allowed = floor.allowed(i, self.stages) if robot.active else 0
             there = graph.poses_on(self.need.regions)
-            steps = graph.steps_between(1 << robot.next, there & allowed, allowed)
-            found[member.name] = None if steps is None else round(steps * times[i], 1)
+            steps = graph.steps_through(1 << robot.next, [there & allowed], allowed)
+            found[member.name] = None if steps == FAR else round(steps * times[i], 1)
         return found
 
     def why_nobody(self) -> str | None:
