@@ -305,6 +305,8 @@ def _restart_rounds(s: State) -> None:
         robot.met.clear()
         if s.live or robot.moved >= s.tick:
             robot.progress.stayed += robot.stays
+        if not s.live:
+            robot.progress.since = s.tick - (robot.moved < s.tick)
 
 
 FACTS: tuple[Rule, ...] = tuple(RULES)

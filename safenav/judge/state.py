@@ -26,20 +26,21 @@ class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
     met in turn, or rounds of ``cover``; ``turn``: the next target (None: the first); ``seen``:
     targets of a ``cover`` round; ``counts``: how often each was met; ``stayed``: ticks at the last
-    target."""
+    target; ``since``: the tick after which each tick counts, without goals."""
 
     goals: int = 0
     turn: int | None = None
     seen: frozenset[int] = frozenset()
     counts: tuple[int, ...] = ()
     stayed: int = 0
+    since: int = 0
 
     def rounds(self, own: Objective, tick: int) -> int:
         """Return how often the robot has met its whole objective."""
         if own.settles:
             return self.stayed
         if own.kind == "ltl":
-            return min((0, *self.counts)[1:], default=tick)  # without goals, each tick counts
+            return min((0, *self.counts)[1:], default=tick - self.since)
         return self.goals if own.covers else int(self.goals // own.count)
 
     def ended(self, own: Objective) -> bool:
