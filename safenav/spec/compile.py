@@ -37,7 +37,7 @@ from safenav.spec.specification import (
     stepping,
     walls,
 )
-from safenav.spec.task import Memory, Task
+from safenav.spec.task import Task
 from safenav.world.map import Heading, RegionMap
 from safenav.world.poses import Mobility
 
@@ -148,7 +148,7 @@ def encode(task: Task, world: RegionMap) -> tuple[list[Variable], list[Constrain
             Variable(name, Owner.OUTPUT, bounds, "memory of the objective")
             for name, bounds in objective.memory.items()
         ]
-        found = _ltl(objective, item, task.memory)
+        found = _ltl(objective, item, task)
     elif isinstance(objective, Patrol) and len(objective.targets) == 2:  # the paper's formula
         variables = [Variable("scout", Owner.OUTPUT, None, "true: the second target is next")]
         found = _patrol(task, item)
@@ -241,14 +241,14 @@ def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Con
             yield Constraint(Section.SYS_LIVENESS, formula, rule, tuple(sorted(target)))
 
 
-def _ltl(ltl: Ltl, item: str, memory: Memory) -> Iterator[Constraint]:
-    begin = Origin(item, "ltl: at the start", SOURCE_OBJECTIVE)
-    if memory.values:
+def _ltl(ltl: Ltl, item: str, task: Task) -> Iterator[Constraint]:
+    begin, values = Origin(item, "ltl: at the start", SOURCE_OBJECTIVE), task.memory.values
+    if values:
         for name, bounds in ltl.memory.items():
-            value = memory.values[name]
+            value = values[name]
             formula = f"{name} = {value}" if bounds else (name if value else f"!{name}")
             yield Constraint(Section.SYS_INIT, formula, begin)
-    else:
+    elif ltl.memory or task.pose == task.robot.start:  # conditions on the pose end with the start
         for formula in ltl.init:
             yield Constraint(Section.SYS_INIT, formula, begin)
     always = Origin(item, "ltl: always", SOURCE_OBJECTIVE)

@@ -11,6 +11,7 @@ from safenav.scenario.objective import Objective
 from safenav.spec.guarantees import guarantees_of
 from safenav.team import state as now
 from safenav.team.acts import is_shut, stands_for
+from safenav.team.bound import least_first
 from safenav.team.floor import restarted
 from safenav.team.formulas import reached
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
@@ -39,10 +40,12 @@ def initial(team: Team) -> State:
 
 def _initial(member: Member) -> RobotNow:
     pose = member.graph.number(member.robot.start)
-    own = Count(member.objective.begin(member.robot.start.region))
+    first = member.objective.begin(member.robot.start.region)
+    if member.robot.within is not None:
+        _, first = least_first(member, pose, first)
     charge = 0 if member.energy is None else member.energy.battery.start
     values = _memory(member, pose)
-    return RobotNow(pose, member.objective, own, values=values, charge=charge)
+    return RobotNow(pose, member.objective, Count(first), values=values, charge=charge)
 
 
 def _memory(member: Member, pose: int) -> now.Values:

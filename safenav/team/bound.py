@@ -182,14 +182,29 @@ class Bound:
         return turn if turn < self.ready[i] * self.count + i else NEVER
 
 
-def least_within(member: Member, start: int, *, strict: bool) -> int | None:
+def least_first(member: Member, start: int, first: int) -> tuple[int | None, int]:
+    """Return the least number of ticks for each round, and the target with which a robot then
+    begins: ``first`` unless it may begin with any and is too late with that. If its objective is
+    literal and that is possible (else synthesis reports it), no other targets are on the way."""
+    strict = least_within(member, start, strict=True) if member.objective.literal else None
+    if strict is not None:
+        return strict, first
+    choices = range(len(member.targets)) if member.either else [first]
+    ends = {k: least_within(member, start, strict=False, first=k) for k in choices}
+    within, best = member.robot.within, ends[first]
+    if best is None or (within is not None and best > within):
+        first = min(choices, key=lambda k: NEVER if (n := ends[k]) is None else n)
+    return ends[first], first
+
+
+def least_within(member: Member, start: int, *, strict: bool, first: int = 0) -> int | None:
     """Return the least N such that a robot alone can take at most N ticks for every round, forever;
     None if there is none. ``strict``: whether it touches no other target on the way to a target
-    (the paper's patrol).
+    (the paper's patrol); ``first``: the target with which it begins.
 
     Exact, without a counter: K is the greatest set of poses of the last target from which another
     round of at most N ticks leads back into K; the first round must lead into K in time."""
-    targets = member.targets
+    targets = member.targets[first:] + member.targets[:first]
     every = reduce(or_, targets) if strict else 0  # targets of a patrol share no region
 
     def round_from(pose: int) -> ByTick:

@@ -15,7 +15,7 @@ from safenav.scenario.objective import formulas_in
 from safenav.team import state as now
 from safenav.team.apply import goals, on_own
 from safenav.team.battery import Energy
-from safenav.team.bound import NEVER, Bound, least_within
+from safenav.team.bound import NEVER, Bound, least_first
 from safenav.team.state import Count, State
 from safenav.team.team import Member, Team
 from safenav.trace import records
@@ -200,7 +200,7 @@ def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> O
     """Return the targets that a robot must still meet in sequence for its round, or for ``most``
     rounds: several lists while it may begin with any target, or with the one where it stands."""
     member, robot, own = team.members[i], state.robots[i], state.robots[i].own
-    free = member.objective.strict and own.met == 0 and (member.planned or robot.fresh)
+    free = member.objective.strict and own.met == 0
     here = (k for k, t in enumerate(member.targets) if member.either or t >> robot.pose & 1)
     begun = [own._replace(memory=k) for k in {own.memory, *here}] if free else [own]
     return [_goals_left(member, each, most) for each in begun if member.objective.ordered()]
@@ -236,7 +236,10 @@ def refusal_of(team: Team, state: State) -> End | None:
     pairs = [*zip(team.members, state.robots, strict=True)]
     for member, robot in pairs:
         within = member.robot.within
-        if within is not None and ((least := _least(member, robot.pose)) is None or least > within):
+        if within is None:
+            continue
+        least, _ = least_first(member, robot.pose, robot.own.memory)
+        if least is None or least > within:
             refused[member.name] = least
             parts.append(f"{member.name}: {_words(len(member.targets), within, least)}")
     by = team.scenario.until.by
@@ -285,13 +288,6 @@ def _orders(team: Team, member: Member, pose: int) -> Orders:
     for order in orders if objective.settles else ():  # it stays at its last target
         order += masks[-1:] * (len(masks) + team.rounds - 1 - len(order))
     return [order[order[0] >> pose & 1 :] for order in orders]
-
-
-def _least(member: Member, pose: int) -> int | None:
-    """Return the least number of ticks for each round: without other targets on the way if its
-    objective is literal and that is possible (else synthesis reports it)."""
-    strict = least_within(member, pose, strict=True) if member.objective.literal else None
-    return least_within(member, pose, strict=False) if strict is None else strict
 
 
 def _words(count: int, within: int, least: int | None) -> str:
