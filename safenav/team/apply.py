@@ -12,7 +12,7 @@ from safenav.spec.guarantees import guarantees_of
 from safenav.team import state as now
 from safenav.team.acts import is_shut, stands_for
 from safenav.team.bound import least_first
-from safenav.team.floor import restarted
+from safenav.team.floor import charged, restarted
 from safenav.team.formulas import reached
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
@@ -446,13 +446,6 @@ def orders_ahead(team: Team, state: State) -> bool:
     """Return whether orders of the scenario are still to come."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     return any(o.ordered and each.state is Is.AWAY for o, each in pairs)
-
-
-def charged(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot that was flat has got another battery, so that it is in service
-    again."""
-    robot, energy = state.robots[i], team.members[i].energy
-    return robot.flat and energy is not None and robot.charge >= energy.battery.capacity
 
 
 def done(team: Team, state: State, i: int) -> bool:

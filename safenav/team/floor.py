@@ -69,9 +69,23 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def need(self, g: int, stages: Stages) -> Need:
         return self.gate(g).needs[stages[g].need]
 
+    @cached_property
+    def flat(self) -> dict[int, int]:
+        """The gates that are batteries of robots out of service: they return when these are
+        resolved."""
+        every = ((self.gate(g).battery_of, g) for g in range(len(self.gates)))
+        return {i: g for i, g in every if i is not None and i not in self.robots}
+
+    def in_service(self, i: int, stages: Stages) -> bool:
+        """Return whether a robot is in service at these stages."""
+        g = self.flat.get(i)
+        return i in self.robots if g is None else self.gate(g).next(stages[g]) is None
+
     @cached_method
     def allowed(self, i: int, stages: Stages) -> Mask:
         """Return the poses that a robot may enter."""
+        if i in self.flat and not self.in_service(i, stages):
+            return 0
         closed = [
             self.gate(g).region
             for g in self.open(stages)
@@ -129,7 +143,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def skilled(self, g: int, stages: Stages) -> tuple[int, ...]:
         """Return the candidates that may act where they are."""
-        able = (i for i in self.candidates(g, stages) if i in self.robots)
+        able = (i for i in self.candidates(g, stages) if self.in_service(i, stages))
         return tuple(i for i in able if (i, self.gates[g]) not in self.barred)
 
     @cached_method
@@ -418,9 +432,18 @@ def turns_back(team: Team, state: State, i: int, k: int) -> bool:
     return failed or (each.state is Is.SEALED and obstacle.lets_in(i, each))
 
 
+def charged(team: Team, state: State, i: int) -> bool:
+    """Return whether a robot that was flat has got another battery, so that it is in service
+    again."""
+    robot, energy = state.robots[i], team.members[i].energy
+    return robot.flat and energy is not None and robot.charge >= energy.battery.capacity
+
+
 def floor_now(team: Team, state: State) -> Floor:
     """Return the floor as the team knows it, with all robots in service."""
-    out = frozenset((i, robot.next) for i, robot in enumerate(state.robots) if not robot.active)
+    every = enumerate(state.robots)
+    away = ((i, robot) for i, robot in every if not robot.active and not charged(team, state, i))
+    out = frozenset((i, robot.next) for i, robot in away)
     return floor_with(team, state, state.gates, state.sealed, out)
 
 
@@ -467,6 +490,7 @@ def floor_of(
     graphs, floors, within, standing, absent = [], [], [], dict(out), []
     robots = tuple(i for i in range(len(team.members)) if i not in standing)
     at = [1 << standing[i] % team.size if i in standing else 0 for i in range(len(team.members))]
+    flat = {team.obstacles[k].battery_of for k in gates}
     for i, member in enumerate(team.members):
         graph = member.graph
         closed = [team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks]
@@ -478,7 +502,7 @@ def floor_of(
             floor |= 1 << pose
             graph = graph.left_only(pose, behind) if k in sealed else graph
         graphs.append(graph)
-        floors.append(1 << standing[i] if i in standing else floor)
+        floors.append(1 << standing[i] if i in standing and i not in flat else floor)
         within.append(there)
     found = team, gates, tuple(graphs), tuple(floors), robots, barred, tuple(within)
     return Floor(*found, away=tuple(absent) if out else (), laden=laden)

@@ -19,8 +19,8 @@ from safenav.runtime.control.strategies import Controller, outdated, pursues, sy
 from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE, driven
-from safenav.team.apply import apply, charged, done, initial, on_own, orders_ahead, stands
-from safenav.team.floor import floor_now, stages_of
+from safenav.team.apply import apply, done, initial, on_own, orders_ahead, stands
+from safenav.team.floor import charged, floor_now, stages_of
 from safenav.team.state import State
 from safenav.team.team import Member, Team, without_memory
 from safenav.trace.words import listed
@@ -307,10 +307,12 @@ class Decision:
             elif isinstance(first := answers.plan(brings, joint, served, state), Found):
                 answer = replace(first, plan=replace(first.plan, part=True))
         empty = tuple(g for g in served if team.obstacles[floor.gates[g]].battery_of in out)
-        if empty and (answer is None or isinstance(answer, Deadlock)):
-            # Robots that get a battery return to service, and then no longer stand in the way.
-            brought = answers.plan(brings, joint, empty, state)
-            answer = brought if isinstance(brought, Found) else answer
+        for gates in dict.fromkeys((served, empty)) if out else ():
+            # Robots out of service are in the way of rounds, but perhaps not of requests; those
+            # that get a battery return.
+            if gates and (answer is None or isinstance(answer, Deadlock)):
+                brought = answers.plan(brings, joint, gates, state)
+                answer = brought if isinstance(brought, Found) else answer
         match answer:
             case Found(plan, turned):
                 for i, memory in turned:
