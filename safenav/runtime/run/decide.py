@@ -28,12 +28,14 @@ class Proposal(NamedTuple):
 
 def continues(run: Situation, i: int) -> bool:
     """Return whether a robot moves while the team waits for help from outside: it can undo each of
-    its steps alone and needs no help itself, or it has an objective for that time."""
+    its steps alone and has a way without help, or it has an objective for that time."""
     team, state = run.team, run.state
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or member.objective.formulas is not None:
         return False
-    asks = any(i in dict(each.asked) for each in state.obstacles if each.known)
+    mine, pairs = run.control.controllers[i], zip(team.obstacles, state.obstacles, strict=True)
+    around = {known.region for known in mine.task.blocked} if mine else set[int]()
+    asks = any(i in dict(now.asked) for o, now in pairs if now.known and o.region not in around)
     asks = asks or (run.control.end is not None and member.name in run.control.end.stuck)
     meanwhile = member.robot.while_waiting
     return robot.active and (

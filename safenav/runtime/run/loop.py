@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, Decision, Situation, is_complete
-from safenav.runtime.control.ends import End, completed, what_is_left
+from safenav.runtime.control.ends import End, completed, hopeful, what_is_left
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import candidates, looked
 from safenav.runtime.run import decide
@@ -29,6 +29,7 @@ from safenav.runtime.run.deadlines import refusal_of
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.world import World
 from safenav.scenario.model import Obstacle
+from safenav.solve.solve import closure_of
 from safenav.team import state as now
 from safenav.team.acts import noticed
 from safenav.team.apply import apply, on_own
@@ -298,7 +299,11 @@ class Run(Situation):
         """Update the intentions of the team; its decisions are events like all others."""
         if self.control.helped:
             self.control = replace(self.control, helped=False)
-            self.happens(now.Reopened())
+            given_up = {k for k, each in enumerate(self.state.obstacles) if each.given_up}
+            around = hopeful(self.team, self.state) if given_up else None
+            stuck = {around.floor.gates[g] for g in closure_of(around).stuck} if around else set()
+            if given_up - stuck:
+                self.happens(now.Reopened())
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
