@@ -300,10 +300,12 @@ class Run(Situation):
         if self.control.helped:
             self.control = replace(self.control, helped=False)
             given_up = {k for k, each in enumerate(self.state.obstacles) if each.given_up}
-            around = hopeful(self.team, self.state) if given_up else None
-            stuck = {around.floor.gates[g] for g in closure_of(around).stuck} if around else set()
-            if given_up - stuck:
+            around, waited = hopeful(self.team, self.state), self.recorder.waited or (None,)
+            stuck = {around.floor.gates[g] for g in closure_of(around).stuck if given_up}
+            last = waited != (None,) and self.world.coming(self) is None
+            if last or not given_up or given_up - stuck:  # else nothing can be resolved now
                 self.happens(now.Reopened())
+            self.recorder.waited = None
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since

@@ -213,13 +213,11 @@ class Recorder:
                 robot = None if i is None else self._robot(i)
                 self.emit(records.Late(self.tick, kind, why, robot, name))
             case now.Inputs(on, by_user):
-                self.waited = None
                 values = {each.name: each.name in on for each in self.team.scenario.inputs}
                 self.emit(records.Inputs(self.tick, values, by_user or None))
             case now.Reopened():
                 for k in (k for k, each in enumerate(before.obstacles) if each.given_up):
                     self.emit(records.Reopened(self.tick, self._name(k)))
-                self.waited = None
 
         moved = now.Departed | now.Stayed | now.Goes | now.Arrived
         at_once = isinstance(event, now.Departed) and not self.team.live and event.due is None
