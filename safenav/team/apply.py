@@ -44,13 +44,16 @@ def _initial(member: Member) -> RobotNow:
     if member.robot.within is not None:
         _, first = least_first(member, pose, first)
     charge = 0 if member.energy is None else member.energy.battery.start
-    values = _memory(member, pose)
+    values = _values(member, pose, frozenset())
     return RobotNow(pose, member.objective, Count(first), values=values, charge=charge)
 
 
-def _memory(member: Member, pose: int) -> now.Values:
-    """Return the memory of formulas in a state that has it."""
-    return tuple(sorted(member.graph.memory(pose).items()))
+def _values(member: Member, pose: int, inputs: frozenset[str]) -> now.Values:
+    """Return the values of formulas at their beginning: the memory in a state that has it, and the
+    ``inputs`` that are on."""
+    formulas = member.objective.formulas
+    heard = {name: int(name in inputs) for name in formulas.inputs} if formulas else {}
+    return tuple(sorted({**heard, **member.graph.memory(pose)}.items()))
 
 
 def apply(team: Team, state: State, event: now.Event) -> State:
@@ -244,7 +247,7 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
     )
     own = Count(objective.begin(robot.next % team.size))
     assert pose is not None
-    values = _memory(team.members[i], pose if to is None else to)
+    values = _values(team.members[i], pose if to is None else to, state.inputs)
     begun = {"own": own, "node": None, "fresh": True, "values": values, "came": None}
     return _robot(state, i, pose=pose, to=to, **begun)
 
@@ -259,7 +262,7 @@ def _stepped(
         return {}
     if values is None:
         heard = {name: int(name in state.inputs) for name in formulas.inputs}
-        kept = dict(robot.values) | heard | dict(_memory(team.members[i], pose))
+        kept = dict(robot.values) | heard | dict(team.members[i].graph.memory(pose))
         values = tuple(sorted(kept.items()))
     return {"came": (robot.pose, robot.values), "values": values}
 
@@ -273,7 +276,7 @@ def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
         return {}
     old = dict(robot.came[1])
     if graph.remembers:
-        values = old | dict(_memory(team.members[i], pose))
+        values = old | dict(graph.memory(pose))
     else:
         here, there = graph.pose(robot.came[0]), graph.pose(pose)
         values = dict(guarantees_of(formulas).memory_after(here, old, there))
