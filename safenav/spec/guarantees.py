@@ -27,10 +27,11 @@ Values = Mapping[str, int]
 
 class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
     """One formula. Its truth on a step depends only on the variables that it names; unknown
-    ``inputs`` have the values that make it true, if there are any."""
+    ``inputs`` are as those ``on``, or (None) have values that make it true, if there are any."""
 
     formula: Formula
     inputs: frozenset[str] = frozenset()
+    on: frozenset[str] | None = None
     _known: dict[tuple[int | None, ...], bool] = field(default_factory=dict)
 
     @cached_property
@@ -45,7 +46,8 @@ class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
         for name in self.inputs.intersection(self.names):
             for given in (before, after):
                 if name not in given:
-                    choices = ({**given, name: value} for value in (0, 1))
+                    values = (0, 1) if self.on is None else (int(name in self.on),)
+                    choices = ({**given, name: value} for value in values)
                     if given is before:
                         return any(self.holds(choice, after) for choice in choices)
                     return any(self.holds(before, choice) for choice in choices)
@@ -57,18 +59,19 @@ class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
 
 
 class Guarantees:
-    """The formulas of one robot, evaluated on single steps."""
+    """The formulas of one robot, evaluated on single steps. ``on``: the inputs that are always on
+    (None: unknown)."""
 
-    def __init__(self, objective: Ltl) -> None:
+    def __init__(self, objective: Ltl, on: frozenset[str] | None = None) -> None:
         self.goals = len(objective.liveness)
-        inputs = frozenset(objective.inputs)
+        inputs = frozenset(objective.inputs), on
         self._init = tuple(GuaranteeRule(parse(text)) for text in objective.init)
-        self._liveness = tuple(GuaranteeRule(parse(text), inputs) for text in objective.liveness)
+        self._liveness = tuple(GuaranteeRule(parse(text), *inputs) for text in objective.liveness)
         self._ranges = {
             name: range(2) if bounds is None else range(bounds[0], bounds[1] + 1)
             for name, bounds in objective.memory.items()
         }
-        safety = [GuaranteeRule(parse(text), inputs) for text in objective.safety]
+        safety = [GuaranteeRule(parse(text), *inputs) for text in objective.safety]
         self._plain = [rule for rule in safety if not self._speaks_of_memory(rule)]
         self._rest = [rule for rule in safety if self._speaks_of_memory(rule)]
 

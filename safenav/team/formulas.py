@@ -22,16 +22,18 @@ MOST_STATES = 4000
 """Maximum number of states of a robot that shares its floor."""
 
 
-def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
-    """Return the states of a robot, and the steps that its rules allow. Raises UsageError for too
-    many."""
+def graph_of(
+    robot: Robot, world: RegionMap, *, shared: bool, on: frozenset[str] | None = None
+) -> PoseGraph:
+    """Return the states of a robot, and the steps that its rules allow; ``on``: the inputs that
+    are on (None: unknown). Raises UsageError for too many."""
     found, mobility = formulas_in(robot.objective), robot.model.mobility
     if found is None:
         return plain_graph(world, mobility)
-    guarantees = guarantees_of(found)
+    guarantees = guarantees_of(found, on)
     goals, memories = guarantees.goals_of_steps, len(guarantees.memories)
     if not shared or not (guarantees.remember_something or goals):
-        return _posed(found, world, mobility)
+        return _posed(found, world, mobility, on)
     poses = len(world.free) * plain_graph(world, mobility).blocks
     if not 0 < poses * memories << len(goals) <= MOST_STATES:
         raise UsageError(
@@ -39,16 +41,18 @@ def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
             f"({poses} poses, each with the values of its memory), too many for a robot that "
             "shares its floor\n    use fewer or smaller memory variables, or 'avoids: []'"
         )
-    return _remembering(found, world, mobility)
+    return _remembering(found, world, mobility, on)
 
 
-def targets_of(objective: Objective, graph: PoseGraph) -> tuple[Mask, ...]:
-    """Return the states in which each goal of an objective is met."""
+def targets_of(
+    objective: Objective, graph: PoseGraph, *, on: frozenset[str] | None = None
+) -> tuple[Mask, ...]:
+    """Return the states in which each goal of an objective is met; ``on``: as in ``graph_of``."""
     if objective.formulas is None:
         return graph.on_each(objective.targets)
     if graph.remembers:
         return graph.goals
-    found = guarantees_of(objective.formulas)
+    found = guarantees_of(objective.formulas, on)
 
     def poses_of(goal: int) -> Mask:
         return graph.where_met(lambda p, q: found.meets(goal, graph.pose(p), graph.pose(q)))
@@ -57,9 +61,11 @@ def targets_of(objective: Objective, graph: PoseGraph) -> tuple[Mask, ...]:
 
 
 @lru_cache(maxsize=256)
-def _posed(formulas: Ltl, world: RegionMap, mobility: Mobility) -> PoseGraph:
+def _posed(
+    formulas: Ltl, world: RegionMap, mobility: Mobility, on: frozenset[str] | None
+) -> PoseGraph:
     """Return the graph of poses, with the steps that formulas allow for some memory."""
-    graph, allows = plain_graph(world, mobility), guarantees_of(formulas).allows
+    graph, allows = plain_graph(world, mobility), guarantees_of(formulas, on).allows
     steps = ((pose, step) for pose in bits(graph.everywhere) for step in graph.steps(pose))
     closed = (each for each in steps if not allows(graph.pose(each[0]), graph.pose(each[1])))
     return PoseGraph(world, mobility, frozenset(closed))
@@ -88,11 +94,13 @@ class StateGraph(PoseGraph):
         formulas: Ltl,
         world: RegionMap,
         mobility: Mobility,
+        on: frozenset[str] | None,
         shut: frozenset[int] = frozenset(),
     ) -> None:
         super().__init__(world, mobility)
         self.remembers, self._goes_straight = True, False  # a step may change the memory
-        self._formulas, self._guarantees, self._shut = formulas, guarantees_of(formulas), shut
+        self._formulas, self._on, self._shut = formulas, on, shut
+        self._guarantees = guarantees_of(formulas, on)
         goals = self._guarantees.goals_of_steps
         met = [frozenset(few) for n in range(len(goals) + 1) for few in combinations(goals, n)]
         memories: Sequence[Mapping[str, int]] = self._guarantees.memories
@@ -129,7 +137,7 @@ class StateGraph(PoseGraph):
         """Return this graph without the steps into a pose, for every memory. From there, runs of
         the robot may lead only to the region behind it."""
         shut = self._shut | {pose % self._span}
-        return StateGraph(self._formulas, self.world, self.mobility, shut)
+        return StateGraph(self._formulas, self.world, self.mobility, self._on, shut)
 
     @cached_method
     def steps(self, pose: int) -> tuple[int, ...]:

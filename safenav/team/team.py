@@ -285,10 +285,16 @@ def team_of(scenario: model.Scenario) -> Team:
 
 
 def _member(
-    scenario: model.Scenario, robot: model.Robot, base: Pose, *, remember: bool = True
+    scenario: model.Scenario,
+    robot: model.Robot,
+    base: Pose,
+    *,
+    remember: bool = True,
+    on: frozenset[str] | None = None,
 ) -> Member:
-    """Return a robot of a scenario, perhaps with another objective; ``remember``: its states hold
-    the memory of its formulas, if joint plans drive it."""
+    """Return a robot of a scenario, perhaps with another objective; ``remember``: whether its
+    states hold the memory of its formulas, if joint plans drive it; ``on``: the inputs of
+    these that are on (None: unknown)."""
     every, name = [*enumerate(scenario.robots)], robot.name
     rivals = frozenset(k for k, o in every if o.name != name and robot.conflicts(o))
     zones = tuple(
@@ -301,13 +307,24 @@ def _member(
     )
     objective, battery, energy = robot.objective, robot.model.battery, None
     planned = bool(rivals or zones or battery)
-    graph = graph_of(robot, scenario.map, shared=planned and remember)
+    graph = graph_of(robot, scenario.map, shared=planned and remember, on=on)
     if battery is not None:
         targets, chargers = graph.on_each(objective.targets), graph.on(scenario.chargers)
         energy = Energy(graph, chargers, battery, targets, objective.settles, bool(robot.when))
-    floor, goals = graph.outside(objective.avoid), targets_of(objective, graph)
+    floor, goals = graph.outside(objective.avoid), targets_of(objective, graph, on=on)
     how = objective.pursuit, rivals, zones, base
     return Member(name, robot, graph, floor, goals, *how, energy)
+
+
+@lru_cache(maxsize=16)
+def hearing(team: Team, on: frozenset[str]) -> Team:
+    """Return the team as if exactly these inputs of its formulas were on, now and later."""
+    named = (m.objective.formulas for m in team.members if m.planned)
+    if not any(formulas is not None and formulas.inputs for formulas in named):
+        return team
+    pairs = ((member.robot, member.base) for member in team.members)
+    members = tuple(_member(team.scenario, *pair, on=on) for pair in pairs)
+    return replace(team, members=members)
 
 
 @lru_cache(maxsize=16)

@@ -22,7 +22,7 @@ from safenav.team.acts import FAILURE, driven
 from safenav.team.apply import apply, done, initial, on_own, orders_ahead, stands
 from safenav.team.floor import charged, floor_now, stages_of
 from safenav.team.state import State
-from safenav.team.team import Member, Team, without_memory
+from safenav.team.team import Member, Team, hearing, without_memory
 from safenav.trace.words import listed
 
 _OUT = {
@@ -265,7 +265,7 @@ class Decision:
         sharing = driven(team, state)
         if not sharing:
             return None
-        floor = floor_now(team, state)
+        floor = floor_now(hearing(team, state.inputs), state)
         joint, served = joint_now(state, floor), control.found.served
         open_ = {floor.gates[g] for g in served}
         leaves = state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing)
@@ -293,6 +293,12 @@ class Decision:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
         better = blind(state) and not due
         answer = answers.plan(floor, joint, served, state, better=better)
+        if floor.team is not team and not isinstance(answer, Found):  # with any inputs
+            floor = replace(floor, team=team, graphs=floor_now(team, state).graphs)
+            joint = joint_now(state, floor)
+            if open_ <= alone and floor.completed(joint, frozenset(), sharing):
+                return None
+            answer = answers.plan(floor, joint, served, state, better=better)
         answers.examined = len(state.over)
         if better and not isinstance(answer, Found):
             answers.kept = state.plan
