@@ -145,10 +145,11 @@ class StateGraph(PoseGraph):
         before, (old, _) = plain.pose(here), self._memories[k]
         return tuple(
             to + later * self._span
-            for to in plain.steps(here)
+            for to in (*plain.steps(here), here)
             if to not in self._shut
             for later, (new, met) in enumerate(self._memories)
-            if self._guarantees.allows_with(before, old, plain.pose(to), new)
+            if (to != here or new != old)
+            and self._guarantees.allows_with(before, old, plain.pose(to), new)
             and met == self._met_on(pose, to + later * self._span)
         )
 

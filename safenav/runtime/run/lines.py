@@ -1,6 +1,8 @@
 """Trace lines of moves, joint plans, requests, and of a synthesis with all data of its
 specification."""
 
+from itertools import accumulate, pairwise
+
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import ASIDE, Request
 from safenav.runtime.control.strategies import Controller
@@ -44,16 +46,17 @@ def move_line(
 def command_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
-    """Return the line of a live command to move, or of its end; None for other events."""
+    """Return the line of a live command to move, or of its end; None for other events, and for a
+    step of formulas alone."""
     regions, reason = None, None
     match event:
-        case now.Departed(i, pose, by, node):
+        case now.Departed(i, pose, by, node) if event.command:
             way = before.robots[i].pose % team.size, *team.members[i].graph.pose(pose).place
             node = node if by == "strategy" else None
             seconds = None if event.seconds is None else round(event.seconds, 3)
             who = tick, event.command, team.members[i].name
             return records.Depart(*who, *way, MovedBy(by), node, seconds)
-        case now.Arrived(i, why):
+        case now.Arrived(i, why) if before.robots[i].command:
             result, reason = MoveEnd.ARRIVED, why or None
         case now.Failed(i, _, why):
             result, reason = MoveEnd.FAILED, why
@@ -69,15 +72,22 @@ def command_line(
 
 
 def plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
-    """Return the line of a joint plan, from the present waypoint of each robot on."""
-    ways, orders = {}, []
-    for i in driven(team, state):
-        at, member, way = state.robots[i].at, team.members[i], plan.ways[i]
-        ways[member.name] = tuple(member.graph.pose(visit.pose).place for visit in way[at:])
-        for place in range(at + 1, len(way)):
-            for j, left in way[place].after:
-                if (since := left - state.robots[j].at) > 0:
-                    orders.append((team.members[j].name, since, member.name, place - at))
+    """Return the line of a joint plan, from the present waypoint of each robot on. A step of
+    formulas alone leads to no other place."""
+    ways, orders, states = {}, list[tuple[str, int, str, int]](), state.robots
+    members, who = team.members, driven(team, state)
+    every = {i: [members[i].graph.pose(v.pose).place for v in plan.ways[i]] for i in who}
+    number = {i: [0, *accumulate(a != b for a, b in pairwise(every[i]))] for i in who}
+    for i in who:
+        at, name = states[i].at, members[i].name
+        begun = number[i][at]
+        kept = dict(zip(number[i], every[i], strict=True))
+        ways[name] = tuple(kept[k] for k in range(begun, len(kept)))
+        for place in range(at + 1, len(every[i])):
+            for j, left in plan.ways[i][place].after:
+                since = number[j][left] - number[j][states[j].at]
+                if since > 0 and number[i][place] > begun:
+                    orders.append((members[j].name, since, name, number[i][place] - begun))
     what = "a part of the mission" if plan.part else "the remaining mission"
     return records.Plan(tick, what, ways, tuple(orders))
 

@@ -200,11 +200,15 @@ class Run(Situation):
         return other._replace(by="backtrack")
 
     def take(self, i: int, step: decide.Proposal, action: Action | None = None) -> None:
-        if step.pose == self.state.robots[i].pose:
+        here, graph = self.state.robots[i].pose, self.team.members[i].graph
+        if step.pose == here:
             node, strays = decide.node_while_staying(self, i, step)
             self.happens(now.Stayed(i, step.by, node, step.values))
             if strays:
                 self.happens(now.Astray(i, ()))
+        elif graph.pose(step.pose) == graph.pose(here):  # only its formulas take a step
+            self.happens(now.Departed(i, step.pose, step.by))
+            self.happens(now.Arrived(i))
         else:
             for event in self.world.start(self, i, step):
                 self.happens(event)
