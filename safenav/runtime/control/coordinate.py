@@ -215,9 +215,9 @@ class Decision:
         if failed := [(i, each) for i, each in made.items() if not each.realizable]:
             end = ends.no_strategy(team, state, failed, begun=bool(before.roles))
             helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
-            asks = {i for i, _ in failed if roles[i].objective != team.members[i].objective}
+            idle = {i for i, _ in failed if roles[i].objective != team.members[i].objective}
             served = {floor.gates[g] for g in found.served}  # perhaps it cannot wait for help
-            helped |= {k for k in served if asks.intersection(dict(state.obstacles[k].asked))}
+            helped |= {k for k in served if idle.intersection(dict(state.obstacles[k].asked))}
             vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
             if vain:  # formulas have memory that the decision ignores
                 kept = replace(before, question=None, failed=tuple(c for _, c in failed))
