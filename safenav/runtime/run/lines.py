@@ -75,10 +75,10 @@ def plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
     """Return the line of a joint plan, from the present waypoint of each robot on. A step of
     formulas alone leads to no other place."""
     ways, orders, states = {}, list[tuple[str, int, str, int]](), state.robots
-    members, who = team.members, driven(team, state)
-    every = {i: [members[i].graph.pose(v.pose).place for v in plan.ways[i]] for i in who}
-    number = {i: [0, *accumulate(a != b for a, b in pairwise(every[i]))] for i in who}
-    for i in who:
+    pairs, members = zip(team.members, plan.ways, strict=True), team.members
+    every = [[member.graph.pose(visit.pose).place for visit in way] for member, way in pairs]
+    number = [[0, *accumulate(a != b for a, b in pairwise(each))] for each in every]
+    for i in driven(team, state):
         at, name = states[i].at, members[i].name
         begun = number[i][at]
         kept = dict(zip(number[i], every[i], strict=True))
