@@ -172,11 +172,12 @@ def _options(
         lossless = all(back[i] for i in group) and not commits
         strangers, busy = sum(i not in helping for i in group), sum(i in elsewhere for i in group)
         last = max(met, *each)
+        late = bool(floor.left) and last > floor.left[g]
         yield (
-            (False, not lossless, g, busy, strangers, last, sum(each), group),
+            (False, not lossless, g, late, busy, strangers, last, sum(each), group),
             Step(g, group, tuple(places[i] for i in group), lossless),
         )
-        if lossless and (last == max(each) or number >= MOST_GROUPS):
+        if lossless and not late and (last == max(each) or number >= MOST_GROUPS):
             return  # no other group is better, or they are too many
     for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits

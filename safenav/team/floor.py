@@ -43,7 +43,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     per robot, if they differ from the mission's; ``away``: per robot, poses closed only by robots
     out of service; ``either``: whether strict objectives may begin with any target; ``ready``:
     whether robots with completed rounds must still be able to move; ``laden``: robots that carry
-    loads of other obstacles."""
+    loads of other obstacles; ``left``: the time until each gate is due, if any is."""
 
     team: Team
     gates: tuple[int, ...]
@@ -58,6 +58,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     either: bool = False
     ready: bool = False
     laden: frozenset[int] = frozenset()
+    left: tuple[float, ...] = ()
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]

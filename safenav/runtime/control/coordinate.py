@@ -6,6 +6,7 @@ surprise has dropped it (``apply``), or it is at its end and the mission is not 
 """
 
 from collections.abc import Collection, Hashable, Sequence
+from math import inf
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -175,7 +176,12 @@ class Decision:
         aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
         lone = frozenset(team.lone)
         pairs = ((i, k) for i in team.sharing for k in before.left)
-        serving = replace(floor, helping=tuple(helping.items())) if helping else floor
+        dues = [state.obstacles[k].due for k in floor.gates]
+        if helping or any(due is not None for due in dues):
+            left = tuple(inf if due is None else due - state.time for due in dues)
+            serving = replace(floor, helping=tuple(helping.items()), left=left)
+        else:
+            serving = floor
         fewer = replace(serving, barred=floor.barred.union(pairs)) if before.left else serving
         found = solve.settle(solve.Solver(fewer), poses, stages, aside, lone)
         if found.hopeless and before.left:
