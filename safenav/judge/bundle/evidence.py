@@ -170,7 +170,7 @@ class Evidence:
         self.files, self.named = files, set[str]()
         self.claims: list[dict[str, Any]] = []
         self.drives: dict[str, Drive] = {}
-        self.tasks: dict[str, Task] = {}  # by the file of their proofs
+        self.tasks: dict[tuple[str, bool], Task] = {}  # by the file of their proofs
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
         self.proven = set[int]()  # lines whose negatives follow from these
         self.plan: Plan | None = None
@@ -215,14 +215,15 @@ class Evidence:
         """Each strategy obeys the scenario: moves, walls, a successor for each observation, goals
         under named assumptions; and a robot for which none exists has a counterstrategy."""
         proof = proof_file(e)
+        key = proof, not (s.tick or s.moves)  # at the start of a run `init` counts
         text = f"{e.robot} for '{_objective(formed(e.objective, e.form), s)}'"
         if e.verdict == "unrealizable" and not e.forbidden and proof in self.files:
             self.named.add(proof)
-            if proof not in self.tasks:
+            if key not in self.tasks:
                 given = self.json(proof)
-                self.tasks[proof] = Task(given["automaton"], e, s)
-                self.tasks[proof].check_defeats(given)
-            task = self.tasks[proof]
+                self.tasks[key] = Task(given["automaton"], e, s)
+                self.tasks[key].check_defeats(given)
+            task = self.tasks[key]
             self._fits(task, e, s)
             alone = ", even without other robots" if len(s.robots) > 1 else ""
             shut = task.closed - s.robots[e.robot].own.avoid
@@ -237,15 +238,15 @@ class Evidence:
         require(e.strategy, "its strategy is not named: no proof of its moves")
         path = f"strategies/{e.strategy}.json"
         self.named |= {proof, path}
-        if proof not in self.tasks:
+        if key not in self.tasks:
             task = Task(self.json(path), e, s)
             task.check_keeps(e.node, self.json(proof)["measures"])
-            self.tasks[proof] = task
+            self.tasks[key] = task
             what = "obeys the scenario and meets that objective, whatever the other robots do"
             each = [f"{name} is {'on' if on else 'off'}" for name, on in task.assumptions]
             unless = f", if infinitely often {' and '.join(each)}" if each else ""
             self.claim("keeps", e, f"The strategy of {text} {what}{unless}.", path, proof)
-        task = self.tasks[proof]
+        task = self.tasks[key]
         self._fits(task, e, s)
         self.drives[e.robot] = Drive(task, {e.node})
 

@@ -144,6 +144,7 @@ class Task:
         self.assumptions = [(name, value) for name in self.heard for value in again[name]]
         self.own = names[: len(names) - len(self.heard)]
         self.memory: Mapping[str, int] = e.memory or {}
+        self.begins = not (s.tick or s.moves)  # `init` holds at the start of a run only
         others = [*self.others.names.values()]
         inputs = [*others, *self.heard]
         self.graph = graph = Strategy(document, inputs)
@@ -251,7 +252,8 @@ class Task:
         last, found = max(self.memory.values(), default=0), set()
         for own in self._memories():
             here, own_rules = (self.pose, own + heard), self.formulas
-            init = () if own_rules is None else own_rules.holds("init", *here, *here)
+            counts = self.begins and own_rules is not None
+            init = own_rules.holds("init", *here, *here) if counts else ()
             found |= {(self.pose, last, own)} if all(init) else set()
         return found
 
