@@ -30,8 +30,9 @@ class Case:
     def __init__(
         self, s: State, *, hopeful: bool = False, memory: Mapping[str, int] | None = None
     ) -> None:
-        self.state, self.world, self.names, self.memory = s, s.world, s.names, memory or {}
+        self.state, self.world, self.names = s, s.world, s.names
         self.out = frozenset(n for n, r in s.robots.items() if r.out and not hopeful)
+        self.memory = {n: k for n, k in (memory or {}).items() if n not in self.out}
         every = s.obstacles.values()
         self.shut = [one for one in every if one.there and one.shut]
         self.laden = frozenset[str]().union(*(x.rest.laden() for x in self.shut if x.open))

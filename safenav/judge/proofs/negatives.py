@@ -327,6 +327,8 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
     s = case.state
     stated = e.unrealizable or {}
     if not all(_continues(s.robots[n], case, s.failed.get((n, stated[n]))) for n in stated):
+        if e.cause != "unrealizable":
+            yield f"its cause is {e.cause}, but unrealizable is proven"
         return
     for name in stated:
         if _is_a_game(s.robots[name], s):
@@ -350,10 +352,12 @@ def _is_a_game(robot: Robot, s: State) -> bool:
 
 
 def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bool:
-    """Return whether a robot alone can continue forever from its pose."""
+    """Return whether a robot alone can continue forever from its pose; one out of service stays."""
     name, own, formulas, s = robot.name, robot.own, robot.own.formulas, case.state
     pose = s.destination(name)
-    if own.ends and not robot.out:
+    if robot.out:
+        return True
+    if own.ends:
         here = case.start[name]
         for target in own.targets[min(robot.progress.turn or 0, own.count - 1) :]:
             here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
@@ -365,7 +369,7 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
             return True  # a memory that it cannot have proves nothing
         begins: frozenset[Any] = frozenset((*pose, row, frozenset[int]()) for row in rows)
         return Case(s, memory={name: 0}).can_continue(name, begins, ())
-    if own.literal and own.strict and memory and not robot.out:
+    if own.literal and own.strict and memory:
         turn = next(iter(memory.values()))
         stale = not 0 <= turn < own.count or robot.progress.turn not in (None, turn)
         turns = stale or _keeps_order(robot, case, turn)
