@@ -141,18 +141,9 @@ def end(e: Line, s: State) -> Iterator[str]:
     resolution. Robots with a last target are there. A live run states the rounds of a stay
     at a last target. A completed run states no cause of failure. A run ends at a limit exactly when
     it reaches the limit."""
-    wanted = s.scenario.until.rounds
+    yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
-        rounds = robot.progress.rounds(robot.own, e.tick)
-        if s.live and robot.own.settles and rounds:
-            rounds = max(rounds, wanted, e.rounds.get(name, 0))
-        if e.outcome == "completed":
-            if rounds < wanted:
-                yield f"{name} has met its objective {rounds} of {wanted} times"
-            elif robot.own.settles and (robot.bound is not None or robot.holds - robot.own.last):
-                yield f"{name} is not at its last target"
-            elif s.away(name):
-                yield f"an input keeps {name} from its objective"
+        rounds = _rounds(name, e, s)
         if (stated := e.rounds.get(name)) is None:
             yield f"the rounds of {name} are missing"
             continue
@@ -165,9 +156,8 @@ def end(e: Line, s: State) -> Iterator[str]:
         undone = [one.name for one in orders if one.open and not one.declared]
         if undone and later is not None:
             yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
-        to_come = [one for one in s.coming if one.ordered and one.appears <= s.limit]
-        if to_come and not s.external:
-            yield f"{to_come[0].name} is still to be ordered"
+        if (to_come := _to_come(s)) and not s.external:
+            yield f"{to_come[0]} is still to be ordered"
         if e.cause or e.proof or e.unrealizable or e.refused:
             yield "a completed run has a cause of failure"
     if not s.live and e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
@@ -211,6 +201,8 @@ def negative(e: Line, s: State) -> Iterator[str]:
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
+        if not _to_come(s) and next(_unmet(e, s), None) is None:
+            yield "every robot has met its objective: the mission is completed"
         yield from _proven(negative_problems(e, s))
     if e.until is not None and not (e.until in listed_times(s) and e.until > s.now(e)):
         yield f"the run waits, but the scenario changes nothing at {e.until:g}"
@@ -236,6 +228,31 @@ def permanence(e: Line, s: State) -> Iterator[str]:
         yield f"enough robots have the actions that {one.name} needs"
     elif e.reason == "unresolvable":
         yield from _proven(shut_problems(e, s))
+
+
+def _rounds(name: str, e: Line, s: State) -> int:
+    """Return how often a robot has met its objective."""
+    own, stated = s.robots[name].own, (e.rounds or {}).get(name, 0)
+    rounds = s.robots[name].progress.rounds(own, e.tick)
+    stays = s.live and own.settles and rounds
+    return max(rounds, s.scenario.until.rounds, stated) if stays else rounds
+
+
+def _unmet(e: Line, s: State) -> Iterator[str]:
+    """Yield what each robot lacks for a completed mission."""
+    wanted = s.scenario.until.rounds
+    for name, robot in s.robots.items():
+        if (rounds := _rounds(name, e, s)) < wanted:
+            yield f"{name} has met its objective {rounds} of {wanted} times"
+        elif robot.own.settles and (robot.bound is not None or robot.holds - robot.own.last):
+            yield f"{name} is not at its last target"
+        elif s.away(name):
+            yield f"an input keeps {name} from its objective"
+
+
+def _to_come(s: State) -> list[str]:
+    """Return the orders that the scenario has not given yet, within its limits."""
+    return [one.name for one in s.coming if one.ordered and one.appears <= s.limit]
 
 
 def _proven(problems: Iterator[str]) -> Iterator[str]:
