@@ -9,13 +9,15 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world, the scenario lists the obstacle, or it appeared during the run. Types
-    of one name agree."""
-    kind = e.obstacle.type
+    """In a simulated world, the scenario lists the obstacle, or it appears now. Types of one name
+    agree. Only a scenario states when an obstacle disappears, or a deadline of its own."""
+    one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind:
         yield f"the scenario has another type {kind.name}"
-    if e.obstacle.appears is None and not s.external:
-        yield f"the scenario has no {e.obstacle.name}"
+    if not s.external and one.appears != int(s.now(e)):
+        yield f"the scenario has no {one.name}"
+    if one.goes is not None or one.resolve_within is not None:
+        yield f"no scenario states when {one.name} disappears, or is due"
 
 
 @rule("appeared", "gone", "order", "truth")
@@ -40,7 +42,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
         yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"
     if e.cause == "battery":
         empty = (r for r in s.robots.values() if r.pose[0] == one.region and is_empty(r, s, now))
-        if one.type != s.flat_type or not any(empty):
+        flat = one.type == s.flat_type and one.truth is None and not one.ordered
+        if not flat or not any(empty):
             yield f"{one.name} appears, but no charge is used up there"
         return
     noticed = e.cause == "world" and s.external
