@@ -263,6 +263,14 @@ def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
     return one is not None and obstacle in (None, *(one.obstacles or [obstacle]))
 
 
+def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
+    """Return whether a robot can take part in an action on an obstacle of a simulated world.
+    ``knew``: the team knew of it as the action began, so in a live run no idle robot takes part."""
+    if s.live and (knew or _acts(robot, one.name, s.tick)):
+        return _acts(robot, one.name, s.tick)
+    return not (robot.out or (s.live and robot.bound is not None))
+
+
 @rule("move", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
     """In a simulated lockstep world, a robot in service in a need's regions does its part in each
@@ -326,9 +334,9 @@ def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Itera
     need, who = one.rest.left[number - one.stage], frozenset(e.robots or [e.robot])
     if e.kind == "part" and e.action != need.action:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
-    there = frozenset(n for n in need.able if s.robots[n].pose[0] in need.regions)
-    if s.live and not s.external and one.known and (one.name, number) in s.robots[e.robot].knew:
-        there = frozenset(n for n in there if _acts(s.robots[n], one.name, s.tick))
+    knew = one.known and (one.name, number) in s.robots[e.robot].knew
+    near = (n for n in need.able if s.robots[n].pose[0] in need.regions)
+    there = frozenset(n for n in near if s.external or _may_act(s.robots[n], one, s, knew=knew))
     before = frozenset[str]() if need.together or number > one.stage else one.rest.done
     missing = need.robots - len(before | who)
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there - before:
