@@ -109,15 +109,22 @@ def mobility(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} faces {step.heading} after it faced {faced} and went {side or 'nowhere'}"
 
 
-@rule("move", "outcome")
+@rule("move", "outcome", "appeared", "gone", "objective", "service", "inputs")
 def pace(e: Line, s: State) -> Iterator[str]:
-    """In lockstep each robot has one move per tick, and a step takes the ticks that its model
-    states."""
-    if not s.live and (e.kind == "outcome" or e.robot == s.names[0]):
-        whole = e.kind == "outcome" and e.outcome == "tick_limit"  # other runs may end in mid-tick
-        for name in s.names:
-            if s.robots[name].moved < e.tick - 1 + whole:
-                yield f"{name} has no move in tick {s.robots[name].moved + 1}"
+    """In lockstep each robot has one move per tick, in the order of the header and after the
+    changes of the scenario, and a step takes the ticks that its model states."""
+    if s.live:
+        return
+    if e.kind not in ("move", "outcome"):
+        listed = not (e.user or s.external) if e.kind == "inputs" else e.cause == "scenario"
+        if listed and s.robots[s.names[0]].moved >= e.tick > 0:
+            yield "the scenario changes something after the first move of a tick"
+        return
+    whole = e.outcome == "tick_limit"  # other runs may end in mid-tick
+    before = s.names if whole else s.names[: s.names.index(e.robot)] if e.kind == "move" else ()
+    for name in s.names:
+        if (moved := s.robots[name].moved) < e.tick - (name not in before):
+            yield f"{name} has no move in tick {moved + 1}"
     if e.kind == "outcome":
         return
     robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing
