@@ -41,6 +41,8 @@ def after(e: Line, s: State) -> None:
                 s.robots[name].given = objective
         case "deadline" if e.verdict == "kept" and e.of == "mission":
             s.promised = e.tick if s.promised is None else s.promised
+        case "deadline" if e.verdict == "lost":
+            s.over = e.tick
         case "outcome":
             s.ended = e.outcome
     _find_changes(e, s)
@@ -131,7 +133,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     s.left |= dict.fromkeys(robot.holds - step.holds, s.time)
     robot.holds, robot.bound, robot.before = step.holds, step.bound, here
     robot.lost = e.kind == "arrive" and bool(e.regions)
-    robot.moved = e.tick if e.kind == "move" else robot.moved
+    robot.moved, s.over = e.tick if e.kind == "move" else robot.moved, None
     robot.met.clear()
     if e.kind != "depart":
         _memories(robot, here)

@@ -28,7 +28,7 @@ class Rule(NamedTuple):
 
 
 RULES: list[Rule] = []
-STEPS = ("move", "depart", "arrive")
+STEPS, RESULTS = ("move", "depart", "arrive"), ("part", "resolved", "goal")
 
 
 def rule(*kinds: str) -> Callable[[Judge], Judge]:
@@ -109,11 +109,16 @@ def mobility(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} faces {step.heading} after it faced {faced} and went {side or 'nowhere'}"
 
 
-@rule("move", "outcome", "appeared", "gone", "objective", "service", "inputs")
+@rule("move", "outcome", "appeared", "gone", "objective", "service", "inputs", *RESULTS)
 def pace(e: Line, s: State) -> Iterator[str]:
     """In lockstep each robot has one move per tick, in the order of the header and after the
-    changes of the scenario, and a step takes the ticks that its model states."""
+    changes of the scenario, and a step takes the ticks that its model states. A lost deadline is
+    recorded at the end of a turn."""
     if s.live:
+        return
+    if e.kind in RESULTS:
+        if s.over == e.tick:
+            yield "a lost deadline is recorded before the end of a turn"
         return
     if e.kind not in ("move", "outcome"):
         listed = not (e.user or s.external) if e.kind == "inputs" else e.cause == "scenario"

@@ -272,7 +272,8 @@ class State:
     deadlines of rounds, requests and the mission that were not met yet, ``missed``: those that were
     not met in time; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
     the tick in which each input changed last; ``limit``: ticks (live: seconds); ``promised``: the
-    tick in which the deadline of the mission is kept; ``strays``, ``hands``: steps that ended
+    tick in which the deadline of the mission is kept; ``over``: the tick in which a lost deadline
+    shows that the present turn is over (None: it is not); ``strays``, ``hands``: steps that ended
     elsewhere than commanded, and changes by a user or the world."""
 
     def __init__(self, header: Line) -> None:
@@ -284,6 +285,7 @@ class State:
         self.tick, self.time = 0, 0.0
         self.limit = (h.limits.seconds or h.limits.ticks * SLOWEST) if self.live else h.limits.ticks
         self.promised: int | None = None
+        self.over: int | None = None
         self.inputs = {each.name: False for each in h.inputs}
         self.robots = {data.name: self._robot(data) for data in h.robots}
         self.names = [*self.robots]
