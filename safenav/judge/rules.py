@@ -105,7 +105,8 @@ def mobility(e: Line, s: State) -> Iterator[str]:
     faced = robot.pose[1]
     if faced is not None and side == opposite(faced):
         yield f"{e.robot} faces {faced} and steps {side}, which is backwards"
-    if step.bound is None and step.heading != (side or faced):
+    side = side if step.bound is None else None
+    if step.heading != (side or faced):
         yield f"{e.robot} faces {step.heading} after it faced {faced} and went {side or 'nowhere'}"
 
 
