@@ -67,7 +67,7 @@ def placed(e: Line, s: State) -> Iterator[str]:
     if e.region not in s.world.free:
         yield f"{e.robot} is put in {s.show(e.region)}, which is not free"
     for one in s.closing(e.robot, e.region):
-        if one.known and one.type != f"lost_{e.robot}":
+        if one.type != f"lost_{e.robot}":
             yield f"{e.robot} is put in {s.show(e.region)}, where {one.name} is"
     if robot.bound is not None or robot.acts is not None:
         yield f"{e.robot} is put in {s.show(e.region)} while it executes a command"
