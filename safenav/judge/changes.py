@@ -218,6 +218,9 @@ def memory(e: Line, s: State) -> Iterator[str]:
             what = ", ".join(stated or formulas.names)
             yield f"the formulas of {e.robot} exclude this memory: {what}"
         return
+    if not {*stated.values()} <= {*range(e.objective.count)}:
+        yield f"{e.robot} has no target {max(stated.values(), key=abs)}"
+        return
     # A strategy for targets in turn meets them from each, so its memory matters only elsewhere.
     refutes = e.objective.strict and e.form != "alternation" and e.verdict == "unrealizable"
     matters = e.objective.ends or refutes

@@ -106,7 +106,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 known = (e.knowledge or {}).keys() & s.robots.keys()
                 robot.observes = {name: s.robots[name].jumps for name in known}
                 if e.objective == robot.own and e.memory:
-                    robot.first = next(iter(e.memory.values()))
+                    robot.first = max(0, next(iter(e.memory.values())))
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
             if begins and robot.memories is not None and e.memory and e.objective == robot.own:
                 told = robot.own.formulas.remembering(e.memory)

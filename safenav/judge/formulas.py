@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 HEADINGS = ("north", "east", "south", "west")
 MOST_VALUES = 64
 """Maximum number of memory values; formulas over more are not judged."""
+MOST_WORK = 2_000_000
+"""Maximum number of symbols that are evaluated for a step with all memory values."""
 MOST_LEVELS, MOST_DIGITS = 200, 10
 
 Pose = tuple[int, "str | None"]  # a region, and the heading of a robot that has one
@@ -145,12 +147,13 @@ class Formulas:
                   for kind in memory.values()] + [range(2)] * len(self.inputs)  # fmt: skip
         pairs = zip(self.names, ranges, strict=True)
         self.fixed = {name: values[0] for name, values in pairs if len(values) == 1}
-        self.whole = prod(map(len, ranges)) <= MOST_VALUES
-        rows = product(*ranges) if self.whole else [()]
-        self.values: list[tuple[int, ...]] = [*rows]
         truths = frozenset([*self.inputs, *(k for k, kind in memory.items() if kind == "bool")])
         texts = {part: [*body.get(part, ())] for part in ("init", "safety", "liveness")}
         texts["safety"] += [f"region' = region | ({text})" for text in always]
+        size = sum(len(_TOKEN.findall(text)) for each in texts.values() for text in each)
+        self.work = size * (count := prod(map(len, ranges))) ** 2
+        self.whole = count <= MOST_VALUES and self.work <= MOST_WORK
+        self.values: list[tuple[int, ...]] = [*product(*ranges)] if self.whole else [()]
         self._all = {part: [read_formula(x, truths) for x in each] for part, each in texts.items()}
         for part in (part for each in self._all.values() for part in each):
             if unknown := part.names - {"region", "heading", *self.names}:

@@ -55,6 +55,8 @@ if __name__ == "__main__" and loaded != own:
 VERSION = 5
 MOST_BYTES = 100_000_000
 """Largest file of a bundle; its values take some 20 times its size."""
+MOST_LISTED = 10_000_000
+"""Largest manifest, which is read before anything is known of a bundle."""
 KNOWN = re.compile(
     r"(?a)trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
 )
@@ -98,7 +100,10 @@ def open_bundle(place: Path) -> dict[str, Any]:
         sizes = [entry.file_size for entry in listed]
     if max(sizes, default=0) > MOST_BYTES or sum(sizes) > 10 * MOST_BYTES:
         raise TooLargeError(f"a file exceeds {MOST_BYTES} bytes, or all files ten times that")
-    manifest = read_json(files.pop("manifest.json").read_bytes())
+    text = files.pop("manifest.json").read_bytes()
+    if len(text) > MOST_LISTED:
+        raise TooLargeError(f"the manifest exceeds {MOST_LISTED} bytes")
+    manifest = read_json(text)
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", VERSION)
     require(known, f"not a bundle of version {VERSION}; an older one has its own check.py")
     different = sorted({*files} ^ {*manifest["files"]})

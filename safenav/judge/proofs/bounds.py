@@ -10,7 +10,7 @@ from heapq import heappop, heappush
 from math import ceil
 
 from safenav.judge.formulas import Pose
-from safenav.judge.lines import Line
+from safenav.judge.lines import Line, Objective
 from safenav.judge.proofs.closures import Case
 from safenav.judge.state import Need, Rest, Robot, State
 
@@ -202,17 +202,23 @@ def mission(bound: Bound, tick: int) -> int:
         if not own.ordered:
             continue
         s.world.spend(own.count * wanted)
-        choices = [*_left(robot, wanted, tick)]
-        if not tick:  # a target on which it starts may count; each tick at the last is a round
-            strict = own.strict and own.literal
-            orders = [own.targets[k:] + own.targets[:k] for k in range(own.count)]
-            free = [one for one in orders[1:] if own.strict]
-            choices = [orders[0], *(one for one in free if not strict or start in one[0])]
-            more = own.targets[-1:] * (wanted - 1)
-            choices = [one + more if own.settles else one * wanted for one in choices]
-            choices = [one[1:] if start in one[0] else one for one in choices]
-        ends.append(min((bound.round(name, one) if one else tick) for one in choices))
+        times = list[int]()
+        for one in _left(robot, wanted, tick) if tick else _from_start(own, wanted, start):
+            s.world.spend(len(one))
+            times.append(bound.round(name, one) if one else tick)
+        ends.append(min(times))
     return max(ends)
+
+
+def _from_start(own: Objective, wanted: int, start: int) -> Iterator[list[frozenset[int]]]:
+    """Yield the sequences of targets of a mission. A target on which it starts may count; each tick
+    at the last is a round."""
+    for first in range(own.count if own.strict else 1):
+        order = own.targets[first:] + own.targets[:first]
+        if first and own.literal and start not in order[0]:
+            continue
+        order = order + own.targets[-1:] * (wanted - 1) if own.settles else order * wanted
+        yield order[1:] if start in order[0] else order
 
 
 def lost_problems(e: Line, s: State) -> Iterator[str]:
@@ -286,6 +292,7 @@ def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
         kept, before = {*rounds}, set[Pose]()
         while kept != before:
             before = kept
+            s.world.spend(len(kept))
             kept = {p for p in kept if any(t <= most and q in kept for q, t in rounds[p].items())}
         if any(tick <= most and pose in kept for pose, tick in first.items()):
             return most

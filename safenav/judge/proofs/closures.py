@@ -19,6 +19,8 @@ from safenav.judge.world import Graph, Poses
 Sets = Mapping[str, Poses]
 PER_CHOICE = 100
 """Cost of a choice of robots, in states."""
+PER_SYMBOL = 20
+"""Symbols of formulas that cost a state."""
 
 
 class Case:
@@ -58,7 +60,7 @@ class Case:
         self.world.spend(len(steps))
         targets = [frozenset(p for p in steps if p[0] in target) for target in own.targets]
         if formulas is not None:
-            self.world.spend(len(steps) * len(formulas.values) ** 2 // 2)
+            self.world.spend(len(steps) * formulas.work // PER_SYMBOL)
             steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
             if own.kind == "ltl":
                 targets = [_met(formulas, k, steps) for k in range(len(formulas.goals))]

@@ -15,7 +15,8 @@ from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
-"""Cost of a joint state, in states: of robots with a proof, and of those in service."""
+"""Cost of a joint state, in states: of robots with a proof, and of those in service; for each four
+robots."""
 MOST_MEMORIES = 8
 """Maximum number of joint memories of formulas for each of which a way is searched."""
 EITHER = ELSEWHERE = -1
@@ -40,7 +41,8 @@ class Enumeration:
     def __init__(
         self, case: Case, robots: list[str], opened: Iterable[Rest], cost: int = PER_JOINT_STATE
     ) -> None:
-        self.case, self.robots, self.opened, self.cost = case, robots, tuple(opened), cost
+        self.case, self.robots, self.opened = case, robots, tuple(opened)
+        self.cost = cost * max(1, len(robots) // 4)
         self.owns = [case.state.robots[name].own for name in robots]
         self.targets = [[] if n in case.out else case.targets[n] for n in robots]
         self._acted, self._walls = cache(self._act), cache(case.walls)
