@@ -158,7 +158,7 @@ def end(e: Line, s: State) -> Iterator[str]:
             yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
         if (to_come := _to_come(s)) and not s.external:
             yield f"{to_come[0]} is still to be ordered"
-        if e.cause or e.proof or e.unrealizable or e.refused:
+        if e.cause or e.proof or e.unrealizable:
             yield "a completed run has a cause of failure"
     if not s.live and e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
         yield f"the run ends in tick {e.tick}, not {e.ticks}"
@@ -180,6 +180,8 @@ def end(e: Line, s: State) -> Iterator[str]:
         elif failed:
             names = ", ".join(failed)
             yield NotJudged(f"unrealizability of {names} (a bundle proves it)")
+    elif e.refused:
+        yield "only a run that never begins refuses a deadline or a charge"
 
 
 @rule("assumption", "outcome", "waiting")
