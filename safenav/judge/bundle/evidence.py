@@ -326,6 +326,8 @@ class Evidence:
         after = robot.pose if step.to == robot.pose[0] else (step.to, side)
         goes = after != robot.pose
         if by == "plan" and goes:
+            drives = s.is_planned(e.robot)
+            require(drives, f"{e.robot} moves by a plan, but its strategy drives it")
             require(self.plan, f"{e.robot} moves by a plan, but none is in force")
             assert self.plan is not None
             self.plan.step(e.robot, after, s)
