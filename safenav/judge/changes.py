@@ -9,8 +9,8 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world, the scenario lists the obstacle, or it appears now. Types of one name
-    agree. Only a scenario states when an obstacle disappears, or a deadline of its own."""
+    """In a simulated world, the scenario lists the obstacle, or it appears now, without an end or a
+    deadline of its own. Types of one name agree."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind:
         yield f"the scenario has another type {kind.name}"
@@ -22,9 +22,9 @@ def listed(e: Line, s: State) -> Iterator[str]:
 
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered by the scenario, by a user, or by a world that is
-    not simulated. Obstacles of a scenario or a user never appear where a robot is. Truths of
-    obstacles change only when they appear."""
+    """Obstacles appear, disappear and are ordered by the scenario, a user, or a world that is not
+    simulated; those of a scenario or a user never appear where a robot is. Truths change only when
+    obstacles appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         new = e.cause == "user" and one.since == e.tick
@@ -60,8 +60,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
-    """Inputs change as the scenario lists, or by a user. Objectives and service of robots change as
-    the scenario lists, by a user, with an input, or in a world that is not simulated."""
+    """Inputs change as the scenario lists, or by a user; objectives and service of robots also with
+    an input, or in a world that is not simulated."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
@@ -117,19 +117,11 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
     for one in s.coming:
         if one.appears > now or (s.live and one.appears >= now):
             break
-        here = one.goes is None or now < one.goes
-        if (
-            here
-            and not s.obstacles[one.name].open
-            and (one.ordered or not _taken(one.region, now, s))
-        ):
+        due = (one.goes is None or now < one.goes) and not s.obstacles[one.name].open
+        if due and (one.ordered or not _taken(one.region, now, s)):
             yield f"{one.name} does not appear by {now:g}"
-    for one in s.obstacles.values():
-        if (
-            one.open
-            and one.goes is not None
-            and (one.goes < now or (one.goes == now and not s.live))
-        ):
+    for one in (each for each in s.obstacles.values() if each.open):
+        if one.goes is not None and (one.goes < now or (one.goes == now and not s.live)):
             yield f"{one.name} does not disappear by {now:g}"
     for change in s.changes:
         if change.at > now or (s.live and change.at >= now):
@@ -245,8 +237,8 @@ def memory(e: Line, s: State) -> Iterator[str]:
 @rule("duty", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
-    that concerns it. The obstacle blocks the robot, needs its action, or represents its empty
-    battery. The robot's strategy pursues the objective that the robot has."""
+    that blocks it, needs its action, or represents its empty battery. Its strategy pursues the
+    objective that it has."""
     every = [x for x in s.obstacles.values() if x.open and x.known]
     busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
     busy |= {s.flat[x.name] for x in every if x.name in s.flat}

@@ -119,8 +119,8 @@ def _is_excused(of: str, s: State) -> bool:
 
 @rule("outcome")
 def deadlines(e: Line, s: State) -> Iterator[str]:
-    """The outcome lists exactly the missed deadlines; the deadline of the mission is kept when the
-    mission is completed."""
+    """The outcome lists exactly the missed deadlines; that of the mission is kept when it is
+    completed."""
     late, missed = {*(e.late or ())}, s.missed | s.overdue(e.tick)
     if forgotten := (missed if e.outcome == "completed" else s.missed) - late:
         yield f"missed, but not listed: {', '.join(sorted(forgotten))}"
@@ -151,15 +151,8 @@ def end(e: Line, s: State) -> Iterator[str]:
         most = rounds if done else max(rounds, min(robot.progress.counts, default=0))
         if stated > most or (done and exact and stated < rounds):
             yield f"{name} has {rounds} rounds, not {stated}"
-    if e.outcome == "completed":
-        orders, later = (s.obstacles[name] for name in sorted(s.orders)), later_change(e, s)
-        undone = [one.name for one in orders if one.open and not one.declared]
-        if undone and later is not None:
-            yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
-        if (to_come := _to_come(s)) and not s.external:
-            yield f"{to_come[0]} is still to be ordered"
-        if e.cause or e.proof or e.unrealizable:
-            yield "a completed run has a cause of failure"
+    if e.outcome == "completed" and (e.cause or e.proof or e.unrealizable):
+        yield "a completed run has a cause of failure"
     if not s.live and e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
         yield f"the run ends in tick {e.tick}, not {e.ticks}"
     if e.outcome == "tick_limit" and (s.live or e.tick != s.limit):
@@ -186,9 +179,8 @@ def end(e: Line, s: State) -> Iterator[str]:
 
 @rule("assumption", "outcome", "waiting")
 def assumption(e: Line, s: State) -> Iterator[str]:
-    """A run that ends or waits because other robots have violated an assumption records the
-    violation. In a violation, a robot that the strategy observes has moved by more than a step, or
-    was put elsewhere."""
+    """A run that ends or waits because other robots have violated an assumption records that: a
+    robot that the strategy observes has moved by more than a step, or was put elsewhere."""
     observed = s.robots[e.robot].observes.items() if e.kind == "assumption" else ()
     if e.kind == "assumption" and not any(s.robots[name].jumps > n for name, n in observed):
         yield f"no robot that the strategy of {e.robot} observes was moved farther than a step"
@@ -203,7 +195,7 @@ def negative(e: Line, s: State) -> Iterator[str]:
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
-        if not _to_come(s) and next(_unmet(e, s), None) is None:
+        if next(_unmet(e, s), None) is None:
             yield "every robot has met its objective: the mission is completed"
         yield from _proven(negative_problems(e, s))
     if e.until is not None and not (e.until in listed_times(s) and e.until > s.now(e)):
@@ -212,8 +204,8 @@ def negative(e: Line, s: State) -> Iterator[str]:
 
 @rule("blocked", "reopened")
 def permanence(e: Line, s: State) -> Iterator[str]:
-    """An obstacle becomes permanent because it was found untraversable, because an operator
-    declares it, or because no robot can ever resolve it."""
+    """An obstacle becomes permanent if it was found untraversable, an operator declares it, or no
+    robot can ever resolve it."""
     one = s.obstacles[e.obstacle]
     if e.kind == "reopened":
         if not one.shut or one.resolved:
@@ -241,7 +233,7 @@ def _rounds(name: str, e: Line, s: State) -> int:
 
 
 def _unmet(e: Line, s: State) -> Iterator[str]:
-    """Yield what each robot lacks for a completed mission."""
+    """Yield what a completed mission lacks."""
     wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
         if (rounds := _rounds(name, e, s)) < wanted:
@@ -250,11 +242,13 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
             yield f"{name} is not at its last target"
         elif s.away(name):
             yield f"an input keeps {name} from its objective"
-
-
-def _to_come(s: State) -> list[str]:
-    """Return the orders that the scenario has not given yet, within its limits."""
-    return [one.name for one in s.coming if one.ordered and one.appears <= s.limit]
+    orders, later = (s.obstacles[name] for name in sorted(s.orders)), later_change(e, s)
+    undone = [one.name for one in orders if one.open and not one.declared]
+    if undone and later is not None:
+        yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
+    to_come = [one for one in s.coming if one.ordered and one.appears <= s.limit]
+    if to_come and not s.external:
+        yield f"{to_come[0].name} is still to be ordered"
 
 
 def _proven(problems: Iterator[str]) -> Iterator[str]:

@@ -338,10 +338,8 @@ class Reader:
             return None
         kind: Any = data.get("type") if isinstance(data, dict) else None
         _require(isinstance(kind, str), "not an object with a `type`")
-        header = kind == "header"
-        _require(
-            header is not bool(self._robots), "the header must be the first line, and no other"
-        )
+        first = (kind == "header") is not bool(self._robots)
+        _require(first, "the header must be the first line, and no other")
         flaw = note_flaw(data, kind, fact=kind in KINDS)
         _require(not flaw, flaw)
         fact = self._fact(data, kind)
@@ -367,10 +365,8 @@ class Reader:
         if line.kind == "header":
             _require(line.trace == VERSION, f"version {line.trace}; expected {VERSION}")
             h = line.scenario
-            self._robots, self._obstacles = (
-                {r.name for r in h.robots},
-                {o.name for o in h.obstacles},
-            )
+            self._robots = {robot.name for robot in h.robots}
+            self._obstacles = {one.name for one in h.obstacles}
             _require(len(h.robots) == len(self._robots), "two robots have one name")
             robots = robots.union({change.robot for change in h.changes})
             robots = robots.union(*(data.avoids or () for data in h.robots))

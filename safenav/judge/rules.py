@@ -112,19 +112,15 @@ def mobility(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "outcome", "appeared", "gone", "objective", "service", "inputs", *RESULTS)
 def pace(e: Line, s: State) -> Iterator[str]:
-    """In lockstep each robot has one move per tick, in the order of the header and after the
-    changes of the scenario, and a step takes the ticks that its model states. A lost deadline is
-    recorded at the end of a turn."""
-    if s.live:
-        return
-    if e.kind in RESULTS:
-        if s.over == e.tick:
-            yield "a lost deadline is recorded before the end of a turn"
-        return
-    if e.kind not in ("move", "outcome"):
-        listed = not (e.user or s.external) if e.kind == "inputs" else e.cause == "scenario"
-        if listed and s.robots[s.names[0]].moved >= e.tick > 0:
-            yield "the scenario changes something after the first move of a tick"
+    """In lockstep each robot has one move per tick, in the header's order and after the scenario's
+    changes; a step takes the ticks that its model states. Nothing of a turn follows a lost
+    deadline."""
+    if e.kind in RESULTS and s.over == e.tick:
+        yield "a lost deadline is recorded before the end of a turn"
+    listed = e.cause == "scenario" or (e.kind == "inputs" and not (e.user or s.external))
+    if listed and not s.live and s.robots[s.names[0]].moved >= e.tick > 0:
+        yield "the scenario changes something after the first move of a tick"
+    if s.live or e.kind not in ("move", "outcome"):
         return
     whole = e.outcome == "tick_limit"  # other runs may end in mid-tick
     before = s.names if whole else s.names[: s.names.index(e.robot)] if e.kind == "move" else ()
@@ -171,9 +167,8 @@ def never_together(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
-    entering. Either the obstacle is resolved in that turn, or the robot returns to the region that
-    it came from. If an obstacle appears around a robot (external worlds), the robot leaves on any
-    side."""
+    entering: in that turn, or else it returns to where it came from. If an obstacle appears around
+    it (external worlds), it leaves on any side."""
     robot, step = s.robots[e.robot], s.step(e)
     entered = step.holds - robot.holds
     if not entered or (step.strays and s.external):
@@ -190,9 +185,9 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart")
 def own_rules(e: Line, s: State) -> Iterator[str]:
-    """No robot enters a region that its own objective avoids. Each of its steps satisfies the
-    formulas of its `always` and of the `safety` of its `ltl`, with some possible memory. A literal
-    patrol that no plan drives enters no target out of turn."""
+    """No robot enters a region that its own objective avoids. Each of its steps satisfies its
+    `always` and the `safety` of its `ltl`, with some possible memory. A literal patrol that no plan
+    drives enters no target out of turn."""
     robot, step = s.robots[e.robot], s.step(e)
     if step.strays and s.external:
         return
@@ -225,9 +220,9 @@ def service(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
-    """No robot takes a step for which its charge does not suffice. In lockstep, a robot whose
-    charge is used up is out of service in its turn. Its battery is replaced only when the obstacle
-    that then appeared is resolved or gone."""
+    """No step exceeds the charge of a robot. In lockstep, a robot whose charge is used up is out of
+    service in its turn. Its battery is replaced only when the obstacle that then appeared is
+    resolved or gone."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         if e.active and e.cause == "battery" and not robot.filled:

@@ -26,9 +26,8 @@ if __name__ == "__main__":
     unread = [path for path in (*own.glob("__pycache__"), *own.glob("judge.*")) if path.exists()]
     unread += [p for p in (own / "judge").rglob("*") if p.suffix != ".py" and not p.is_dir()]
     unread += [p for p in (own / "judge").rglob("*.*") if p.is_dir() or p.is_symlink()]
-    unread += [
-        p for p in (own / "judge").rglob("*") if p.is_dir() and p.with_suffix(".py").exists()
-    ]
+    folders = [p for p in (own / "judge").rglob("*") if p.is_dir()]
+    unread += [p for p in folders if p.with_suffix(".py").exists()]
     if unread:  # compiled code, or a package with the name of a module
         sys.exit(
             f"refused: Python may run {unread[0]} in place of a part of this checker: remove it"
@@ -55,8 +54,6 @@ if __name__ == "__main__" and loaded != own:
 VERSION = 5
 MOST_BYTES = 100_000_000
 """Largest file of a bundle; its values take some 20 times its size."""
-MOST_LISTED = 10_000_000
-"""Largest manifest, which is read before anything is known of a bundle."""
 KNOWN = re.compile(
     r"(?a)trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
 )
@@ -101,8 +98,8 @@ def open_bundle(place: Path) -> dict[str, Any]:
     if max(sizes, default=0) > MOST_BYTES or sum(sizes) > 10 * MOST_BYTES:
         raise TooLargeError(f"a file exceeds {MOST_BYTES} bytes, or all files ten times that")
     text = files.pop("manifest.json").read_bytes()
-    if len(text) > MOST_LISTED:
-        raise TooLargeError(f"the manifest exceeds {MOST_LISTED} bytes")
+    if len(text) > MOST_BYTES // 10:
+        raise TooLargeError(f"the manifest exceeds {MOST_BYTES // 10} bytes")
     manifest = read_json(text)
     known = (manifest["format"], manifest["version"]) == ("safenav-bundle", VERSION)
     require(known, f"not a bundle of version {VERSION}; an older one has its own check.py")

@@ -311,10 +311,8 @@ class Evidence:
             drive.nodes = None
         elif e.kind == "assumption":
             drive.nodes = set()
-            what = (
-                f"An assumption of {e.robot} failed; its guarantees resume at its next synthesis."
-            )
-            self.claim("broken", e, what)
+            what = f"An assumption of {e.robot} failed; its guarantees"
+            self.claim("broken", e, f"{what} resume at its next synthesis.")
 
     def _step(self, e: Line, s: State, drive: Drive | None) -> None:
         robot, step, by = s.robots[e.robot], s.step(e), e.by or "strategy"
@@ -326,9 +324,8 @@ class Evidence:
         after = robot.pose if step.to == robot.pose[0] else (step.to, side)
         goes = after != robot.pose
         if by == "plan" and goes:
-            drives = s.is_planned(e.robot)
-            require(drives, f"{e.robot} moves by a plan, but its strategy drives it")
-            require(self.plan, f"{e.robot} moves by a plan, but none is in force")
+            drives = self.plan and s.is_planned(e.robot)
+            require(drives, f"{e.robot} moves by a plan, but none in force drives it")
             assert self.plan is not None
             self.plan.step(e.robot, after, s)
         require(by != "stay" or not goes, f"{e.robot} moves, but must stay")

@@ -105,9 +105,8 @@ def check_measure(edges: Edges, what: str, met: Met, excuses: list[Met], given: 
         stays = stays and excuse is not None and excuse == which[target]
         stays = stays and not excuses[excuse][edge]
         if not (stays or numbers[target] < numbers[source]):
-            raise RefusedError(
-                f"{what}: the measure does not decrease from node {source} to node {target}"
-            )
+            where = f"from node {source} to node {target}"
+            raise RefusedError(f"{what}: the measure does not decrease {where}")
 
 
 Seen = Mapping[str, int]
@@ -295,12 +294,8 @@ class Task:
         graph = self.graph
         require(start < graph.count, f"the strategy has no node {start}")
         turns = {"heading": HEADINGS.index(str(self.pose[1]))} if self.faces else {}
-        known: dict[str, int | None] = {
-            "region": self.pose[0],
-            **turns,
-            **self.memory,
-            **self.given,
-        }
+        known: dict[str, int | None] = {"region": self.pose[0], **turns}
+        known |= {**self.memory, **self.given}
         given = graph.values(start, known)
         require(given == known, f"its initial values are {given}, not {known}")
         require(self.done[start] in self.openings(), "its initial state violates the objective")

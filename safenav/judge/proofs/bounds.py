@@ -71,11 +71,8 @@ class Bound:
         """Return the poses in which a robot can meet a target, each with the earliest tick by whose
         end it does: by a step, or by staying for a tick."""
         stayed, stepped = self.ticks(name, seeds, ends_in, avoid)
-        return {
-            pose: min(stepped.get(pose, NEVER), stayed.get(pose, NEVER) + 1)
-            for pose in stayed.keys() | stepped.keys()
-            if pose[0] in goal
-        }
+        there = (pose for pose in stayed.keys() | stepped.keys() if pose[0] in goal)
+        return {p: min(stepped.get(p, NEVER), stayed.get(p, NEVER) + 1) for p in there}
 
     def ticks(
         self, name: str, seeds: Ticks, ends_in: Collection[int] = (), avoid: Collection[int] = ()

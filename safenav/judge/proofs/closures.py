@@ -243,10 +243,8 @@ def _furthest(
             return one
         one, full, sets = one.advanced(at), frozenset(), inside
         if one.left and one.left[0].same:
-            sets = {
-                **inside,
-                **{name: case.reach(name, poses, walls) for name, poses in at.items()},
-            }
+            moved = {name: case.reach(name, poses, walls) for name, poses in at.items()}
+            sets = {**inside, **moved}
     return one
 
 

@@ -15,8 +15,7 @@ from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
-"""Cost of a joint state, in states: of robots with a proof, and of those in service; for each four
-robots."""
+"""Cost in states, for each four robots: a joint state with a proof, and of those in service."""
 MOST_MEMORIES = 8
 """Maximum number of joint memories of formulas for each of which a way is searched."""
 EITHER = ELSEWHERE = -1
@@ -134,9 +133,8 @@ class Enumeration:
 
     def _settled(self, state: _State, moved: int | None = None) -> _State:
         """Return the state after all actions, then all goals, of the robots where they stand."""
-        regions = frozenset(
-            region for one in state.opened for need in one.left for region in need.regions
-        )
+        needs = (need for one in state.opened for need in one.left)
+        regions = frozenset(region for need in needs for region in need.regions)
         places = tuple(p[0] if p[0] in regions else ELSEWHERE for p in state.poses)
         after, left = self._acted(state.opened, places), state.left
         flat = self.case.state.flat_type
