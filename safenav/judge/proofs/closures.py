@@ -25,9 +25,10 @@ PER_SYMBOL = 20
 
 class Case:
     """The team in a state: for each robot its ``steps`` outside permanent obstacles, and the poses
-    where each of its ``targets`` is met. ``hopeful``: whether every robot counts as in service;
-    ``memory``: the number of the memory of each robot whose poses are followed with it; ``laden``:
-    robots with a load, or a part of one, that no robot can ever put down."""
+    where each of its ``targets`` is met. ``hopeful``: whether every robot counts as in service; ``memory``:
+    the number of the memory of each robot whose poses are followed with it; ``laden``: robots with
+    a load, or a part of one, that no robot can ever put down; ``leaving``: the state in which a
+    robot in transit still acts in the region that it leaves."""
 
     def __init__(
         self, s: State, *, hopeful: bool = False, memory: Mapping[str, int] | None = None
@@ -45,7 +46,12 @@ class Case:
             self.steps[name], self.targets[name] = self._moves(name)
         for name, number in self.memory.items():
             self.at[name] = (*self.at[name], number, frozenset())
-        self.start = {name: frozenset([pose]) for name, pose in self.at.items()}
+        moving = (n for n, r in s.robots.items() if r.bound is not None and not s.live)
+        at = {n: (*s.robots[n].pose, "leaving", frozenset[int]()) for n in moving}
+        self.leaving: dict[str, Any] = {n: one for n, one in at.items() if n not in self.out}
+        self.steps |= {n: {**self.steps[n], x: (self.at[n],)} for n, x in self.leaving.items()}
+        self.now = {**self.at, **self.leaving}
+        self.start = {n: self._with_next(n, frozenset([self.now[n]])) for n in s.names}
         known = (one for one in every if one.open and one.known and not one.shut)
         self.obstacles = tuple(self._opened(one) for one in known if one.rest.left)
         self._reach, self._on = cache(self._reached), cache(self._standing)
@@ -112,6 +118,9 @@ class Case:
             if any(regions.isdisjoint(need.regions) for need in load.chain()):
                 yield name
 
+    def _with_next(self, name: str, poses: Poses) -> Poses:
+        return poses | {self.at[name]} if self.leaving.get(name) in poses else poses
+
     def way_back(self, name: str, pose: Any, obstacles: Iterable[Rest]) -> int | None:
         """Return the only region to which a robot may leave an obstacle in which it stands now."""
         robot = self.state.robots[name]
@@ -123,14 +132,14 @@ class Case:
         return frozenset(one.region for one in obstacles if one.closes(name))
 
     def _reached(self, name: str, poses: Poses, walls: frozenset[int]) -> Poses:
-        return frozenset(self.world.reach(self.steps[name], poses, walls))
+        return frozenset(self.world.reach(self.steps[name], self._with_next(name, poses), walls))
 
     def reach(self, name: str, poses: Poses, obstacles: Iterable[Rest]) -> Poses:
         return self._reach(name, poses, self.walls(name, obstacles))
 
     def _continues(self, name: str, poses: Poses, walls: frozenset[int]) -> bool:
         aims = self.targets[name][-1 if self.state.robots[name].own.ends else 0 :]
-        return self.world.can_continue(self.steps[name], poses, aims, walls)
+        return self.world.can_continue(self.steps[name], self._with_next(name, poses), aims, walls)
 
     def can_continue(self, name: str, poses: Poses, obstacles: Iterable[Rest]) -> bool:
         """Return whether a robot can meet each target infinitely often from some of the poses."""

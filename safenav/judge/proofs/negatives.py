@@ -70,7 +70,7 @@ class Enumeration:
         return ", ".join(f"{name} at {pose[0]}" for name, pose in at)
 
     def starts(self) -> Iterator[_State]:
-        poses = tuple(self.case.at[name] for name in self.robots)
+        poses = tuple(self.case.now[name] for name in self.robots)
         for left in product(*map(self._begins, self.robots, self.targets)):
             yield self._settled(_State(poses, left, self.opened))
 
@@ -110,6 +110,8 @@ class Enumeration:
                     taken |= regions
             taken |= self._walls(name, state.opened)
             back = self.case.way_back(name, at[name], state.opened)
+            if at[name] == self.case.leaving.get(name):
+                taken, back = set(), None  # it arrives
             for to in self.case.steps[name].get(at[name], ()):
                 if to[0] not in taken and (back is None or to[0] in (back, at[name][0])):
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
