@@ -180,10 +180,10 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
         yield [own.last] * max(wanted - progress.rounds(own, tick), int(away))
         return
     left, turn = max(own.count * wanted - progress.goals, 0), progress.turn
-    free = own.strict and turn is None and robot.first is None
-    begins = (robot.first or 0) if own.strict and turn is None else (turn or 0)
-    here = [k for k, target in enumerate(own.targets) if not own.literal or robot.pose[0] in target]
-    for first in {0, *here} if free else [begins % own.count]:
+    begins = turn if turn is not None else robot.first if own.strict else None
+    free = own.strict and not progress.goals and (turn is not None or begins is None)
+    here = (k for k, t in enumerate(own.targets) if not own.literal or robot.pose[0] in t)
+    for first in {(begins or 0) % own.count, *(here if free else ())}:
         yield [own.targets[(first + k) % own.count] for k in range(left)]
 
 
