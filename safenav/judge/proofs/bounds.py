@@ -207,15 +207,20 @@ def mission(bound: Bound, tick: int) -> int:
     return max(ends)
 
 
+def _orders(own: Objective, here: int) -> Iterator[list[frozenset[int]]]:
+    """Yield the orders in which a robot may meet its targets. A patrol may begin with any; a
+    literal one, with that where it stands."""
+    for first in range(own.count if own.strict else 1):
+        if not (first and own.literal) or here in own.targets[first]:
+            yield own.targets[first:] + own.targets[:first]
+
+
 def _from_start(own: Objective, wanted: int, start: int) -> Iterator[list[frozenset[int]]]:
     """Yield the sequences of targets of a mission. A target on which it starts may count; each tick
     at the last is a round."""
-    for first in range(own.count if own.strict else 1):
-        order = own.targets[first:] + own.targets[:first]
-        if first and own.literal and start not in order[0]:
-            continue
-        order = order + own.targets[-1:] * (wanted - 1) if own.settles else order * wanted
-        yield order[1:] if start in order[0] else order
+    for order in _orders(own, start):
+        found = order + own.targets[-1:] * (wanted - 1) if own.settles else order * wanted
+        yield found[1:] if start in found[0] else found
 
 
 def lost_problems(e: Line, s: State) -> Iterator[str]:
@@ -262,20 +267,25 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
 def least_within(s: State, name: str) -> int:
     """Return the least number of ticks in which a robot alone can complete every round forever."""
     own = s.robots[name].own
-    if own.literal and own.strict:
-        strict = _least_round(s, name, frozenset[int]().union(*own.targets))
-        return strict if strict < NEVER else _least_round(s, name, None)
-    return _least_round(s, name, None)
+    s.world.spend(own.count**2 * own.strict)
+    orders = [*_orders(own, s.robots[name].pose[0])]
+    every = frozenset[int]().union(*own.targets) if own.literal and own.strict else None
+    least = min(_least_round(s, name, one, every) for one in orders)
+    if least < NEVER or every is None:
+        return least
+    return min(_least_round(s, name, one, None) for one in orders)
 
 
-def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
-    """Return the least number of ticks of a round. ``ends_in``: the regions that the robot touches
-    only in their turn (None: the targets)."""
+def _least_round(
+    s: State, name: str, targets: list[frozenset[int]], ends_in: Collection[int] | None
+) -> int:
+    """Return the least number of ticks of a round of targets in this order. ``ends_in``: the
+    regions that the robot touches only in their turn (None: the targets)."""
     bound, own = Bound(s, 0), s.robots[name].own
     bound.changes = False  # as long as it has this objective
 
     def round_from(seeds: Ticks) -> Ticks:
-        for goal in own.targets:
+        for goal in targets:
             seeds = bound.goal(name, goal, seeds, ends_in or goal, own.avoid)
         return seeds
 
