@@ -310,7 +310,7 @@ def charge_needed(robot: Robot, s: State) -> int:
     """Return the least charge with which a robot can meet its targets in turn forever, computed as
     a fixpoint of growing numbers on poses."""
     battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers
-    steps = Case(s).steps[robot.name]
+    steps = Case(s, out=[name for name, one in s.robots.items() if one.out]).steps[robot.name]
     after = {pose: steps[pose] for pose in s.world.reach(steps, [robot.pose], ())}
 
     def leg(target: frozenset[int], then: Charges) -> Charges:

@@ -25,16 +25,17 @@ PER_SYMBOL = 20
 
 class Case:
     """The team in a state: for each robot its ``steps`` outside permanent obstacles, and the poses
-    where each of its ``targets`` is met. ``hopeful``: whether every robot counts as in service; ``memory``:
-    the number of the memory of each robot whose poses are followed with it; ``laden``: robots with
-    a load, or a part of one, that no robot can ever put down; ``leaving``: the state in which a
-    robot in transit still acts in the region that it leaves."""
+    where each of its ``targets`` is met. ``out``: robots out of service; ``flat``: those that
+    another battery brings back, each with its obstacle; ``memory``: the number of the memory of
+    each robot whose poses are followed with it; ``laden``: robots with a load, or a part of one,
+    that no robot can ever put down; ``leaving``: the state in which a robot in transit still acts
+    in the region that it leaves."""
 
     def __init__(
-        self, s: State, *, hopeful: bool = False, memory: Mapping[str, int] | None = None
+        self, s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | None = None
     ) -> None:
         self.state, self.world, self.names = s, s.world, s.names
-        self.out = frozenset(n for n, r in s.robots.items() if r.out and not hopeful)
+        self.out = frozenset(out)
         self.memory = {n: k for n, k in (memory or {}).items() if n not in self.out}
         every = s.obstacles.values()
         self.shut = [one for one in every if one.there and one.shut]
@@ -54,6 +55,8 @@ class Case:
         self.start = {n: self._with_next(n, frozenset([self.now[n]])) for n in s.names}
         known = (one for one in every if one.open and one.known and not one.shut)
         self.obstacles = tuple(self._opened(one) for one in known if one.rest.left)
+        here = (one.name for one in self.obstacles if one.name in s.flat)
+        self.flat = {s.flat[one]: one for one in here if s.robots[s.flat[one]].out}
         self._reach, self._on = cache(self._reached), cache(self._standing)
         self._goes_on = cache(self._continues)
 
@@ -186,6 +189,19 @@ class Case:
             ):
                 return True
         return False
+
+
+def case_now(s: State, memory: Mapping[str, int] | None = None) -> Case:
+    """Return the present case. A robot whose battery is flat counts as in service if another one
+    can be brought, or has been; if a proof holds all the same, it holds without it."""
+    out = {name for name, robot in s.robots.items() if robot.out and not robot.filled}
+    while True:
+        case = Case(s, out=out, memory=memory)
+        never = team_closure(case, case.start, case.obstacles)[1] if case.flat else ()
+        back = out & (case.flat.keys() - {s.flat.get(one.name) for one in never})
+        if not back:
+            return case
+        out -= back
 
 
 def able_now(one: Rest, full: frozenset[str]) -> frozenset[str]:

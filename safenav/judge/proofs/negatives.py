@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
-from safenav.judge.proofs.closures import Case, able_now, is_hopeless, team_closure
+from safenav.judge.proofs.closures import Case, able_now, case_now, is_hopeless, team_closure
 from safenav.judge.rules import NotJudged
 from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import Poses
@@ -102,7 +102,10 @@ class Enumeration:
 
     def _successors(self, state: _State) -> Iterator[_State]:
         s, at = self.case.state, dict(zip(self.robots, state.poses, strict=True))
+        opened = state.open()
         for k, name in enumerate(self.robots):
+            if self.case.flat.get(name) in opened:
+                continue
             taken = {at[other][0] for other in s.rivals[name] if other in at}
             for robots, regions in s.zones:
                 mates = (at[other][0] for other in robots - {name} if other in at)
@@ -153,7 +156,9 @@ class Enumeration:
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
         """Return the obstacles after all actions. Loads are taken last, begun ones before others,
         by robots that can carry one more."""
-        at = dict(zip(self.robots, places, strict=True))
+        flat = {one.name for one in opened}.intersection(self.case.flat.values())
+        pairs = zip(self.robots, places, strict=True)
+        at = {name: place for name, place in pairs if self.case.flat.get(name) not in flat}
         after = [_performed(one, at, None) for one in opened]
         loads = [k for k, one in enumerate(after) if one.takes()]
         for k in sorted(loads, key=lambda k: (not after[k].done, after[k].order)):
@@ -224,7 +229,7 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
         yield NotJudged(f"why an operator is needed: too many memory values of {unread}")
     elif e.proof is not None:
         yield from _deadlock_problems(e, s)
-    elif not is_hopeless(case := Case(s)):
+    elif not is_hopeless(case := case_now(s)):
         yield from _lost_problems(e, case)
     elif e.cause not in (causes := _causes(case)):
         yield f"its cause is {e.cause}, but {causes[0]} is proven"
@@ -248,7 +253,7 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
     if not robots:
         yield "the proof names no robot"
     elif not _without_room(robots, s):
-        case, others = Case(s, memory=numbers), {*s.names} - {*robots}
+        case, others = case_now(s, numbers), {*s.names} - {*robots}
         alone = (o for o in case.obstacles if all(others.isdisjoint(n.able) for n in o.left))
         every = Enumeration(case, robots, alone)
         if (state := next(every.complete(), None)) is not None:
@@ -271,7 +276,7 @@ def shut_problems(e: Line, s: State) -> Iterator[str]:
     if unread := _unread(s):
         yield NotJudged(f"whether {e.obstacle} can be resolved: too many memory values of {unread}")
         return
-    case = Case(s, hopeful=True)
+    case = Case(s)
     if e.obstacle not in {one.name for one in team_closure(case, case.start, case.obstacles)[1]}:
         yield f"{e.obstacle} can be resolved: enough robots reach its resolution regions"
 
@@ -285,7 +290,7 @@ def _causes(now: Case) -> list[str]:
     """Return the causes of a negative that no order of moves can avert, the most specific first,
     also as if all robots were in service."""
     found = list[str]()
-    for case in [now, Case(now.state, hopeful=True)] if now.out else [now]:
+    for case in [now, Case(now.state)] if now.out else [now]:
         stuck = team_closure(case, case.start, case.obstacles)[1]
         each = [one for one in case.shut if one.open]
         each += [case.state.obstacles[one.name] for one in stuck]
@@ -309,15 +314,13 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
         names = ", ".join(known)
         yield NotJudged(f"whether robots in service could do more: too many memories of {names}")
         return
-    done, empty = "", {one for one, name in s.flat.items() if s.robots[name].out}
+    done = ""
     for row in product(*known.values()):  # with each memory that they may have
-        case = Case(s, memory=dict(zip(known, row, strict=True)))
+        case = case_now(s, dict(zip(known, row, strict=True)))
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
         ways = (way for way in every.complete() if s.orders.isdisjoint(way.open()))
-        way, flat = next(ways, None), empty.intersection(one.name for one in case.obstacles)
-        if way is not None and way in every.starts() and flat <= way.open():
-            way = next((each for each in ways if not flat <= each.open()), None)
-        if way is None:
+        way = next(ways, None)
+        if way is None or (case.out and way in every.starts()):
             return
         done = every.show(way)
     yield f"the robots in service can do their part of the mission, with {done}"
