@@ -102,14 +102,16 @@ class Enumeration:
 
     def _successors(self, state: _State) -> Iterator[_State]:
         s, at = self.case.state, dict(zip(self.robots, state.poses, strict=True))
-        opened = state.open()
+        opened, held = state.open(), {name: {pose[0]} for name, pose in at.items()}
+        for name in (n for n, one in self.case.leaving.items() if at.get(n) == one):
+            held[name].add(self.case.at[name][0])
         for k, name in enumerate(self.robots):
             if self.case.flat.get(name) in opened:
                 continue
-            taken = {at[other][0] for other in s.rivals[name] if other in at}
+            taken = set[int]().union(*(held[other] for other in s.rivals[name] if other in at))
             for robots, regions in s.zones:
-                mates = (at[other][0] for other in robots - {name} if other in at)
-                if name in robots and not regions.isdisjoint(mates):
+                mates = set[int]().union(*(held[n] for n in robots - {name} if n in at))
+                if name in robots and regions & mates:
                     taken |= regions
             taken |= self._walls(name, state.opened)
             back = self.case.way_back(name, at[name], state.opened)
