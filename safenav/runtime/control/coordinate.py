@@ -269,7 +269,9 @@ class Decision:
         acts = any(state.robots[i].acting is not None for i in team.sharing)
         over = state.plan is None or (at_end(state, team.sharing) and not acts)
         due = over or stuck(team, state, helped)
-        if not starves and not due:
+        out = [i for i, robot in enumerate(state.robots) if not robot.active]
+        returns = any(charged(team, state, i) for i in out)  # then they plan
+        if returns or (not starves and not due):
             return None
         sharing = driven(team, state)
         if not sharing:
@@ -299,7 +301,6 @@ class Decision:
             others = [(i, role) for i, role in enumerate(control.roles) if i not in sharing]
             only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
             floor = replace(floor, barred=floor.barred | only)
-        out = [i for i, robot in enumerate(state.robots) if not robot.active]
         better = blind(state) and not due
         answer = answers.plan(floor, joint, served, state, better=better)
         if floor.team is not team and not isinstance(answer, Found):  # with any inputs
@@ -335,8 +336,6 @@ class Decision:
                 self._decide(now.Planned(plan))
             case Unserved(gates):
                 self._decide(now.SetAside(tuple(floor.gates[g] for g in gates)))
-            case Deadlock() | None if any(charged(team, state, i) for i in out):
-                return None  # it returns to service
             case Deadlock():  # a robot out of service may stand in the way
                 return _without(team, state, out) if out else ends.deadlocked(team, state, answer)
             case None:

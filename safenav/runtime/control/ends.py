@@ -64,9 +64,11 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
         here, free = floors.floor_now(team, state), enumerate(floor.floors)
         within = tuple(each if i in here.robots else here.floors[i] for i, each in free)
         floor = replace(floor, robots=here.robots, floors=within)
-    return around(
-        floor, tuple(robot.next for robot in state.robots), floors.stages_of(floor, state)
-    )
+    found = around(floor, tuple(r.next for r in state.robots), floors.stages_of(floor, state))
+    for i, robot in enumerate(state.robots):
+        if robot.to is not None and not team.live:  # it still acts in the region that it leaves
+            found = found.placed(i, found.sets[i] | (1 << robot.pose))
+    return found
 
 
 def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:

@@ -200,8 +200,8 @@ def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> O
     """Return the targets that a robot must still meet in sequence for its round, or for ``most``
     rounds: several lists while it may begin with any target, or with the one where it stands."""
     member, robot, own = team.members[i], state.robots[i], state.robots[i].own
-    begun = own.last < 0 and not (member.planned or robot.fresh)  # by its strategy
-    free = member.objective.strict and own.met == 0 and not begun
+    fixed = own.last < 0 and not (member.planned or robot.fresh)  # by its strategy
+    free = member.objective.strict and own.met == 0 and not fixed
     here = (k for k, t in enumerate(member.targets) if member.either or t >> robot.pose & 1)
     begun = [own._replace(memory=k) for k in {own.memory, *here}] if free else [own]
     return [_goals_left(member, each, most) for each in begun if member.objective.ordered()]
