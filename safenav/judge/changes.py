@@ -229,7 +229,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
     while here in own.targets[turn] and turn + 1 < own.count:
         turns.add(turn := turn + 1)
     standing = {k for k, target in enumerate(own.targets) if here in target}
-    turns |= standing if own.strict else set()
+    turns |= standing | {robot.first or 0} if own.strict else set()
     if not {*stated.values()} <= turns:
         yield f"{e.robot} continues with target {min(turns)}, not {max(stated.values())}"
 
