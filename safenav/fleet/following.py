@@ -174,7 +174,7 @@ class Following:
         reference, now = follower.reference, self.now()
         if reference is None or follower.action is not None:
             return  # while it acts, its own controller moves it
-        if follower.goal is None:  # rest would pull it back through regions of others
+        if follower.goal is None:  # at rest it would be pulled back through regions of other robots
             out = self._places.outside(follower.mover.region, at.x, at.y)
             if out > follower.tolerance:
                 self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")

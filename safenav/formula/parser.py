@@ -147,7 +147,7 @@ class FormulaParser(Generic[T]):
 
 
 def too_deep(column: int) -> FormulaError:
-    return FormulaError(column, "nested too deeply", "split the formula into several lines")
+    return FormulaError(column, "nested too deeply", "split it into several formulas")
 
 
 _TOKEN = re.compile(
@@ -173,7 +173,7 @@ _HINTS = {
     "<=>": "write '<->' for 'if and only if'",
     "<>": "for 'not equal' write '!='; a goal is a line of its own under 'liveness'",
     "[]": _SECTIONS,
-    "[": "a region is written as its number or its name",
+    "[": "write a region as its number or its name",
     "{": "join alternatives with '|', or give the regions a name under 'areas'",
 }
 """Hints for signs of other languages."""

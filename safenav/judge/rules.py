@@ -246,7 +246,7 @@ def is_empty(robot: Robot, s: State, now: float) -> bool:
 
 @rule("act", "acted", "part", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
-    """Unless the world is the user's, robots in service resolve obstacles. In a live run they act
+    """In simulated worlds, only robots in service resolve obstacles. In a live run they act
     and are not in transit. No action fails in a simulated world."""
     robot = s.robots[e.robot]
     if e.kind == "act":

@@ -60,18 +60,18 @@ class Robot:
     """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region that it
     is in transit to since tick ``began``; ``came``: the region that it entered its own from;
     ``before``: its pose before its last move; ``given``: the objective that lines last gave it;
-    ``begun``: the tick in which its round began, which may take ``within`` ticks, unless it does
-    something else (``away``) in it, or did in the one before (``was_away``); ``memories``: states
-    that its formulas may have (None: not followed), ``recalled``: before its last step, ``heard``:
-    those with the inputs since that step began; ``stands``: since when it uses its ``charge``
-    without a step (None: it takes one); ``filled``: its battery was replaced; ``kept``: its
-    progress with the objective that it resumes after an input; ``first``: the target with which its
-    strategy begins; ``told``: a user gave it its objective; ``acts``: the action in which it takes
-    part, ``acted``: the one that ended last, and when; ``knew``: the obstacles known when it began
-    (idle robots also act on others); ``met``: the goals that its last step has met, each with its
-    tick; ``jumps``: how often it was farther from its last region than a step; ``observes``: the
-    robots that its strategy observes, with their jumps before it was made; ``turn``: the line of
-    its last turn."""
+    ``begun``: the tick in which its round began; ``within``: the ticks that it may take; ``away``:
+    whether it does something else in this round, so that this has no deadline; ``was_away``: in the
+    one before; ``memories``: states that its formulas may have (None: not followed), ``recalled``:
+    before its last step, ``heard``: those with the inputs since that step began; ``stands``: since
+    when it uses its ``charge`` without a step (None: it takes one); ``filled``: its battery was
+    replaced; ``kept``: its progress with the objective that it resumes after an input; ``first``:
+    the target with which its strategy begins; ``told``: a user gave it its objective; ``acts``: the
+    action in which it takes part, ``acted``: the one that ended last, and when; ``knew``: the
+    obstacles known when it began (idle robots also act on others); ``met``: the goals that its last
+    step has met, each with its tick; ``jumps``: how often it was farther from its last region than
+    a step; ``observes``: the robots that its strategy observes, with their jumps before it was
+    made; ``turn``: the line of its last turn."""
 
     name: str
     data: Line

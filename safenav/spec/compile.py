@@ -192,7 +192,7 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
         away.append(Constraint(Section.SYS_TRANS, f"!({there} & {other})", apart, about))
         goals.append(Constraint(Section.SYS_LIVENESS, f"{there} & {own}'", recur, about))
     frame = f"!({places[0]} & !scout) & !({places[1]} & scout) -> (scout' <-> scout)"
-    yield Constraint(Section.SYS_TRANS, frame, origin("it turns round at a target only"))
+    yield Constraint(Section.SYS_TRANS, frame, origin("its next target changes only at a target"))
     yield from (*away, *goals)
 
 

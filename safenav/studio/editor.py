@@ -270,7 +270,8 @@ limits: {{ticks: 500}}
 
 
 def blank(rows: Any = 9, cols: Any = 15) -> str:
-    """Return a scenario of one walled room without robots. Raises UsageError for its size."""
+    """Return a scenario of one walled room without robots. Raises UsageError if its size is out of
+    range."""
     if not all(isinstance(size, int) and 3 <= size <= 512 for size in (rows, cols)):
         raise UsageError("a blank map has 3 to 512 rows and columns")
     inner = "#" + "." * (cols - 2) + "#"

@@ -342,7 +342,7 @@ class LiveView(Studio):
 
     def __call__(self, record: Record) -> None:
         """Take the next line of the trace, in the thread of the mission."""
-        with suppress(RuntimeError):  # the page has been closed
+        with suppress(RuntimeError):  # the view has been left, so the loop is closed
             self._loop.call_soon_threadsafe(self._watched.hear, record)
 
     def wait(self) -> None:

@@ -1,4 +1,4 @@
-"""Results of the synthesizer, stored on disk by all that they depend on.
+"""Results of the synthesizer, stored on disk by their inputs.
 
 The key is a hash of the specification without comments, the binary's content and the options. A
 file carries a checksum of its name and content, appears by renaming, and is never changed: readers

@@ -86,8 +86,8 @@ def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
 
 class StateGraph(PoseGraph):
     """A graph whose states are poses with the memory there and the goals that the step into them
-    has met. Number of a state: its pose plus its memory times the number of poses. To stand still
-    takes no step."""
+    has met. Number of a state: its pose plus its memory times the number of poses. A step that
+    changes the memory alone leaves the robot where it stands."""
 
     def __init__(
         self,

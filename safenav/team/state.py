@@ -67,7 +67,7 @@ class ObstacleNow(Struct, frozen=True):
 
     @property
     def stands(self) -> bool:
-        """Whether the team has encountered it, or has ordered it, and it is still there."""
+        """Whether it was encountered or ordered, and is still present."""
         return self.state in (Is.OPEN, Is.SEALED)
 
 

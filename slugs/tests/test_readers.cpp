@@ -267,7 +267,7 @@ void test_round_trip() {
 }
 
 void test_shared_formulas_are_written_once() {
-  // Twenty levels, each using the one below twice: 2^20 times as a tree.
+  // Twenty levels, each using the one below twice: as a tree, 2^20 copies of the lowest.
   std::string line = "$ 21 ^ a b";
   for (int i = 0; i < 20; ++i)
     line += " & | ? " + std::to_string(i) + " a ^ ? " + std::to_string(i) + " b";

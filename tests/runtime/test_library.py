@@ -64,7 +64,7 @@ def test_type_checkers_accept_the_programs(tmp_path: Path) -> None:
     assert status in (0, 1), errors  # 1: stubs that the reader of the page need not have
 
 
-def test_importing_safenav_loads_no_other_module(tmp_path: Path) -> None:
+def test_importing_safenav_loads_no_submodule(tmp_path: Path) -> None:
     program = (
         "import sys, safenav; print([m for m in sys.modules if m.startswith('safenav.')]);"
         "print(set(safenav.__all__) <= set(dir(safenav)))"

@@ -94,7 +94,7 @@ def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
     mission = Mission(hello, world=Driven(hello), begun=begun)
     with pytest.raises(UsageError, match="began in its simulation: continue it there"):
         mission.run()
-    with pytest.raises(UsageError, match="began in a world of its own: continue it there"):
+    with pytest.raises(UsageError, match="began in an external world: continue it there"):
         Mission(hello, begun=replace(begun, kept=replace(begun.kept, truth=None))).run()
     *_, last = (line for line in trace.records if isinstance(line, Checkpoint))
     newer = sealed(replace(last, run={**last.run, "more": 1}), trace.first)

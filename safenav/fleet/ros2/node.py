@@ -145,8 +145,8 @@ def _confine(interface: str) -> None:
     """Restrict the sockets of this process that listen on all addresses to one interface.
 
     cyclonedds binds its receiving sockets to 0.0.0.0, whatever the configured interface (its issues
-    1923 and 2090). Only Linux can bind an open socket to an interface, and only an unbound one.
-    """
+    1923 and 2090). Only Linux can bind an open socket to an interface; without privileges, only
+    once."""
     if not sys.platform.startswith("linux"):
         return
     for entry in list(Path("/proc/self/fd").iterdir()):

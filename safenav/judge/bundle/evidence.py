@@ -172,7 +172,7 @@ class Evidence:
         self.drives: dict[str, Drive] = {}
         self.tasks: dict[tuple[str, bool], Task] = {}  # by the file of their proofs
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
-        self.proven = set[int]()  # lines whose negatives follow from these
+        self.proven = set[int]()  # lines whose negatives the checker ignores
         self.plan: Plan | None = None
         self.plans = self.broken = False
 

@@ -159,7 +159,7 @@ class Ledger:
         self.emit(records.Deadline(self.tick, name, due.tick, verdict, earliest))
 
     def _look(self, team: Team, state: State, i: int) -> None:
-        """Note whether a robot does not pursue its own objective in its turn."""
+        """Mark a robot's round if the robot does not pursue its own objective in its turn."""
         due = self.dues.get((ROUND, i))
         if due is not None and not (state.robots[i].active and on_own(team, state, i)):
             self.dues[ROUND, i] = replace(due, disturbed=True)

@@ -113,7 +113,8 @@ def successor(run: Situation, i: int) -> Proposal | None:
 
 def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | None, bool]:
     """Return the node of a robot that stays, and whether it is astray. If a strategy that tracks
-    other robots decides nothing, its node is one as before, with the present observation."""
+    other robots decides nothing, its node has the values of the last one, except for the present
+    observation."""
     controller, node = run.control.controller(i), run.state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if step.node is not None or controller is None or strategy is None or node is None:

@@ -265,7 +265,7 @@ class Operator:
         member = run.team.members[i := self._robot(name)]
         pose, avoid = member.graph.pose(run.state.robots[i].next), objective.avoid
         if pose.region in avoid:
-            raise UsageError(f"{name} must avoid its own region {pose.region}")
+            raise UsageError(f"'avoid' of {name} includes its region {pose.region}")
         reach = Reachability(member.robot.model.mobility, pose, self.scenario.map, avoid)
         for target in objective.targets:
             if not reach.reaches(target):

@@ -83,7 +83,7 @@ class World:
         poses = {m.name: m.graph.pose(robots[i].pose) for i, m in enumerate(run.team.members)}
         self.commands.resume(run.state.time, poses, last)
         if (self.truth is None) is not (truth is None):
-            began = "a world of its own" if truth is None else "its simulation"
+            began = "an external world" if truth is None else "its simulation"
             raise UsageError(f"the run began in {began}: continue it there")
         if self.truth is not None and truth is not None:
             self.truth.resume(truth, [robot.pose % run.team.size for robot in robots])

@@ -288,7 +288,8 @@ def schema_text(root: type[Item]) -> str:
 
 
 def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None) -> Any:
-    """Return the JSON Schema of an annotation; a schema is its own. Classes become definitions."""
+    """Return the JSON Schema of an annotation; a schema (a dict) is returned unchanged. Classes
+    become definitions."""
     if isinstance(annotation, dict):
         return annotation
     origin, arguments = get_origin(annotation), get_args(annotation)

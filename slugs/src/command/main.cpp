@@ -81,7 +81,7 @@ struct InputRejected : Error {
   std::string message() const override { return ""; }
 };
 
-// Half of what this process may use: of the machine's memory, or of a lower limit.
+// Return half the memory that this process may use: the machine's, or a lower limit.
 std::size_t default_memory() {
   std::size_t bytes = static_cast<std::size_t>(-1);
   const long pages = ::sysconf(_SC_PHYS_PAGES), size = ::sysconf(_SC_PAGESIZE);

@@ -96,7 +96,7 @@ private:
 // Return all tokens of a line of structuredslugs, for declarations.
 std::vector<Lexeme> lex_structured(std::string_view line, int number, BudgetPacer &pacer);
 
-// "'->'", "name 'x'", "the end of the line": for "found ..., expected ...".
+// Return a token as in "found ..., expected ...": "'->'", "name 'x'", "the end of the line".
 std::string describe(const Lexeme &lexeme);
 
 inline bool starts_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }

@@ -327,8 +327,8 @@ private:
   std::unordered_map<FormulaId, std::size_t> entries_;
 };
 
-// In declaration order, which fixes the order of states: a new heading each
-// time that the owner changes.  An empty file is invalid, so there is at least one.
+// Print variables in declaration order, which fixes the order of states, with a
+// new heading each time that the owner changes.  An empty file is invalid, so there is at least one.
 void print_variables(const Specification &specification, std::ostream &out) {
   if (specification.variables.empty())
     out << "[OUTPUT]\n";

@@ -72,7 +72,7 @@ public:
   Value negation(const Value &value, Place op) const;
   Value binary(Token op, Value left, const Value &right, const Lexeme &lexeme) const;
 
-  // Return a value as a Boolean formula; report an integer.
+  // Return a value as a Boolean formula; report an error for an integer.
   FormulaId boolean(const Value &value) const;
 
 private:

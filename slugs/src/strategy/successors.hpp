@@ -21,7 +21,7 @@ public:
 
   // Return the sorted valuations, valid until the next call.  Collections must be paused.
   const PackedStates &of(Edge f);
-  void forget(); // call it with each collection
+  void forget(); // call it at each collection
 
 private:
   struct List { // range of valuations in lists_, sorted by their masked bits
