@@ -83,8 +83,7 @@ def _sums(lines: NDArray[Any], side: Fraction, count: int) -> NDArray[np.int64]:
     so that lengths are integers."""
     long, unit = side.numerator, side.denominator
     borders = np.minimum(np.arange(count + 1) * long, len(lines) * unit)
-    # The pixel that contains each border, and its part before that border.
-    first, part = np.divmod(borders, unit)
+    first, part = np.divmod(borders, unit)  # each border's pixel, and its part before the border
     whole = np.stack([lines[begin:end].sum(axis=0) for begin, end in pairwise(first)])
     edges = lines[np.minimum(first, len(lines) - 1)] * part[:, None]
     return whole * unit + np.diff(edges, axis=0)

@@ -279,33 +279,25 @@ class PoseGraph:
         return sum(1 << pose for pose in staying | entered)
 
     def steps_through(self, start: Mask, goals: Sequence[Mask], allowed: Mask) -> int:
-        """Return the number of steps of a shortest path from a pose of ``start`` through one of
-        each of the ``goals`` in turn, FAR without a path."""
-        frontier, seen, count = [start, *(0 for _ in goals)], [0] * (len(goals) + 1), 0
-        while any(frontier):
+        """Return the steps of a shortest path through one pose of each goal in turn; FAR: none."""
+        waves, seen, count = [start, *(0 for _ in goals)], [0] * (len(goals) + 1), 0
+        while any(waves):
             for k, goal in enumerate(goals):
-                frontier[k + 1] |= frontier[k] & goal & ~seen[k + 1]
-            if frontier[-1]:
+                waves[k + 1] |= waves[k] & goal & ~seen[k + 1]
+            if waves[-1]:
                 return count
-            seen = [old | new for old, new in zip(seen, frontier, strict=True)]
-            pairs = zip(frontier, seen, strict=True)
-            frontier = [self.forward(new) & allowed & ~old for new, old in pairs]
-            count += 1
+            seen, count = [old | waves[k] for k, old in enumerate(seen)], count + 1
+            waves = [self.forward(new) & allowed & ~seen[k] for k, new in enumerate(waves)]
         return FAR
 
     def nearest(self, start: int, goal: Mask, allowed: Mask) -> Mask:
         """Return the part of ``goal`` in one of its nearest regions; all of it without a path."""
-        layers = self._layers(1 << start, allowed | goal)
-        regions = self.regions_of(next((layer & goal for layer in layers if layer & goal), 0))
-        return goal & self.poses_on(regions & -regions) if regions else goal
-
-    def _layers(self, start: Mask, allowed: Mask) -> Iterator[Mask]:
-        """Yield the poses reached through ``allowed`` poses after 0, 1, 2, ... steps."""
-        found = frontier = start
-        while frontier:
-            yield frontier
-            frontier = self.forward(frontier) & allowed & ~found
+        found = frontier = 1 << start
+        while frontier and not frontier & goal:
+            frontier = self.forward(frontier) & (allowed | goal) & ~found
             found |= frontier
+        regions = self.regions_of(frontier & goal)
+        return goal & self.poses_on(regions & -regions) if regions else goal
 
     @cached_method
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:
