@@ -9,12 +9,12 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world, the scenario lists the obstacle, or it appears now, without an end or a
-    deadline of its own. Types of one name agree."""
+    """In a simulated world, the scenario lists the obstacle, or it is to appear by now, without an
+    end or a deadline of its own. Types of one name agree."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind:
         yield f"the scenario has another type {kind.name}"
-    if not s.external and one.appears != int(s.now(e)):
+    if not s.external and (one.appears is None or one.appears > s.now(e)):
         yield f"the scenario has no {one.name}"
     if one.goes is not None or one.resolve_within is not None:
         yield f"no scenario states when {one.name} disappears, or is due"

@@ -270,7 +270,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 if not drained.out:  # it was put back before
                     _fill(e, drained, s)
             if one.type != s.flat_type:
-                _restart_rounds(s)
+                _restart_rounds(e, s)
         case "truth":
             one.truth = e.traversable
         case "blocked":
@@ -300,15 +300,16 @@ def _due(e: Line, one: Obstacle, s: State) -> None:
         s.dues.setdefault(one.name, e.tick + one.within)
 
 
-def _restart_rounds(s: State) -> None:
+def _restart_rounds(e: Line, s: State) -> None:
     for robot in s.robots.values():
         robot.progress = robot.progress.anew(robot.own)
         s.restart(robot)
         robot.met.clear()
         if s.live or robot.moved >= s.tick:
             robot.progress.stayed += robot.stays
-        if not s.live:
-            robot.progress.since = s.tick - (robot.moved < s.tick)
+        own = s.is_planned(robot.name) or robot.given == robot.own
+        counts = robot.moved < s.tick or (robot.name == e.robot and own)  # its turn
+        robot.progress.since = 0 if s.live else s.tick - counts
 
 
 FACTS: tuple[Rule, ...] = tuple(RULES)
