@@ -342,6 +342,10 @@ class Ltl(Objective, Struct, frozen=True):
         """The order in which its goals count; without goals each step is a round."""
         return Pursuit(max(1, self.goals), in_turn=False, settles=False)
 
+    def heard(self, on: frozenset[str]) -> dict[str, int]:
+        """Return the values of its inputs; ``on``: all inputs that are on."""
+        return {name: int(name in on) for name in self.inputs}
+
     def waiting(self, places: Target) -> Ltl:
         """Return its rules with the goal to go to a target and stay."""
         there = syntax.one_of("region", places)

@@ -52,7 +52,7 @@ def _values(member: Member, pose: int, inputs: frozenset[str]) -> now.Values:
     """Return the values of formulas at their beginning: the memory in a state that has it, and the
     ``inputs`` that are on."""
     formulas = member.objective.formulas
-    heard = {name: int(name in inputs) for name in formulas.inputs} if formulas else {}
+    heard = formulas.heard(inputs) if formulas else {}
     return tuple(sorted({**heard, **member.graph.memory(pose)}.items()))
 
 
@@ -261,8 +261,8 @@ def _stepped(
     if formulas is None:
         return {}
     if values is None:
-        heard = {name: int(name in state.inputs) for name in formulas.inputs}
-        kept = dict(robot.values) | heard | dict(team.members[i].graph.memory(pose))
+        heard, memory = formulas.heard(state.inputs), team.members[i].graph.memory(pose)
+        kept = dict(robot.values) | heard | dict(memory)
         values = tuple(sorted(kept.items()))
     return {"came": (robot.pose, robot.values), "values": values}
 

@@ -8,7 +8,7 @@ in tick t and takes d ticks ends in the robot's turn of tick t + d - 1.
 
 from bisect import bisect_left
 from collections.abc import Iterable, Sequence
-from functools import reduce
+from functools import lru_cache, reduce
 from operator import or_
 
 from msgspec import Struct
@@ -197,6 +197,7 @@ def least_first(member: Member, start: int, first: int) -> tuple[int | None, int
     return ends[first], first
 
 
+@lru_cache(maxsize=64)
 def least_within(member: Member, start: int, *, strict: bool, first: int = 0) -> int | None:
     """Return the least N such that a robot alone can take at most N ticks for every round, forever;
     None if there is none. ``strict``: whether it touches no other target on the way to a target

@@ -77,8 +77,7 @@ def _is_kept(run: Situation, i: int, pose: int) -> bool:
     formulas = team.members[i].objective.formulas
     if formulas is None or not formulas.inputs:
         return True
-    heard = {name: int(name in state.inputs) for name in formulas.inputs}
-    after = dict(robot.values) | heard | dict(graph.memory(pose))
+    after = dict(robot.values) | formulas.heard(state.inputs) | dict(graph.memory(pose))
     places = graph.pose(robot.pose), graph.pose(pose)
     return guarantees_of(formulas).allows_with(places[0], dict(robot.values), places[1], after)
 

@@ -303,11 +303,8 @@ class Run(Situation):
         """Update the intentions of the team; its decisions are events like all others."""
         if self.control.helped:
             self.control = replace(self.control, helped=False)
-            given_up = {k for k, each in enumerate(self.state.obstacles) if each.given_up}
-            around, waited = hopeful(self.team, self.state), self.recorder.waited or (None,)
-            stuck = {around.floor.gates[g] for g in closure_of(around).stuck if given_up}
-            last = waited != (None,) and self.world.coming(self) is None
-            if last or not given_up or given_up - stuck:  # else nothing can be resolved now
+            waited = self.recorder.waited not in (None, (None,))
+            if (waited and self.world.coming(self) is None) or self.may_resolve():
                 self.happens(now.Reopened())
             self.recorder.waited = None
         before, intended = self.state, self.control
@@ -326,6 +323,14 @@ class Run(Situation):
         thinks = self.control.thinks or self.control.pending or self.control.question is None
         final = not (decided or thinks or self.control.end)
         self.settled = (self.team, self.state, self.control) if final else None
+
+    def may_resolve(self) -> bool:
+        """Return whether an obstacle that is given up, if any is, can be resolved now."""
+        given_up = {k for k, each in enumerate(self.state.obstacles) if each.given_up}
+        if not given_up:
+            return True
+        around = hopeful(self.team, self.state)
+        return not given_up <= {around.floor.gates[g] for g in closure_of(around).stuck}
 
     def has_ended(self, event: now.Event) -> bool:
         """Return whether the run ends after this turn since nothing can help, so that the other
