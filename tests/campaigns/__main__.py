@@ -145,7 +145,7 @@ def main() -> int:
                 print(f"{family} {seed}: {one.found[0][:400]}", flush=True)
                 if asked.keep:
                     asked.keep.mkdir(exist_ok=True, parents=True)
-                    options["operator"] = one.given
+                    options |= {"operator": one.given, "attended": one.attended}
                     small, fewer = shrunk(data, {**options, "seed": seed}, one.found[0])
                     text = case_text(f"{one.found[0]} (seed {seed})", small, fewer)
                     (asked.keep / f"{family}_{seed}.yaml").write_text(text)

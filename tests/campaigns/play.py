@@ -55,6 +55,7 @@ class Played:
     passes: int = 0
     walk: Walk | None = None
     undecided: bool = False
+    attended: bool = False
 
     @property
     def kept_away(self) -> bool:
@@ -118,11 +119,12 @@ def play(
     faulty = FaultyWorld(scenario, seed, faults) if live and faults is not None else None
     hand = Operator(scenario, data, seed, played) if operator is True else None
     words = operator if isinstance(operator, Sequence) else ()
+    played.attended = live and (attended or (hand is not None and hand.attends))
     mission = Mission(
         scenario,
         world=Driven(scenario) if blocking else faulty,
         listeners=[lambda record: played.run(record)],
-        attended=live and (attended or (hand is not None and hand.attends)),
+        attended=played.attended,
         checkpoints=kill is not None,
     )
     said = hand.words if hand else lambda _: [w for k, w in words if k == played.passes]

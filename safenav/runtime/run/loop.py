@@ -318,7 +318,7 @@ class Run(Situation):
             coming = self.world.coming(self) is not None
             self.recorder.settled(decided, self.state, self.control, coming=coming)
         self.recorder.tell_plan(self.state)
-        if (pause := self.world.pause(self)) is not None:
+        if (pause := self.world.pause(self)) is not None and not self.is_complete():
             self.recorder.waiting(*pause)
         thinks = self.control.thinks or self.control.pending or self.control.question is None
         final = not (decided or thinks or self.control.end)
