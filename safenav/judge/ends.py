@@ -21,13 +21,9 @@ def header(_: Line, s: State) -> Iterator[str]:
             yield f"{name} starts at {s.show(region)}, which is not free"
         if robot.faces is (robot.data.start[1] is None):
             yield f"{name} has {'no' if robot.faces else 'a'} heading"
-        for other in s.rivals[name]:
-            if name < other and region in s.robots[other].holds:
-                yield f"{name} and {other} both start at {s.show(region)}"
-        for robots, regions in s.zones:
-            for other in robots if name in robots and region in regions else ():
-                if name < other and s.robots[other].holds & regions:
-                    yield f"{name} and {other} start together in {sorted(regions)}"
+        for other in s.mates[name]:
+            if name < other and region in s.kept_out(name, other, s.robots[other].holds):
+                yield f"{name} and {other} start together: {name} at {s.show(region)}"
         if region in robot.own.avoid:
             yield f"{name} starts in {s.show(region)}, which it avoids"
         if robot.data.battery and robot.data.battery.start > robot.data.battery.capacity:

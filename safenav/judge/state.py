@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import takewhile
 from typing import Any, NamedTuple
 
@@ -271,7 +272,9 @@ class State:
     that have not appeared yet; ``changes``: changes for robots, not applied yet; ``dues``: the
     deadlines of rounds, requests and the mission that were not met yet, ``missed``: those that were
     not met in time; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
-    the tick in which each input changed last; ``limit``: ticks (live: seconds); ``promised``: the
+    the tick in which each input changed last; ``limit``: ticks (live: seconds); ``rivals``:
+    the robots in conflict with each, ``mates``: also those with which it shares a zone of
+    ``never_together``; ``promised``: the
     tick in which the deadline of the mission is kept; ``over``: the tick in which a lost deadline
     shows that the present turn is over (None: it is not); ``strays``, ``hands``: steps that ended
     elsewhere than commanded, and changes by a user or the world."""
@@ -312,11 +315,14 @@ class State:
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
         self.ended: str | None = None
-        self.rivals = {
-            name: [one for one in self.names if one != name and self._conflict(name, one)]
-            for name in self.names
-        }
         self.zones = [(zone.robots, zone.regions) for zone in h.never_together]
+        self.rivals, self.mates = dict[str, list[str]](), dict[str, list[str]]()
+        for name in self.names:
+            others = [one for one in self.names if one != name]
+            self.rivals[name] = [one for one in others if self._conflict(name, one)]
+            near = {*self.rivals[name]}.union(*(who for who, _ in self.zones if name in who))
+            self.mates[name] = [one for one in others if one in near]
+        self.kept_out = cache(self._kept_out)
         for robot in self.robots.values():
             robot.progress.stayed = int(robot.stays)
             self.restart(robot)
@@ -378,6 +384,11 @@ class State:
         avoids = (same if x.avoids is None else y.name in x.avoids for x, y in ((a, b), (b, a)))
         return any(avoids)
 
+    def _kept_out(self, robot: str, other: str, holds: frozenset[int]) -> frozenset[int]:
+        """Return the regions that a robot must not enter while another one occupies some."""
+        shared = (zone for who, zone in self.zones if {robot, other} <= who and zone & holds)
+        return (holds if other in self.rivals[robot] else frozenset()).union(*shared)
+
     def step(self, e: Line) -> Step:
         """Return the step of a ``move``, ``depart`` or ``arrive`` line (kept for the next rule)."""
         if e.step is None:
@@ -423,8 +434,7 @@ class State:
     def is_planned(self, robot: str) -> bool:
         """Return whether joint plans drive a robot: it has rivals, shares a zone or has a battery,
         of which a strategy does not know."""
-        shares = any(robot in who and len(who) > 1 for who, _ in self.zones)
-        return bool(self.rivals[robot] or shares or self.robots[robot].data.battery)
+        return bool(self.mates[robot] or self.robots[robot].data.battery)
 
     def memories(self, robot: Robot) -> set[int]:
         """Return the memories that a robot's formulas may have now."""

@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
-from itertools import chain, combinations, pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 from safenav.judge.bundle.strategies import RefusedError, Task, formed, require
@@ -67,26 +67,17 @@ def plan_of(e: Line, s: State) -> Plan:
 
 def _meetings(plan: Plan, s: State) -> Iterator[str]:
     """Yield the rivals that the orders let into a region together."""
-    order = Precedence(plan)
-    visits: dict[int, list[tuple[str, int]]] = {}
-    for robot, way in plan.ways.items():
-        for index, (region, _) in enumerate(way):
-            visits.setdefault(region, []).append((robot, index))
-    for who, regions in s.zones:
-        inside = [each for r in regions for each in visits.get(r, ()) if each[0] in who]
-        for one, other in order.together(inside):
-            yield f"the plan lets {one} and {other} be together in {sorted(regions)}"
-        for outsider in who - plan.ways.keys() if inside else ():
-            if _occupies(outsider, s) & regions:
-                yield f"{inside[0][0]} would enter {sorted(regions)}, where {outsider} is"
-    for region, ones in visits.items():
-        for one, other in order.together(ones):
-            if other in s.rivals[one]:
-                yield f"the plan lets {one} and {other} into {s.show(region)} together"
-        for outsider in s.robots.keys() - plan.ways.keys():
-            for robot in {name for name, _ in ones} & {*s.rivals[outsider]}:
-                if region in _occupies(outsider, s):
-                    yield f"{robot} would enter {s.show(region)}, where {outsider} is"
+    leaves = _precedence(plan)
+    each = [((robot, i), at[0]) for robot, way in plan.ways.items() for i, at in enumerate(way)]
+    for (robot, i), region in each:
+        for other in s.mates[robot]:
+            shut = s.kept_out(other, robot, frozenset([region]))
+            if other not in plan.ways and shut & _occupies(other, s):
+                yield f"{robot} would enter {s.show(region)}, where {other} is too near"
+            for j, (there, _) in enumerate(plan.ways.get(other, ())):
+                one, two = (robot, i), (other, j)
+                if there in shut and not (leaves(one, two) or leaves(two, one)):
+                    yield f"the plan lets {robot} and {other} be too near to each other"
 
 
 def _occupies(robot: str, s: State) -> frozenset[int]:
@@ -98,37 +89,30 @@ def _occupies(robot: str, s: State) -> frozenset[int]:
 Place = tuple[str, int]
 
 
-class Precedence:
-    """The order of the places of a plan: a robot is at each of its places before it departs for the
-    next one, and at the first place of an ``Order`` before the second's robot departs for it."""
+def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
+    """Return the function that states whether a robot certainly has left its place when another
+    one departs for its own. A robot is at each of its places before it departs for the next one,
+    and at the first place of an ``Order`` before the second's robot departs for it."""
+    places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]
+    after: dict[Place, list[Place]] = {place: [] for place in places}
+    for robot, k in places:
+        after.get((robot, k - 1), []).append((robot, k))
+    for first, i, then, j in plan.orders:
+        after[first, i].append((then, j))
+    bits = {place: 1 << number for number, place in enumerate(places)}
+    later = dict.fromkeys(places, 0)  # the places after each place
+    try:
+        for place in TopologicalSorter(after).static_order():  # the last first
+            for other in after[place]:
+                later[place] |= later[other] | bits[other]
+    except CycleError:
+        raise RefusedError("the steps of the plan wait for each other in a circle") from None
 
-    def __init__(self, plan: Plan) -> None:
-        places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]
-        after: dict[Place, list[Place]] = {place: [] for place in places}
-        for robot, k in places:
-            after.get((robot, k - 1), []).append((robot, k))
-        for first, i, then, j in plan.orders:
-            after[first, i].append((then, j))
-        bits = {place: 1 << number for number, place in enumerate(places)}
-        self._bits, self._later = bits, dict.fromkeys(places, 0)  # the places after each place
-        try:
-            for place in TopologicalSorter(after).static_order():  # the last first
-                for other in after[place]:
-                    self._later[place] |= self._later[other] | bits[other]
-        except CycleError:
-            raise RefusedError("the steps of the plan wait for each other in a circle") from None
+    def leaves(one: Place, other: Place) -> bool:
+        robot, k = one
+        return other[1] > 0 and bool(later.get((robot, k + 1), 0) & bits[other])
 
-    def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
-        """Yield the robots of each two visits, neither of which certainly ends before the other."""
-        for (one, i), (other, j) in combinations(visits, 2):
-            apart = self._left_before(one, i, other, j) or self._left_before(other, j, one, i)
-            if one != other and not apart:
-                yield one, other
-
-    def _left_before(self, one: str, i: int, other: str, j: int) -> bool:
-        """Return whether ``one`` has certainly reached its next place when ``other`` departs for
-        ``j``."""
-        return j > 0 and bool(self._later.get((one, i + 1), 0) & self._bits[other, j])
+    return leaves
 
 
 def proof_file(e: Line) -> str:

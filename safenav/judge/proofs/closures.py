@@ -173,20 +173,14 @@ class Case:
             if not one.left[0].together or self._fits(group, at):
                 yield group
 
-    def _fits(self, group: Iterable[str], at: Sets) -> bool:
+    def _fits(self, group: tuple[str, ...], at: Sets) -> bool:
         """Return whether a group can stand at some of their poses simultaneously: rivals apart, and
         no two robots of a zone in it."""
-        rivals, group = self.state.rivals, [*group]
-        zones = [(who, zone) for who, zone in self.state.zones if len(who & {*group}) > 1]
-        close = frozenset[str]().union(*(who for who, _ in zones))
-        crowd = [name for name in group if name in close or {*rivals[name]} & {*group}]
+        s, crowd = self.state, [name for name in group if {*self.state.mates[name]} & {*group}]
         for regions in product(*({pose[0] for pose in at[name]} for name in crowd)):
             self.world.spend()
-            if not any(
-                (one == other and b in rivals[a])
-                or any({a, b} <= who and {one, other} <= zone for who, zone in zones)
-                for (a, one), (b, other) in combinations(zip(crowd, regions, strict=True), 2)
-            ):
+            pairs = combinations(zip(crowd, regions, strict=True), 2)
+            if not any(b in s.kept_out(m, n, frozenset([a])) for (n, a), (m, b) in pairs):
                 return True
         return False
 

@@ -102,21 +102,18 @@ class Enumeration:
 
     def _successors(self, state: _State) -> Iterator[_State]:
         s, at = self.case.state, dict(zip(self.robots, state.poses, strict=True))
-        opened, held = state.open(), {name: {pose[0]} for name, pose in at.items()}
+        opened, held = state.open(), {name: frozenset([pose[0]]) for name, pose in at.items()}
         for name in (n for n, one in self.case.leaving.items() if at.get(n) == one):
-            held[name].add(self.case.at[name][0])
+            held[name] |= {self.case.at[name][0]}
         for k, name in enumerate(self.robots):
             if self.case.flat.get(name) in opened:
                 continue
-            taken = set[int]().union(*(held[other] for other in s.rivals[name] if other in at))
-            for robots, regions in s.zones:
-                mates = set[int]().union(*(held[n] for n in robots - {name} if n in at))
-                if name in robots and regions & mates:
-                    taken |= regions
-            taken |= self._walls(name, state.opened)
+            taken = self._walls(name, state.opened).union(
+                *(s.kept_out(name, other, held[other]) for other in s.mates[name] if other in at)
+            )
             back = self.case.way_back(name, at[name], state.opened)
             if at[name] == self.case.leaving.get(name):
-                taken, back = set(), None  # it arrives
+                taken, back = frozenset(), None  # it arrives
             for to in self.case.steps[name].get(at[name], ()):
                 if to[0] not in taken and (back is None or to[0] in (back, at[name][0])):
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
@@ -355,7 +352,7 @@ def _is_a_game(robot: Robot, s: State) -> bool:
     if own.kind != "ltl" and not (own.literal and own.strict):
         return False
     hears = bool(own.formulas and own.formulas.inputs)
-    return hears or bool(s.rivals[robot.name]) or any(robot.name in who for who, _ in s.zones)
+    return hears or bool(s.mates[robot.name])
 
 
 def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bool:
