@@ -25,7 +25,7 @@ class Bound:
     Formulas of objectives that still change are ignored."""
 
     def __init__(self, s: State, tick: int) -> None:
-        self.s, self.names, self.count = s, s.names, len(s.names)
+        self.s, self.tick, self.names, self.count = s, tick, s.names, len(s.names)
         self.changes = objectives_change(s, tick)
         had = sum(robot.moved >= tick for robot in s.robots.values()) if tick else self.count
         self.turn = tick * self.count + had - 1
@@ -53,11 +53,12 @@ class Bound:
 
     def round(self, name: str, goals: Iterable[frozenset[int]]) -> int:
         """Return the earliest tick by whose end a robot can have met some targets in sequence."""
-        arrives = self.start[name] if self.s.robots[name].bound is not None else {}
+        robot = self.s.robots[name]  # it arrives, or begins on a target that has not counted
+        arrives = robot.bound is not None or not (self.tick or robot.progress.stayed)
         seeds = self.start[name]
         for goal in goals:
-            there = {pose: tick for pose, tick in arrives.items() if pose[0] in goal}
-            seeds, arrives = self.goal(name, goal, seeds) | there, {}
+            there = {p: t for p, t in seeds.items() if arrives and p[0] in goal}
+            seeds, arrives = self.goal(name, goal, seeds) | there, False
         return min(seeds.values(), default=NEVER)
 
     def goal(
@@ -172,15 +173,13 @@ def objectives_change(s: State, tick: int) -> bool:
 def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
     """Yield the sequences of targets that a robot may still have to meet."""
     own, progress = robot.own, robot.progress
-    if own.ends and not progress.ended(own):
-        yield [*own.targets[progress.turn or 0 :]]
-        return
     if own.settles:  # each tick at its last target is a round, and it must be there at the end
         away = robot.bound is not None or robot.pose[0] not in own.last
-        yield [own.last] * max(wanted - progress.rounds(own, tick), int(away))
+        stays = max(wanted - progress.rounds(own, tick), int(away))
+        yield own.targets[progress.turn or 0 : -1] + [own.last] * stays
         return
     left, turn = max(own.count * wanted - progress.goals, 0), progress.turn
-    begins = turn if turn is not None else robot.first if own.strict else None
+    begins = turn if turn is not None else robot.first if own.strict and tick else None
     free = own.strict and not progress.goals and (turn is not None or begins is None)
     here = (k for k, t in enumerate(own.targets) if not own.literal or robot.pose[0] in t)
     for first in {(begins or 0) % own.count, *(here if free else ())}:
@@ -195,15 +194,11 @@ def mission(bound: Bound, tick: int) -> int:
     if bound.changes:
         return tick
     for name, robot in s.robots.items():
-        own, start = robot.own, robot.pose[0]
-        if not own.ordered:
-            continue
-        s.world.spend(own.count * wanted)
-        times = list[int]()
-        for one in _left(robot, wanted, tick) if tick else _from_start(own, wanted, start):
-            s.world.spend(len(one))
-            times.append(bound.round(name, one) if one else tick)
-        ends.append(min(times))
+        if robot.own.ordered:
+            s.world.spend(robot.own.count * wanted)
+            left = [*_left(robot, wanted, tick)]
+            s.world.spend(sum(map(len, left)))
+            ends.append(min(bound.round(name, one) if one else tick for one in left))
     return max(ends)
 
 
@@ -213,14 +208,6 @@ def _orders(own: Objective, here: int) -> Iterator[list[frozenset[int]]]:
     for first in range(own.count if own.strict else 1):
         if not (first and own.literal) or here in own.targets[first]:
             yield own.targets[first:] + own.targets[:first]
-
-
-def _from_start(own: Objective, wanted: int, start: int) -> Iterator[list[frozenset[int]]]:
-    """Yield the sequences of targets of a mission. A target on which it starts may count; each tick
-    at the last is a round."""
-    for order in _orders(own, start):
-        found = order + own.targets[-1:] * (wanted - 1) if own.settles else order * wanted
-        yield found[1:] if start in found[0] else found
 
 
 def lost_problems(e: Line, s: State) -> Iterator[str]:
