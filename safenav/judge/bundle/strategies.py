@@ -74,10 +74,6 @@ class Strategy:
         columns = [self.columns[name] for name in names]
         return [*zip(*columns, strict=True)] if columns else [()] * self.count
 
-    def values(self, node: int, names: Iterable[str]) -> dict[str, int | None]:
-        """Return some values of a node; None for a variable that the strategy lacks."""
-        return {n: self.columns[n][node] if n in self.columns else None for n in names}
-
     def reach(self, begin: Iterable[int]) -> list[int]:
         """Return the nodes that are reachable from some nodes."""
         return sorted(closure({*begin}, lambda node: self.next[node]))
@@ -293,12 +289,9 @@ class Task:
         ``measures``: one for each goal."""
         graph = self.graph
         require(start < graph.count, f"the strategy has no node {start}")
-        turns = {"heading": HEADINGS.index(str(self.pose[1]))} if self.faces else {}
-        known: dict[str, int | None] = {"region": self.pose[0], **turns}
-        known |= {**self.memory, **self.given}
-        given = graph.values(start, known)
-        require(given == known, f"its initial values are {given}, not {known}")
-        require(self.done[start] in self.openings(), "its initial state violates the objective")
+        begins = start in self.answered(self.opening)
+        told = f"{self.done[start]} with the inputs {graph.inputs[start]}"
+        require(begins, f"its initial values are {told}, unlike those of the run")
         nodes = graph.reach([start])
         for node in nodes:
             inputs = [graph.inputs[target] for target in graph.next[node]]
@@ -312,7 +305,7 @@ class Task:
             if not self.allows(node, target):
                 edge = f"from node {node} to node {target}"
                 where = f"from {self.poses[node]} to {self.poses[target]}"
-                seen = f"observing {graph.values(target, graph.names)}"
+                seen = f"observing {self._seen(graph.inputs[target])}"
                 raise RefusedError(f"the scenario forbids the edge {edge}: {where}, {seen}")
         goals, assumed = self.met(edges)
         for k, (met, measure) in enumerate(zip(goals, measures, strict=True)):

@@ -10,9 +10,9 @@ from heapq import heappop, heappush
 from math import ceil
 
 from safenav.judge.formulas import Pose
-from safenav.judge.lines import Line, Objective
+from safenav.judge.lines import Line
 from safenav.judge.proofs.closures import Case
-from safenav.judge.state import Need, Rest, Robot, State
+from safenav.judge.state import Need, Progress, Rest, Robot, State
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]
@@ -53,8 +53,7 @@ class Bound:
 
     def round(self, name: str, goals: Iterable[frozenset[int]]) -> int:
         """Return the earliest tick by whose end a robot can have met some targets in sequence."""
-        robot = self.s.robots[name]  # it arrives, or begins on a target that has not counted
-        arrives = robot.bound is not None or not (self.tick or robot.progress.stayed)
+        arrives = self.s.robots[name].bound is not None or not self.tick  # or it starts
         seeds = self.start[name]
         for goal in goals:
             there = {p: t for p, t in seeds.items() if arrives and p[0] in goal}
@@ -171,8 +170,9 @@ def objectives_change(s: State, tick: int) -> bool:
 
 
 def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
-    """Yield the sequences of targets that a robot may still have to meet."""
-    own, progress = robot.own, robot.progress
+    """Yield the sequences of targets that a robot may still have to meet; in tick 0, all. A patrol
+    may begin with any; a literal one, with that where it stands."""
+    own, progress = robot.own, robot.progress if tick else Progress()
     if own.settles:  # each tick at its last target is a round, and it must be there at the end
         away = robot.bound is not None or robot.pose[0] not in own.last
         stays = max(wanted - progress.rounds(own, tick), int(away))
@@ -200,14 +200,6 @@ def mission(bound: Bound, tick: int) -> int:
             s.world.spend(sum(map(len, left)))
             ends.append(min(bound.round(name, one) if one else tick for one in left))
     return max(ends)
-
-
-def _orders(own: Objective, here: int) -> Iterator[list[frozenset[int]]]:
-    """Yield the orders in which a robot may meet its targets. A patrol may begin with any; a
-    literal one, with that where it stands."""
-    for first in range(own.count if own.strict else 1):
-        if not (first and own.literal) or here in own.targets[first]:
-            yield own.targets[first:] + own.targets[:first]
 
 
 def lost_problems(e: Line, s: State) -> Iterator[str]:
@@ -255,7 +247,7 @@ def least_within(s: State, name: str) -> int:
     """Return the least number of ticks in which a robot alone can complete every round forever."""
     own = s.robots[name].own
     s.world.spend(own.count**2 * own.strict)
-    orders = [*_orders(own, s.robots[name].pose[0])]
+    orders = [*_left(s.robots[name], 1, 0)]
     every = frozenset[int]().union(*own.targets) if own.literal and own.strict else None
     least = min(_least_round(s, name, one, every) for one in orders)
     if least < NEVER or every is None:
