@@ -159,29 +159,19 @@ def _taken(region: int, now: float, s: State) -> bool:
     return any(one.open and not one.ordered for one in s.at[region])
 
 
-def listed_times(s: State) -> list[float]:
-    """Return the times at which the scenario may change something."""
-    spans = ((one.appears, one.goes) for one in s.scenario.obstacles)
-    return _certain_times(s) + [float(t) for span in spans for t in span if t is not None]
-
-
-def _certain_times(s: State) -> list[float]:
-    spans = (span for each in s.scenario.inputs for span in each.spans if not s.external)
-    times = [one.at for one in s.scenario.changes]
-    return [float(t) for t in (*times, *(t for a, b in spans for t in (a, b + 1)))]
-
-
 def later_change(e: Line, s: State) -> float | None:
     """Return the next time at which the scenario certainly changes something, within its limits; in
     a user's world, only changes of robots are certain."""
     now = (e.t or s.time) if s.live else s.tick
-    times = [t for t in _certain_times(s) if t > now]
+    spans = [span for each in s.scenario.inputs for span in each.spans]
+    times = [t for a, b in spans for t in (a, b + 1)]
+    times += [one.goes for one in s.obstacles.values() if one.goes is not None and one.present]
+    times = [one.at for one in s.scenario.changes] + times * (not s.external)
+    times = [float(t) for t in times if t > now]
     for change in s.changes:
         robot = s.robots[change.robot]  # a lost one does not return
         applied = change.objective is None and (robot.lost or change.active is not robot.out)
         times += [now] * (change.at == now and not applied)
-    goes = [one.goes for one in s.obstacles.values() if one.goes is not None and one.present]
-    times += [float(t) for t in goes if t > now and not s.external]
     return min((t for t in times if t <= s.limit), default=None)
 
 

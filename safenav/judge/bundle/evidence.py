@@ -385,29 +385,19 @@ def _objective(own: Objective, s: State) -> str:
     return "; ".join([*parts, *own.texts, *(f"always {text}" for text in own.always)])
 
 
-def _refused(name: str) -> str:
-    robot, _, battery = name.partition(".")
-    if battery:
-        return f"the charge of {robot} does not suffice"
-    return "it cannot end in time" if name == "mission" else f"{name} cannot end a round in time"
-
-
 def _end(e: Line, s: State, lost: Collection[str]) -> str:
     """Return the claim about the end of a run, which the judge has judged. ``lost``: the robots
     that are proven to have no strategy."""
     what, rounds = e.outcome, s.scenario.until.rounds
     if what == "completed":
         often = "once" if rounds == 1 else f"{rounds} times"
-        stay = [name for name, robot in s.robots.items() if robot.own.settles]
-        stays = "stays" if len(stay) == 1 else "stay"
-        last = f", and {' and '.join(stay)} {stays} at the last target" if stay else ""
         message = f"every robot has met its objective {often} after the last resolution"
-        return f"The mission is completed: {message}{last}."
+        return f"The mission is completed: {message}."
     if what == "tick_limit":
         return f"The run ended at its limit of {e.ticks} ticks."
     if what == "unrealizable":
-        why = "; ".join(map(_refused, e.refused or ())) or "a robot has no strategy"
-        return f"The mission never began: {why}."
+        refused = f"the deadline or charge of {' and '.join(e.refused or ())} does not suffice"
+        return f"The mission never began: {refused if e.refused else 'a robot has no strategy'}."
     if what != "operator_needed":
         return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."
     if e.cause == "out_of_service":
