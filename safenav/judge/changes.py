@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from safenav.judge.lines import Line, Objective
-from safenav.judge.rules import NotJudged, is_empty, rule
+from safenav.judge.rules import NotJudged, rule
 from safenav.judge.state import State
 
 
@@ -41,7 +41,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
     if (e.kind == "appeared") is one.present:
         yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"
     if e.cause == "battery":
-        empty = (r for r in s.robots.values() if r.pose[0] == one.region and is_empty(r, s, now))
+        empty = (r for r in s.robots.values() if r.pose[0] == one.region and s.is_empty(r, now))
         flat = one.type == s.flat_type and one.truth is None and not one.ordered
         if not flat or not any(empty):
             yield f"{one.name} appears, but no charge is used up there"
@@ -87,7 +87,9 @@ def changes(e: Line, s: State) -> Iterator[str]:
             yield f"no input changes for {e.robot}"
     elif e.cause == "world" and not s.external:
         yield f"a simulated world changes the service of {e.robot}"
-    elif e.cause == "battery" and not (e.active or is_empty(robot, s, s.now(e))):
+    elif e.cause == "battery" and s.flat_type and not e.active and e.robot not in s.flat.values():
+        yield f"no {s.flat_type} appears for {e.robot}"
+    elif e.cause == "battery" and not (e.active or s.is_empty(robot, s.now(e))):
         yield f"{e.robot} is out of service, but its charge is not used up"
 
 
@@ -163,16 +165,18 @@ def later_change(e: Line, s: State) -> float | None:
     """Return the next time at which the scenario certainly changes something, within its limits; in
     a user's world, only changes of robots are certain."""
     now = (e.t or s.time) if s.live else s.tick
+    late = (x for x in s.scenario.inputs if s.inputs[x.name] is not _is_on(x, now))
     spans = [span for each in s.scenario.inputs for span in each.spans]
-    times = [t for a, b in spans for t in (a, b + 1)]
-    times += [one.goes for one in s.obstacles.values() if one.goes is not None and one.present]
-    times = [one.at for one in s.scenario.changes] + times * (not s.external)
-    times = [float(t) for t in times if t > now]
+    times = [t for a, b in spans for t in (a, b + 1) if t > now]
+    times += [now for each in late if each.name not in s.by_user]
+    goes = (one.goes for one in s.obstacles.values() if one.goes is not None and one.present)
+    times += [t for t in goes if t >= now]
+    times = [one.at for one in s.scenario.changes if one.at > now] + times * (not s.external)
     for change in s.changes:
         robot = s.robots[change.robot]  # a lost one does not return
         applied = change.objective is None and (robot.lost or change.active is not robot.out)
         times += [now] * (change.at == now and not applied)
-    return min((t for t in times if t <= s.limit), default=None)
+    return min((float(t) for t in times if t <= s.limit), default=None)
 
 
 @rule("move", "depart", "outcome")
@@ -224,17 +228,19 @@ def memory(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} continues with target {min(turns)}, not {max(stated.values())}"
 
 
-@rule("duty", "synthesis")
+@rule("duty", "synthesis", "objective")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
-    that blocks it, needs its action, or represents its empty battery. Its strategy pursues the
-    objective that it has."""
+    that it has encountered, that needs its action, or that represents its empty battery. Its
+    strategy pursues the objective that it has."""
     every = [x for x in s.obstacles.values() if x.open and x.known]
-    busy = frozenset[str]().union(*(x.blocks.union(*(n.able for n in x.needs)) for x in every))
+    busy = frozenset[str]().union(*(x.asked.union(*(n.able for n in x.needs)) for x in every))
     busy |= {s.flat[x.name] for x in every if x.name in s.flat}
-    for name, objective in (e.objectives or {}).items():
-        robot = s.robots[name]
-        if not (name in busy or robot.out or objective.serves(robot.own)):
+    others = [n for n, one in (e.objectives or {}).items() if not one.serves(s.robots[n].own)]
+    if e.at_once is False and s.robots[e.robot].given.serves(s.robots[e.robot].own):
+        others.append(e.robot)
+    for name in others:
+        if not (name in busy or s.robots[name].out):
             yield f"{name} gets another objective, but nothing is to be resolved"
     begins = e.kind == "synthesis" and e.node is not None and e.places is None
     if begins and not e.objective.serves(s.robots[e.robot].given):

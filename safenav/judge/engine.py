@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from safenav.judge.changes import applies
 from safenav.judge.ends import counts, meeting
 from safenav.judge.lines import Line, Reader, Text
-from safenav.judge.rules import RULES, NotJudged, Rule, is_empty
+from safenav.judge.rules import RULES, NotJudged, Rule
 from safenav.judge.state import DECIMALS, Obstacle, Progress, Robot, State
 
 BATTERY = "battery"
@@ -101,7 +101,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 _fill(e, robot, s)
         case "synthesis":
             if e.verdict == "unrealizable":
-                s.failed[e.robot, e.spec] = e.memory or {}
+                if e.objective == robot.own and not (robot.own.literal and e.form == "alternation"):
+                    s.failed[e.robot, e.spec] = e.memory or {}
             elif e.node is not None:
                 known = (e.knowledge or {}).keys() & s.robots.keys()
                 robot.observes = {name: s.robots[name].jumps for name in known}
@@ -198,12 +199,14 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
             progress.goals, progress.seen = progress.goals + 1, frozenset()
     elif own.in_turn and progress.may_count(own, e.goal):
         progress.goals, progress.turn = progress.goals + 1, e.goal + 1
-        if not own.ends:
+        if own.ends:
+            progress.stayed += robot.stays
+        else:
             progress.turn %= own.count
-    if own.ends:
-        progress.stayed += robot.stays
-    if robot.out and own.settles and (not own.ends or progress.ended(own)):
-        progress.stayed += 1  # as it arrives, or has acted
+    arrived = robot.before != robot.pose and e.goal not in robot.met
+    acted = robot.acted is not None and robot.acted[0] == e.tick != robot.met.get(e.goal)
+    if robot.out and own.settles and (arrived or acted) and (not own.ends or progress.ended(own)):
+        progress.stayed += 1
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
         s.kept |= {robot.name: s.dues[robot.name]} if robot.name in s.dues else {}
@@ -215,17 +218,16 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
         s.barred = {pair for pair in s.barred if pair[1] != one.name}
     match e.kind:
         case "violation":
-            one.known = True
-            _due(e, one, s)
             if s.external and not one.present:
                 one.begin()
-                one.known = True
+            one.known, one.asked = True, one.asked | {e.robot}
+            _due(e, one, s)
         case "request":
             _due(e, one, s)
             one.shut = one.shut and one.resolved  # one that was given up is tried again
         case "appeared":
             one.begin()
-            one.since, one.begun = e.tick, e.number
+            one.since, one.begun, one.goes = e.tick, e.number, None
             for robot in (s.robots[name] for name in one.blocks if s.external):
                 robot.came = None if robot.pose[0] == one.region else robot.came
             s.orders.discard(one.name)
@@ -239,7 +241,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 one.within = s.due_within(listed[0])
             if e.cause == BATTERY:
                 here = (r for r in s.robots.values() if r.pose[0] == one.region)
-                empty = (r.name for r in here if is_empty(r, s, s.now(e)))
+                empty = (r.name for r in here if s.is_empty(r, s.now(e)))
                 name = next((n for n in empty if n not in s.flat.values()), None)
                 s.flat |= {one.name: name} if name else {}
                 one.known = True
@@ -254,7 +256,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             for robot in s.robots.values() if one.type.startswith("lost_") else ():
                 if one.type == f"lost_{robot.name}" and robot.lost:
                     robot.holds -= {one.region}
-        case "part" if e.need == one.stage:
+        case "part" if e.need == one.stage < len(one.needs):
             one.group = frozenset(e.robots or [e.robot])
             one.party |= one.group
             one.rest = one.rest.acted(one.group)

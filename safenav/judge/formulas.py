@@ -38,7 +38,7 @@ class Part(NamedTuple):
 
 
 _TOKEN = re.compile(
-    r"(?a)\s*(\d+|[A-Za-z_]\w*'*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()])"
+    r"(?a)\s+|(\d+|[A-Za-z_]\w*'*|<-->|<->|-->|->|&&|\|\||/\\|\\/|!=|<=|>=|[!~&|^=<>+()])"
 )
 _SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "-->": "->", "<-->": "<->", "~": "!"}
 _STRENGTH = {"<->": 1, "->": 2, "^": 3, "|": 4, "&": 5, "+": 8}
@@ -49,6 +49,10 @@ _PAIRS: dict[str, Callable[[Any, Any], Any]] = {
     **{"=": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le},
     **{">": operator.gt, ">=": operator.ge, "<->": operator.eq, "^": operator.ne},
 }
+
+
+def _tokens(text: str) -> list[str]:
+    return [token for token in _TOKEN.findall(text) if token]
 
 
 def _joined(sign: str, parts: Sequence[Part]) -> Callable[[Values], Any]:
@@ -71,9 +75,9 @@ class _Parser:
 
     def __init__(self, text: str, truths: frozenset[str]) -> None:
         self.text, self.truths = text, truths
-        rest = _TOKEN.sub("", text).strip()
+        rest = _TOKEN.sub("", text)
         self.require(not rest, f"cannot read '{rest[:20]}'")
-        self.left = ["the end", *(_SAME.get(t, t) for t in reversed(_TOKEN.findall(text)))]
+        self.left = ["the end", *(_SAME.get(t, t) for t in reversed(_tokens(text)))]
 
     def require(self, holds: object, problem: str) -> None:
         if not holds:
@@ -150,8 +154,10 @@ class Formulas:
         truths = frozenset([*self.inputs, *(k for k, kind in memory.items() if kind == "bool")])
         texts = {part: [*body.get(part, ())] for part in ("init", "safety", "liveness")}
         texts["safety"] += [f"region' = region | ({text})" for text in always]
-        size = sum(len(_TOKEN.findall(text)) for each in texts.values() for text in each)
-        self.work = size * (count := prod(map(len, ranges))) ** 2
+        size = sum(len(_tokens(text)) for each in texts.values() for text in each)
+        # More variables than values have too many of these, and their product takes long.
+        count = prod(map(len, ranges[: MOST_VALUES + len(self.fixed)]))
+        self.work = size * count**2
         self.whole = count <= MOST_VALUES and self.work <= MOST_WORK
         self.values: list[tuple[int, ...]] = [*product(*ranges)] if self.whole else [()]
         self._all = {part: [read_formula(x, truths) for x in each] for part, each in texts.items()}

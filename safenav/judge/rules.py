@@ -231,17 +231,10 @@ def charge(e: Line, s: State) -> Iterator[str]:
         return
     elif e.to != e.start and s.charge(robot, s.now(e)) < robot.data.battery.move:
         yield f"{e.robot} takes a step with a charge of {s.charge(robot, s.now(e)):g}"
-    elif not (s.live or s.external or robot.out or robot.bound is not None) and is_empty(
-        robot, s, s.now(e)
+    elif not (s.live or s.external or robot.out or robot.bound is not None) and s.is_empty(
+        robot, s.now(e)
     ):
         yield f"{e.robot} is in service, but its charge is used up"
-
-
-def is_empty(robot: Robot, s: State, now: float) -> bool:
-    """Return whether a robot's charge does not suffice for a step, off the chargers."""
-    if robot.charge is None or robot.pose[0] in s.scenario.chargers:
-        return False
-    return bool(s.charge(robot, now) < robot.data.battery.move)
 
 
 @rule("act", "acted", "part", "resolved")
@@ -251,7 +244,7 @@ def actions(e: Line, s: State) -> Iterator[str]:
     robot = s.robots[e.robot]
     if e.kind == "act":
         for name in e.robots:
-            if s.robots[name].out or s.robots[name].bound is not None:
+            if s.rests(s.robots[name], s.now(e)) or s.robots[name].bound is not None:
                 yield f"{name} acts, but is out of service or in transit"
     elif e.kind == "acted":
         if robot.acts is None and not s.external:
@@ -260,7 +253,7 @@ def actions(e: Line, s: State) -> Iterator[str]:
             yield f"an action of {e.robot} fails, in a simulated world"
     elif s.live and not s.external and not _acts(robot, None, e.tick):
         yield f"{e.robot} does not act"
-    elif robot.out and not (s.live or s.external):
+    elif s.rests(robot, s.now(e)) and not (s.live or s.external):
         yield f"{e.robot} acts, but is out of service"
 
 
@@ -276,7 +269,8 @@ def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
     ``knew``: the team knew of it as the action began, so in a live run no idle robot takes part."""
     if s.live and (knew or _acts(robot, one.name, s.tick)):
         return _acts(robot, one.name, s.tick)
-    return not (robot.out or (s.live and robot.bound is not None))
+    moves = s.live and robot.bound is not None
+    return not (moves or s.rests(robot, s.time if s.live else s.tick))
 
 
 @rule("move", "outcome")

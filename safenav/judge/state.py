@@ -207,9 +207,10 @@ class Rest(NamedTuple):
 @dataclass
 class Obstacle:
     """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part, ``party``: of
-    any; ``there``: whether it is present, ``since`` a tick; ``shut``: whether it is permanent;
-    ``known``: whether the team knows it; ``declared``: by an operator; ``begun``: the line since
-    which its next need is the next one, and no robot has returned to service."""
+    any; ``asked``: those that encountered it; ``there``: whether it is present, ``since`` a tick;
+    ``shut``: whether it is given up or permanent; ``known``: whether the team knows it;
+    ``declared``: by an operator; ``begun``: the line since which its next need is the next one, and
+    no robot has returned to service."""
 
     name: str
     type: str
@@ -224,6 +225,7 @@ class Obstacle:
     rest: Rest
     group: frozenset[str] = frozenset()
     party: frozenset[str] = frozenset()
+    asked: frozenset[str] = frozenset()
     resolved: bool = False
     shut: bool = False
     known: bool = False
@@ -244,10 +246,15 @@ class Obstacle:
     def present(self) -> bool:
         return self.there and (self.shut or not self.resolved)
 
+    @property
+    def permanent(self) -> bool:
+        """Whether it was found untraversable, or declared: one given up may yet be resolved."""
+        return self.there and self.shut and (self.resolved or self.declared)
+
     def begin(self) -> None:
         self.there, self.resolved, self.shut, self.known, self.declared = True, *[False] * 4
         self.rest = self.rest._replace(left=self.needs, done=frozenset())
-        self.group = self.party = frozenset()
+        self.group = self.party = self.asked = frozenset()
 
 
 class Step(NamedTuple):
@@ -423,6 +430,17 @@ class State:
         if robot.stands is not None:
             charge += rate * max(0.0, (now if self.live else robot.moved) - robot.stands)
         return float(round(min(battery.capacity, max(0.0, charge)), DECIMALS))
+
+    def is_empty(self, robot: Robot, now: float) -> bool:
+        """Return whether a robot's charge does not suffice for a step, off the chargers."""
+        if robot.charge is None or robot.pose[0] in self.scenario.chargers:
+            return False
+        return bool(self.charge(robot, now) < robot.data.battery.move)
+
+    def rests(self, robot: Robot, now: float) -> bool:
+        """Return whether a robot is out of service, or about to be: the obstacle that represents
+        its empty battery has appeared."""
+        return robot.out or (robot.name in self.flat.values() and self.is_empty(robot, now))
 
     def destination(self, name: str) -> Pose:
         """Return a robot's pose; in transit, that of its arrival."""

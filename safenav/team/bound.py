@@ -13,7 +13,7 @@ from operator import or_
 
 from msgspec import Struct
 
-from safenav.team.state import Is, State
+from safenav.team.state import State
 from safenav.team.team import Member, Need, Team
 from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 
@@ -73,9 +73,9 @@ class Bound:
             if robot.to is not None:
                 self.ready[i] = max(self.ready[i] + 1, robot.due or 0)
         self.times: dict[int, tuple[int, ...]] = {}
-        for k in state.requests:
-            obstacle, there = team.obstacles[k], state.obstacles[k]
-            if there.state is Is.OPEN and obstacle.source.goes is None:
+        for k, there in enumerate(state.obstacles):  # one that is given up may be requested again
+            obstacle = team.obstacles[k]
+            if (k in state.requests or there.given_up) and obstacle.source.goes is None:
                 met = there.stage.need
                 self.times[k] = (self.now,) * met + (NEVER,) * (len(obstacle.needs) - met)
         before = None
@@ -113,8 +113,9 @@ class Bound:
         """Return a robot for which obstacles open at their ``times``."""
         member, obstacles = self.team.members[i], self.team.obstacles
         gates = list[tuple[int, Mask]]()
-        sealed = (obstacles[k] for k in self.state.sealed if obstacles[k].source.goes is None)
-        closed = {each.region for each in sealed if i in each.blocks}
+        sealed = self.state.sealed.difference(self.times)
+        lasting = (obstacles[k] for k in sealed if obstacles[k].source.goes is None)
+        closed = {each.region for each in lasting if i in each.blocks}
         for k, turns in self.times.items():
             first, needs = self.state.obstacles[k].stage.need, obstacles[k].needs
             opens = first

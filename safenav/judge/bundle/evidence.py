@@ -10,11 +10,14 @@ from typing import Any
 from safenav.judge.bundle.strategies import RefusedError, Task, formed, require
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
+from safenav.judge.proofs.closures import case_of
+from safenav.judge.proofs.negatives import may_have
 from safenav.judge.rules import STEPS, Rule
 from safenav.judge.state import EXTERNAL, State
-from safenav.judge.world import closure
+from safenav.judge.world import TooLargeError, closure
 from safenav.strict_json import read_json
 
+MOST_VALUES = 6_000_000
 Order = tuple[str, int, str, int]
 """``first, i, then, j``: ``then`` departs for its waypoint ``j`` when ``first`` is at its waypoint
 ``i``."""
@@ -186,7 +189,9 @@ class Evidence:
 
     def json(self, path: str) -> Any:
         require(path in self.files, f"{path} is missing")
-        return read_json(self.files[path].read_bytes())
+        if (data := self.files[path].read_bytes()).count(b",") > MOST_VALUES:
+            raise TooLargeError(f"{path} has more than {MOST_VALUES} values")
+        return read_json(data)
 
     def claim(self, kind: str, e: Line | None, text: str, *files: str) -> None:
         """Record a claim that a line (None: the whole trace) and files establish."""
@@ -270,7 +275,9 @@ class Evidence:
             self._fits(task, line, s)
         except RefusedError:
             return False
-        shut = {one.region for one in s.obstacles.values() if one.present and one.shut}
+        if line.tick < s.tick and not may_have(s.robots[robot], line.memory or {}, s):
+            return False
+        shut = {one.region for one in case_of(s).shut}
         if not task.closed <= own.avoid | shut:  # an open obstacle may yet be resolved
             return False
         return task.objective == formed(own, None if own.literal else "alternation")

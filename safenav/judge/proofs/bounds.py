@@ -36,9 +36,10 @@ class Bound:
                 ready = max(ready + 1, robot.began + self.takes(name) - 1)
             self.start[name] = {s.destination(name): ready}
         lasting = [one for one in s.obstacles.values() if one.there and one.goes is None]
-        shut = [one for one in lasting if one.shut]
+        shut = [one for one in lasting if one.permanent]
         self.sealed = {name: {one.region for one in shut if name in one.blocks} for name in s.names}
-        self.open = [x.rest for x in lasting if x.open and x.known and not x.shut and x.rest.left]
+        known = (one for one in lasting if one.open and one.known and not one.permanent)
+        self.open = [one.rest for one in known if one.rest.left]
         self.met = {one.name: [NEVER] * len(one.left) for one in self.open}
         before: dict[str, list[int]] = {}
         while before != self.met:
@@ -290,7 +291,7 @@ def charge_needed(robot: Robot, s: State) -> int:
     a fixpoint of growing numbers on poses."""
     battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers
     steps = Case(s, out=[name for name, one in s.robots.items() if one.out]).steps[robot.name]
-    after = {pose: steps[pose] for pose in s.world.reach(steps, [robot.pose], ())}
+    after = {pose: steps.get(pose, ()) for pose in s.world.reach(steps, [robot.pose], ())}
 
     def leg(target: frozenset[int], then: Charges) -> Charges:
         """Return the least charge of each pose with which it meets a target with a charge ``then``,

@@ -7,7 +7,7 @@ robots that fulfils the next need is followed; a choice after which all its robo
 represents all choices.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from itertools import combinations, product
 from typing import Any
@@ -27,18 +27,24 @@ class Case:
     """The team in a state: for each robot its ``steps`` outside permanent obstacles, and the poses
     where each of its ``targets`` is met. ``out``: robots out of service; ``flat``: those that
     another battery brings back, each with its obstacle; ``memory``: the number of the memory of
-    each robot whose poses are followed with it; ``laden``: robots with a load, or a part of one,
+    each robot whose poses are followed with it; ``never``: given-up obstacles that are never
+    resolved; ``shut``: these, and permanent ones; ``laden``: robots with a load, or a part of one,
     that no robot can ever put down; ``leaving``: the state in which a robot in transit still acts
     in the region that it leaves."""
 
     def __init__(
-        self, s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | None = None
+        self,
+        s: State,
+        *,
+        out: Iterable[str] = (),
+        memory: Mapping[str, int] | None = None,
+        never: Collection[str] = (),
     ) -> None:
         self.state, self.world, self.names = s, s.world, s.names
         self.out = frozenset(out)
         self.memory = {n: k for n, k in (memory or {}).items() if n not in self.out}
         every = s.obstacles.values()
-        self.shut = [one for one in every if one.there and one.shut]
+        self.shut = [one for one in every if one.permanent or one.name in never]
         self.laden = frozenset[str]().union(*(x.rest.laden() for x in self.shut if x.open))
         self.at: dict[str, Any] = {name: s.destination(name) for name in s.names}
         self.steps: dict[str, Graph] = {}
@@ -53,7 +59,7 @@ class Case:
         self.steps |= {n: {**self.steps[n], x: (self.at[n],)} for n, x in self.leaving.items()}
         self.now = {**self.at, **self.leaving}
         self.start = {n: self._with_next(n, frozenset([self.now[n]])) for n in s.names}
-        known = (one for one in every if one.open and one.known and not one.shut)
+        known = (one for one in every if one.open and one.known and one not in self.shut)
         self.obstacles = tuple(self._opened(one) for one in known if one.rest.left)
         here = (one.name for one in self.obstacles if one.name in s.flat)
         self.flat = {s.flat[one]: one for one in here if s.robots[s.flat[one]].out}
@@ -185,12 +191,25 @@ class Case:
         return False
 
 
+def case_of(s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | None = None) -> Case:
+    """Return the case in which an obstacle that was given up is permanent if it is never resolved
+    from now on."""
+    never = set[str]()
+    while True:
+        case = Case(s, out=out, memory=memory, never=never)
+        given_up = {one.name for one in case.obstacles if s.obstacles[one.name].shut}
+        left = team_closure(case, case.start, case.obstacles)[1] if given_up else ()
+        if not (more := given_up.intersection(one.name for one in left)):
+            return case
+        never |= more
+
+
 def case_now(s: State, memory: Mapping[str, int] | None = None) -> Case:
     """Return the present case. A robot whose battery is flat counts as in service if another one
     can be brought, or has been; if a proof holds all the same, it holds without it."""
     out = {name for name, robot in s.robots.items() if robot.out and not robot.filled}
     while True:
-        case = Case(s, out=out, memory=memory)
+        case = case_of(s, out=out, memory=memory)
         never = team_closure(case, case.start, case.obstacles)[1] if case.flat else ()
         back = out & (case.flat.keys() - {s.flat.get(one.name) for one in never})
         if not back:

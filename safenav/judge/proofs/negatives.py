@@ -9,7 +9,14 @@ from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
-from safenav.judge.proofs.closures import Case, able_now, case_now, is_hopeless, team_closure
+from safenav.judge.proofs.closures import (
+    Case,
+    able_now,
+    case_now,
+    case_of,
+    is_hopeless,
+    team_closure,
+)
 from safenav.judge.rules import NotJudged
 from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import Poses
@@ -275,7 +282,7 @@ def shut_problems(e: Line, s: State) -> Iterator[str]:
     if unread := _unread(s):
         yield NotJudged(f"whether {e.obstacle} can be resolved: too many memory values of {unread}")
         return
-    case = Case(s)
+    case = case_of(s)
     if e.obstacle not in {one.name for one in team_closure(case, case.start, case.obstacles)[1]}:
         yield f"{e.obstacle} can be resolved: enough robots reach its resolution regions"
 
@@ -289,7 +296,7 @@ def _causes(now: Case) -> list[str]:
     """Return the causes of a negative that no order of moves can avert, the most specific first,
     also as if all robots were in service."""
     found = list[str]()
-    for case in [now, Case(now.state)] if now.out else [now]:
+    for case in [now, case_of(now.state)] if now.out else [now]:
         stuck = team_closure(case, case.start, case.obstacles)[1]
         each = [one for one in case.shut if one.open]
         each += [case.state.obstacles[one.name] for one in stuck]
@@ -357,7 +364,7 @@ def _is_a_game(robot: Robot, s: State) -> bool:
 
 def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bool:
     """Return whether a robot alone can continue forever from its pose; one out of service stays."""
-    name, own, formulas, s = robot.name, robot.own, robot.own.formulas, case.state
+    name, own, s = robot.name, robot.own, case.state
     pose = s.destination(name)
     if robot.out:
         return True
@@ -366,19 +373,35 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         for target in own.targets[min(robot.progress.turn or 0, own.count - 1) :]:
             here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
         return bool(here)
+    if memory is not None and not may_have(robot, memory, s):
+        return own.kind == "ltl" or case.can_continue(name, case.start[name], ())
     if own.kind == "ltl" and memory is not None:
-        fresh = formulas.names and not memory
-        rows = {*(formulas.begins(pose) if fresh else formulas.remembering(memory))}
-        if robot.memories is not None and s.arriving(robot).isdisjoint(rows):
-            return True  # a memory that it cannot have proves nothing
+        rows, never = _rows(robot, memory, s), [one.name for one in case.shut]
         begins: frozenset[Any] = frozenset((*pose, row, frozenset[int]()) for row in rows)
-        return Case(s, memory={name: 0}).can_continue(name, begins, ())
+        return Case(s, memory={name: 0}, never=never).can_continue(name, begins, ())
     if own.literal and own.strict and memory:
-        turn = next(iter(memory.values()))
-        stale = not 0 <= turn < own.count or robot.progress.turn not in (None, turn)
-        turns = stale or _keeps_order(robot, case, turn)
+        turns = _keeps_order(robot, case, next(iter(memory.values())))
         return turns and case.can_continue(name, case.start[name], ())
     return case.can_continue(name, case.start[name], ())
+
+
+def _rows(robot: Robot, memory: Mapping[str, int], s: State) -> set[int]:
+    formulas = robot.own.formulas
+    if formulas.names and not memory:
+        return {*formulas.begins(s.destination(robot.name))}
+    return {*formulas.remembering(memory)}
+
+
+def may_have(robot: Robot, memory: Mapping[str, int], s: State) -> bool:
+    """Return whether a robot may have a memory of its own objective now: another one proves
+    nothing."""
+    own = robot.own
+    if own.kind == "ltl":
+        return robot.memories is None or not s.arriving(robot).isdisjoint(_rows(robot, memory, s))
+    turn = next(iter(memory.values()), None)
+    if turn is None or not (own.literal and own.strict):
+        return True
+    return 0 <= turn < own.count and robot.progress.turn in (None, turn)
 
 
 def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:
