@@ -69,11 +69,11 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
         case "goal":
             _goal(e, robot, s)
         case "objective":
-            away, fresh = s.away(robot.name), Progress(counts=(0,) * e.objective.count)
+            away, fresh = s.away(robot.name), Progress()
             if e.cause == "input" and away:
                 robot.kept = robot.kept or robot.progress
             elif e.cause == "input" and robot.kept is not None:
-                fresh = robot.kept.anew(e.objective)
+                fresh = robot.kept.anew()
             robot.kept = robot.kept if e.cause != "input" or away else None
             robot.own, robot.progress, robot.first = e.objective, fresh, None
             robot.told = e.cause == "user"
@@ -192,11 +192,10 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
     if robot.memories is not None:
         robot.memories = meeting(e, robot, s.live)
     rounds = progress.rounds(own, e.tick)
-    progress.counts = tuple(n + (k == e.goal) for k, n in enumerate(progress.counts))
-    if own.covers:
-        progress.seen |= {e.goal}
-        if len(progress.seen) == own.count:
-            progress.goals, progress.seen = progress.goals + 1, frozenset()
+    if not own.ordered:
+        progress.seen |= 1 << e.goal
+        if progress.seen + 1 == 1 << own.count:
+            progress.goals, progress.seen = progress.goals + 1, 0
     elif own.in_turn and progress.may_count(own, e.goal):
         progress.goals, progress.turn = progress.goals + 1, e.goal + 1
         if own.ends:
@@ -304,7 +303,7 @@ def _due(e: Line, one: Obstacle, s: State) -> None:
 
 def _restart_rounds(e: Line, s: State) -> None:
     for robot in s.robots.values():
-        robot.progress = robot.progress.anew(robot.own)
+        robot.progress = robot.progress.anew()
         s.restart(robot)
         robot.met.clear()
         if s.live or robot.moved >= s.tick:

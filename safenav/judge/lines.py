@@ -57,7 +57,7 @@ class Objective(Line):
 
     def __init__(self, kind: str, **fields: Any) -> None:
         super().__init__(kind=kind, **fields)
-        self.ends, self.strict, self.covers = kind == "once", kind == "patrol", kind == "cover"
+        self.ends, self.strict = kind == "once", kind == "patrol"
         self.settles = self.ends or kind == "hold"
         self.in_turn = self.strict or self.ends or kind == "visit"
         self.ordered = self.in_turn or self.settles

@@ -24,15 +24,14 @@ SLOWEST = 20
 
 @dataclass
 class Progress:
-    """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
-    met in turn, or rounds of ``cover``; ``turn``: the next target (None: the first); ``seen``:
-    targets of a ``cover`` round; ``counts``: how often each was met; ``stayed``: ticks at the last
+    """Progress of a robot with its own objective since the last resolution. ``goals``: those met
+    in turn, or the rounds of goals in any order; ``turn``: the next target (None: the first);
+    ``seen``: a bit mask of the goals of this round in any order; ``stayed``: ticks at the last
     target; ``since``: the tick after which each tick counts, without goals."""
 
     goals: int = 0
     turn: int | None = None
-    seen: frozenset[int] = frozenset()
-    counts: tuple[int, ...] = ()
+    seen: int = 0
     stayed: int = 0
     since: int = 0
 
@@ -40,16 +39,16 @@ class Progress:
         """Return how often the robot has met its whole objective."""
         if own.settles:
             return self.stayed
-        if own.kind == "ltl":
-            return min((0, *self.counts)[1:], default=tick - self.since)
-        return self.goals if own.covers else int(self.goals // own.count)
+        if not own.count:
+            return tick - self.since
+        return int(self.goals // own.count) if own.ordered else self.goals
 
     def ended(self, own: Objective) -> bool:
         return own.ends and self.turn == own.count
 
-    def anew(self, own: Objective) -> Progress:
+    def anew(self) -> Progress:
         """Return the progress with rounds from zero: the next target stays the next."""
-        return Progress(turn=self.turn, counts=(0,) * own.count)
+        return Progress(turn=self.turn)
 
     def may_count(self, own: Objective, target: int) -> bool:
         """Return whether a target may be the next that counts."""
@@ -337,9 +336,8 @@ class State:
     def _robot(self, data: Line) -> Robot:
         (region, heading), own = data.start, data.objective
         pose = region, heading if data.mobility == "heading" else None
-        progress = Progress(counts=(0,) * own.count)
         within, held = None if self.live else data.within, frozenset([region])
-        robot = Robot(data.name, data, pose, held, own, own, progress, within, pose)
+        robot = Robot(data.name, data, pose, held, own, own, Progress(), within, pose)
         robot.charge = float(data.battery.start) if data.battery else None
         robot.follow(self.inputs)
         return robot

@@ -94,10 +94,7 @@ class Enumeration:
         if own.settles:
             return [(int(rounds < 1), 0)]
         if not own.ordered:
-            least = min(progress.counts)
-            partly = (k for k, n in enumerate(progress.counts) if n > least)
-            met = progress.seen if own.covers else partly
-            return [(max(wanted - rounds, 0), sum(1 << k for k in met))]
+            return [(max(wanted - rounds, 0), progress.seen)]
         left, firsts = max(wanted * count - progress.goals, 0), [progress.turn or 0]
         if own.strict and not own.literal and not progress.goals:
             # The target where it acts counts first, as the action ends.
