@@ -18,7 +18,7 @@ from safenav.judge.proofs.closures import (
     team_closure,
 )
 from safenav.judge.rules import NotJudged
-from safenav.judge.state import Rest, Robot, State
+from safenav.judge.state import Progress, Rest, Robot, State
 from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
@@ -83,26 +83,33 @@ class Enumeration:
 
     def _begins(self, name: str, targets: list[Poses]) -> list[Left]:
         """Return the goals that a robot may have left."""
-        robot, wanted = self.case.state.robots[name], self.case.state.scenario.until.rounds
-        own, progress, count = robot.own, robot.progress, len(targets)
+        robot, own = self.case.state.robots[name], self.case.state.robots[name].own
+        left, first = self._left(own, targets, robot.progress)
+        here = [k for k, target in enumerate(targets) if self.case.at[name] in target]
+        firsts: Iterable[int] = [first]
+        if own.strict and own.literal and robot.progress.turn is None:
+            firsts = [first, *here]
+        elif own.strict and not own.literal and not robot.progress.goals and targets:
+            every = [first] if len(targets) == 2 else range(len(targets))
+            # The target where it acts counts first, as the action ends.
+            firsts = (here if robot.acts else ()) or every
+        return [(left, k) for k in firsts]
+
+    def _left(self, own: Objective, targets: list[Poses], progress: Progress) -> Left:
+        """Return the goals that are left after some progress."""
+        wanted, count = self.case.state.scenario.until.rounds, len(targets)
         rounds = progress.rounds(own, self.case.state.tick)
         if not targets:
-            return [(0, 0)]
+            return 0, 0
         if own.ends:
             first = min(progress.turn or 0, count - 1)
-            return [((count - first) * (not progress.ended(own)), first)]
+            return (count - first) * (not progress.ended(own)), first
         if own.settles:
-            return [(int(rounds < 1), 0)]
+            return int(rounds < 1), 0
         if not own.ordered:
-            return [(max(wanted - rounds, 0), progress.seen)]
-        left, firsts = max(wanted * count - progress.goals, 0), [progress.turn or 0]
-        if own.strict and not own.literal and not progress.goals:
-            # The target where it acts counts first, as the action ends.
-            here = [k for k in range(count) if robot.acts and self.case.at[name] in targets[k]]
-            firsts = here or ([EITHER] if count == 2 else [*range(count)])
-        elif own.literal and progress.turn is None:  # it may begin with a target where it is
-            firsts += [k for k in range(1, count) if self.case.at[name] in targets[k]]
-        return [(left, k) for k in firsts]
+            return max(wanted - rounds, 0), progress.seen
+        either = own.strict and not own.literal and not progress.goals and count == 2
+        return max(wanted * count - progress.goals, 0), EITHER if either else progress.turn or 0
 
     def _successors(self, state: _State) -> Iterator[_State]:
         s, at = self.case.state, dict(zip(self.robots, state.poses, strict=True))
@@ -149,7 +156,8 @@ class Enumeration:
         restarts = any(not one.left and one.order[0] != flat for one in after)
         opened = tuple(one for one in after if one.left)
         if restarts:
-            left = tuple(map(self._anew, self.owns, self.targets, left))
+            fresh = (Progress(turn=turn) for _, turn in left)  # the order is kept
+            left = tuple(map(self._left, self.owns, self.targets, fresh))
         robots = range(len(left)) if restarts or moved is None else [moved]
         now = [*left]
         for k in robots:
@@ -167,19 +175,6 @@ class Enumeration:
         for k in sorted(loads, key=lambda k: (not after[k].done, after[k].order)):
             after[k] = _performed(after[k], at, self.case.full(one for one in after if one.left))
         return tuple(after)
-
-    def _anew(self, own: Objective, targets: list[Poses], left: Left) -> Left:
-        """Return the remaining goals after a resolution: rounds restart, and the order is kept."""
-        rounds, count = self.case.state.scenario.until.rounds, len(targets)
-        if not targets:
-            return left
-        if own.ends:
-            return count - left[1], left[1]
-        if own.settles:
-            return 1, 0
-        if not own.ordered:
-            return rounds, 0
-        return rounds * count, EITHER if own.strict and not own.literal and count == 2 else left[1]
 
 
 def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Rest:
