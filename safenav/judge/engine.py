@@ -117,7 +117,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
 
 
 def _moved(e: Line, robot: Robot, s: State) -> None:
-    step, here = s.step(e), robot.pose
+    step, here = e.step, robot.pose
     s.moves, s.strays = s.moves + (e.kind != "arrive"), s.strays + step.strays
     if robot.bound is None and step.bound is not None:
         robot.began = e.tick
@@ -358,6 +358,7 @@ def judge(texts: Iterable[Text], rules: Iterable[Rule] = FACTS) -> Judgement:
         state = state or State(line)
         if line.kind == "outcome":  # the lines before it do not use up the limit of its proof
             state.world.work = 0
+        line.step = state.step(line)
         if line.kind not in by_kind:
             by_kind[line.kind] = [r for r in rules if not r.kinds or line.kind in r.kinds]
         for rule in by_kind[line.kind]:

@@ -46,8 +46,8 @@ def rule(*kinds: str) -> Callable[[Judge], Judge]:
 def continuity(e: Line, s: State) -> Iterator[str]:
     """A robot departs from where it is, and arrives only if it has departed."""
     robot = s.robots[e.robot]
-    if s.step(e).start != robot.pose[0]:
-        yield f"{e.robot} is at {s.show(robot.pose[0])}, not at {s.show(s.step(e).start)}"
+    if e.step.start != robot.pose[0]:
+        yield f"{e.robot} is at {s.show(robot.pose[0])}, not at {s.show(e.step.start)}"
     if e.kind == "arrive" and robot.bound is None:
         yield f"{e.robot} arrives, but has not departed"
     if e.kind == "depart" and robot.bound is not None:
@@ -80,7 +80,7 @@ def mobility(e: Line, s: State) -> Iterator[str]:
     """A robot stays or steps to a free neighbouring region. A robot with a heading never steps
     backwards. A step ends where it leads or, interrupted in a live run, where it began. Only in a
     world of the user's may a step fail, or end elsewhere."""
-    robot, step = s.robots[e.robot], s.step(e)
+    robot, step = s.robots[e.robot], e.step
     side, bound = s.world.side(step.start, step.to), robot.bound
     if (e.result == "lost") is not bool(e.regions):
         yield f"{e.robot} is {e.result}, with {len(e.regions or ())} regions in which it may be"
@@ -132,33 +132,26 @@ def pace(e: Line, s: State) -> Iterator[str]:
     robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing
     if e.tick != robot.moved + 1:
         yield f"{e.robot} moves in tick {e.tick} after its move of tick {robot.moved}"
-    step, begun = s.step(e), robot.began if robot.bound is not None else e.tick
+    step, begun = e.step, robot.began if robot.bound is not None else e.tick
     took, lasts = e.tick - begun + 1, step.bound is not None
     if step.to != step.start and not step.strays and lasts is not (took < takes):
         yield f"a step of {e.robot} takes {took}{' or more' * lasts} ticks, not {takes}"
-
-
-def _holds(e: Line, s: State) -> frozenset[int]:
-    """Return the regions that a robot occupies after a line."""
-    if e.kind == "operator":
-        return frozenset[int]() if e.region is None else frozenset([e.region])
-    return s.step(e).holds
 
 
 @rule(*STEPS, "operator")
 def collision(e: Line, s: State) -> Iterator[str]:
     """Robots in conflict never occupy the same region; a robot in transit occupies two, and a lost
     robot all regions in which it may be."""
-    for other in s.rivals.get(e.robot, ()):
-        if both := _holds(e, s) & s.robots[other].holds:
+    for other in s.rivals[e.robot] if e.step else ():
+        if both := e.step.holds & s.robots[other].holds:
             yield f"{e.robot} and {other} are both at {s.show(min(both))}"
 
 
 @rule(*STEPS, "operator")
 def never_together(e: Line, s: State) -> Iterator[str]:
     """At most one robot of an entry of `never_together` is in the entry's regions."""
-    for robots, regions in s.zones:
-        inside = e.robot in robots and not regions.isdisjoint(_holds(e, s))
+    for robots, regions in s.zones if e.step else ():
+        inside = e.robot in robots and e.step.holds & regions
         for other in robots - {e.robot} if inside else ():
             if s.robots[other].holds & regions:
                 yield f"{e.robot} and {other} are together in {sorted(regions)}"
@@ -169,7 +162,7 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
     entering: in that turn, or else it returns to where it came from. If an obstacle appears around
     it (external worlds), it leaves on any side."""
-    robot, step = s.robots[e.robot], s.step(e)
+    robot, step = s.robots[e.robot], e.step
     entered = step.holds - robot.holds
     if not entered or (step.strays and s.external):
         return
@@ -188,7 +181,7 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
     """No robot enters a region that its own objective avoids. Each of its steps satisfies its
     `always` and the `safety` of its `ltl`, with some possible memory. A literal patrol that no plan
     drives enters no target out of turn."""
-    robot, step = s.robots[e.robot], s.step(e)
+    robot, step = s.robots[e.robot], e.step
     if step.strays and s.external:
         return
     for region in (step.holds - robot.holds) & robot.own.avoid:
@@ -212,7 +205,7 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
 @rule("move", "depart")
 def service(e: Line, s: State) -> Iterator[str]:
     """A robot out of service, or lost, begins no step."""
-    robot, step = s.robots[e.robot], s.step(e)
+    robot, step = s.robots[e.robot], e.step
     begins = robot.bound is None and step.to != step.start and not step.strays
     if begins and (robot.out or robot.lost):
         yield f"{e.robot} moves, but is {'out of service' if robot.out else 'lost'}"

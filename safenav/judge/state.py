@@ -394,22 +394,22 @@ class State:
         shared = (zone for who, zone in self.zones if {robot, other} <= who and zone & holds)
         return (holds if other in self.rivals[robot] else frozenset()).union(*shared)
 
-    def step(self, e: Line) -> Step:
-        """Return the step of a ``move``, ``depart`` or ``arrive`` line (kept for the next rule)."""
-        if e.step is None:
-            e.step = self._step(e)
-        step: Step = e.step
-        return step
-
-    def _step(self, e: Line) -> Step:
-        robot, strays = self.robots[e.robot], e.result not in (None, "arrived")
+    def step(self, e: Line) -> Step | None:
+        """Return the step of a line, or where an operator puts a robot; None: it moves none."""
+        robot, strays = self.robots.get(e.robot), e.result not in (None, "arrived")
+        if robot is None:
+            return None
+        if e.kind == "operator" and e.region is not None:
+            return Step(robot.pose[0], e.region, e.heading, None, frozenset([e.region]), False)
+        if e.kind == "move":
+            holds = frozenset([e.to] if e.toward is None else [e.to, e.toward])
+            return Step(e.start, e.to, e.heading, e.toward, holds, strays)
         if e.kind == "depart":
             return Step(e.start, e.start, robot.pose[1], e.to, frozenset([e.start, e.to]), False)
         if e.kind == "arrive":
             holds = frozenset([e.at]) | (e.regions or frozenset())
             return Step(robot.pose[0], e.at, e.heading, None, holds, strays)
-        holds = frozenset([e.to] if e.toward is None else [e.to, e.toward])
-        return Step(e.start, e.to, e.heading, e.toward, holds, strays)
+        return None
 
     def closing(self, robot: str, region: int) -> Iterator[Obstacle]:
         """Yield the obstacles that must keep a robot out of a region."""

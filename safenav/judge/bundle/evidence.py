@@ -298,7 +298,7 @@ class Evidence:
             self._step(e, s, drive)
         elif drive is None:
             return
-        elif put or e.at_once or e.active or (e.kind == "arrive" and s.step(e).strays):
+        elif put or e.at_once or e.active or (e.kind == "arrive" and e.step.strays):
             drive.nodes = None
         elif e.kind == "assumption":
             drive.nodes = set()
@@ -306,7 +306,7 @@ class Evidence:
             self.claim("broken", e, f"{what} resume at its next synthesis.")
 
     def _step(self, e: Line, s: State, drive: Drive | None) -> None:
-        robot, step, by = s.robots[e.robot], s.step(e), e.by or "strategy"
+        robot, step, by = s.robots[e.robot], e.step, e.by or "strategy"
         if step.strays and drive is not None:
             drive.nodes = None
         if step.strays or robot.bound is not None:
