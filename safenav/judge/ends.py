@@ -89,7 +89,8 @@ def deadline(e: Line, s: State) -> Iterator[str]:
     can meet it. An obstacle's is excused once it need not be resolved, a round's if the robot
     pursued something else in it or in the previous round."""
     due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
-    if not s.has_deadline(e.of):
+    one = s.robots.get(e.of) or s.obstacles.get(e.of)
+    if (one.within if one else s.by if e.of == "mission" else None) is None:
         yield f"{e.of} has no deadline"
     elif e.due != due and e.verdict != "excused":
         yield f"{e.of} is due in {'no tick' if due is None else f'tick {due}'}, not {e.due}"
@@ -155,10 +156,8 @@ def end(e: Line, s: State) -> Iterator[str]:
     moves = any(robot.bound is not None or robot.acts for robot in s.robots.values())
     if e.outcome == "time_limit" and s.live and not s.external and moves and e.t < s.limit:
         yield f"the limit of {s.limit:g} s is not reached"
-    if not s.live and s.tick > s.limit:
-        yield f"the limit is {s.limit} ticks"
-    if s.live and not s.external and s.time > s.limit:
-        yield f"the limit is {s.limit:g} s"
+    if (s.time if s.live else s.tick) > s.limit and not (s.live and s.external):
+        yield f"the limit is {s.limit:g} {'s' if s.live else 'ticks'}"
     if e.outcome == "unrealizable":
         failed = [name for name, spec in (e.unrealizable or {}).items() if (name, spec) in s.failed]
         if s.moves:

@@ -474,13 +474,6 @@ class State:
         """Return the time of a line: its tick, or its second in a live run."""
         return float(e.tick if e.t is None or not self.live else e.t)
 
-    def has_deadline(self, of: str) -> bool:
-        """Return whether the scenario sets a deadline for the mission, a robot's rounds or an
-        obstacle."""
-        one = self.robots.get(of) or self.obstacles.get(of)
-        within = one.within if one else self.by if of == "mission" else None
-        return within is not None
-
     def overdue(self, tick: int) -> set[str]:
         """Return the deadlines that are missed as a tick begins."""
         late = {of for of, due in self.dues.items() if due < tick}

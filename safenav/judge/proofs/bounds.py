@@ -27,7 +27,7 @@ class Bound:
     def __init__(self, s: State, tick: int) -> None:
         self.s, self.tick, self.names, self.count = s, tick, s.names, len(s.names)
         self.changes = objectives_change(s, tick)
-        had = sum(robot.moved >= tick for robot in s.robots.values()) if tick else self.count
+        had = sum(robot.moved >= tick for robot in s.robots.values())
         self.turn = tick * self.count + had - 1
         self.start: dict[str, Ticks] = {}
         for name, robot in s.robots.items():
@@ -142,9 +142,7 @@ class Bound:
             if missing > 0:  # else their action has failed, and the next one may fulfil it
                 before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER
             turns.append(before)
-            if before >= NEVER:
-                break
-        return turns + [NEVER] * (len(one.left) - len(turns))
+        return turns
 
     def _seeds(
         self, one: Rest, number: int, name: str, former: Ticks, begun: int, before: int

@@ -366,15 +366,14 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
             here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
         return bool(here)
     if memory is not None and not may_have(robot, memory, s):
-        return own.kind == "ltl" or case.can_continue(name, case.start[name], ())
+        return True
     if own.kind == "ltl" and memory is not None:
         rows, never = _rows(robot, memory, s), [one.name for one in case.shut]
         begins: frozenset[Any] = frozenset((*pose, row, frozenset[int]()) for row in rows)
         return Case(s, memory={name: 0}, never=never).can_continue(name, begins, ())
     if own.literal and own.strict and memory:
-        turns = _keeps_order(robot, case, next(iter(memory.values())))
-        return turns and case.can_continue(name, case.start[name], ())
-    return case.can_continue(name, case.start[name], ())
+        return _keeps_order(robot, case, next(iter(memory.values())))
+    return True  # it can in the closure
 
 
 def _rows(robot: Robot, memory: Mapping[str, int], s: State) -> set[int]:
