@@ -1,10 +1,10 @@
 """The rules that a bundle adds to those of the judge, and the claims that they establish."""
 
 import hashlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
-from itertools import chain, pairwise
+from itertools import pairwise
 from typing import Any
 
 from safenav.judge.bundle.strategies import RefusedError, Task, formed, require
@@ -125,28 +125,11 @@ def proof_file(e: Line) -> str:
 
 @dataclass
 class Drive:
-    """A robot's strategy, and the ``nodes`` in which it may be (None: any with its pose)."""
+    """A robot's strategy, and the ``nodes`` in which it may be (None: any with its pose, from each
+    of which the strategy keeps its guarantees)."""
 
     task: Task
     nodes: set[int] | None
-
-    def at(self, pose: Pose) -> set[int]:
-        """Return the nodes with a pose. From each the strategy keeps its guarantees."""
-        return {*self.task.of_pose.get(pose, ())}
-
-    def after(self, nodes: set[int], s: State) -> set[int]:
-        """Return the successors of some nodes for the robot's present observation."""
-        graph = self.task.graph
-        return self.agreeing(chain(*(graph.next[k] for k in nodes)), s)
-
-    def agreeing(self, nodes: Iterable[int], s: State) -> set[int]:
-        """Return the nodes whose inputs agree with the present robots and inputs."""
-        return {node for node in {*nodes} if self.task.observes(node, s)}
-
-    def stays(self, nodes: set[int]) -> set[int]:
-        """Return the nodes in which it may be after any number of stays."""
-        poses, follows = self.task.poses, self.task.graph.next
-        return closure(nodes, lambda k: [n for n in follows[k] if poses[n] == poses[k]])
 
 
 class Evidence:
@@ -328,18 +311,20 @@ class Evidence:
             return
         mine = drive.task.line.objective.serves(robot.given)
         require(mine or by != "strategy" or not goes, f"{e.robot} has the strategy of another duty")
-        nodes, there = drive.nodes, drive.at(after)
-        nodes = drive.at(robot.pose) if nodes is None else nodes
-        nodes = drive.stays(nodes) if s.live else nodes
-        answers = drive.after(nodes, s)
-        fits = {n for n in answers if drive.task.poses[n] == after}
+        task, follows = drive.task, drive.task.graph.next
+        here, there = (task.of_pose.get(pose, set()) for pose in (robot.pose, after))
+        nodes = here if drive.nodes is None else drive.nodes
+        if s.live:  # it may have stayed any number of times
+            nodes = closure(nodes, lambda k: here.intersection(follows[k]))
+        answers = {n for k in nodes for n in follows[k] if task.observes(n, s)}
+        fits = answers & there
         if by != "strategy" and not goes:
             # It stayed while others moved: any node fits that has its pose and its knowledge.
-            kept = drive.agreeing(there, s) if drive.task.graph.names else set()
+            kept = {n for n in there if task.graph.names and task.observes(n, s)}
             fits = (nodes | kept | (fits if by == "backtrack" else set())) & there
         elif by == "strategy":
             fits = {n for n in fits if e.node in (None, n)}
-            goals = sorted({str(drive.task.poses[n]) for n in answers})
+            goals = sorted({str(task.poses[n]) for n in answers})
             require(fits, f"{e.robot} goes to {after}, but its strategy goes to {goals}")
         require(fits or by != "backtrack" or not goes, f"{e.robot} backs up against its strategy")
         drive.nodes = fits
