@@ -107,13 +107,12 @@ def files_of_run(
     from the cache. Raises UsageError, which names the missing part, if that is not possible."""
 
     def automata(e: Line) -> Iterator[bytes]:
-        text, again = synthesizer.cache.load_text(e.spec), "run the scenario again"
+        text = synthesizer.cache.load_text(e.spec)
         about = f"of {e.robot} at tick {e.tick} ({(e.strategy or e.spec)[:12]})"
+        again = "run the scenario again with `safenav certify`"
+        gone = UsageError(f"the strategy {about} is no longer in the cache; {again}")
         if text is None:
-            raise UsageError(
-                f"the specification {about} is no longer in the cache; {again} with "
-                "`safenav certify`"
-            )
+            raise gone
         spec = read_specification(text, robot=e.robot)
         if e.verdict == "unrealizable":
             result = synthesizer.counterstrategy(spec)
@@ -122,10 +121,7 @@ def files_of_run(
             return
         data = synthesizer.synthesize(spec).strategy_json
         if data is None or hashlib.sha256(data).hexdigest() != e.strategy:
-            raise UsageError(
-                f"the strategy {about} is no longer in the cache, and the installed "
-                f"synthesizer gives another one; {again} with `safenav certify`"
-            )
+            raise gone
         yield data
 
     return {

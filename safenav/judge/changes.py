@@ -51,10 +51,9 @@ def timetable(e: Line, s: State) -> Iterator[str]:
         if one.region in s.robots[name].holds:
             yield f"{one.name} appears at {s.show(one.region)}, where {name} is"
     if e.cause == "scenario":
-        listed = [each.appears for each in s.coming if each.name == one.name]
-        ends = [] if one.goes is None else [one.goes]
-        due = listed[:1] if e.kind == "appeared" else ends
-        if not due or due[0] > now:
+        listed = (each.appears for each in s.coming if each.name == one.name)
+        due = next(listed, None) if e.kind == "appeared" else one.goes
+        if due is None or due > now:
             yield f"{one.name} has {e.kind} at {now:g}, which the scenario does not list"
 
 
@@ -116,21 +115,21 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
     if s.external or not first or not ends:
         return
     now = s.now(e)
+
+    def due(at: float | None) -> bool:
+        return at is not None and (at < now or (at == now and not s.live))
+
     for one in s.coming:
-        if one.appears > now or (s.live and one.appears >= now):
-            break
-        due = (one.goes is None or now < one.goes) and not s.obstacles[one.name].open
-        if due and (one.ordered or not _taken(one.region, now, s)):
+        stays = (one.goes is None or now < one.goes) and not s.obstacles[one.name].open
+        if due(one.appears) and stays and (one.ordered or not _taken(one.region, now, s)):
             yield f"{one.name} does not appear by {now:g}"
-    for one in (each for each in s.obstacles.values() if each.open):
-        if one.goes is not None and (one.goes < now or (one.goes == now and not s.live)):
+    for one in s.obstacles.values():
+        if one.open and due(one.goes):
             yield f"{one.name} does not disappear by {now:g}"
     for change in s.changes:
-        if change.at > now or (s.live and change.at >= now):
-            break
-        if change.objective is not None:
+        if due(change.at) and change.objective is not None:
             yield f"{change.robot} does not get its objective at {change.at}"
-        elif change.active is s.robots[change.robot].out:
+        elif due(change.at) and change.active is s.robots[change.robot].out:
             yield f"the service of {change.robot} does not change at {change.at}"
     for each in s.scenario.inputs:
         on = s.inputs[each.name]

@@ -246,12 +246,12 @@ def least_within(s: State, name: str) -> int:
     """Return the least number of ticks in which a robot alone can complete every round forever."""
     own = s.robots[name].own
     s.world.spend(own.count**2 * own.strict)
-    orders = [*_left(s.robots[name], 1, 0)]
     every = frozenset[int]().union(*own.targets) if own.literal and own.strict else None
-    least = min(_least_round(s, name, one, every) for one in orders)
-    if least < NEVER or every is None:
-        return least
-    return min(_least_round(s, name, one, None) for one in orders)
+    for ends_in in dict.fromkeys((every, None)):  # a literal patrol, if possible
+        least = min(_least_round(s, name, one, ends_in) for one in _left(s.robots[name], 1, 0))
+        if least < NEVER:
+            break
+    return least
 
 
 def _least_round(
