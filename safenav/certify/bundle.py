@@ -250,7 +250,7 @@ def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> lis
 
 def _unanswered(task: Task, node: int) -> Sequence[int]:
     """Return a next input to which the robot has no reply. Raises LookupError."""
-    rows = sorted(task.expected(task.asked[node]))
+    rows = sorted(task.expected(task.poses[node], task.graph.inputs[node]))
     found = next((row for row in rows if not task.replies(node, row)), None)
     if found is None:
         raise LookupError("the robot has a successor for each input")

@@ -121,8 +121,8 @@ class Task:
     """The scenario's demands on the strategy or counterstrategy (``graph``) of a ``synthesis``
     line. ``own``, ``heard``: the memory and the inputs of its formulas; ``assumptions``: values
     that inputs are assumed to have infinitely often. For each node: its pose; ``before``: the pose,
-    the target that the robot awaits, memory and inputs; ``asked``: the values on which the next
-    inputs depend; ``done``: the values to which a step leads."""
+    the target that the robot awaits, memory and inputs; ``done``: the values to which a step
+    leads."""
 
     def __init__(self, document: Any, e: Line, s: State) -> None:
         require(e.region is not None, "its circumstances are missing")
@@ -161,15 +161,12 @@ class Task:
             awaited = [self._awaited(*each) for each in zip(last, self.poses, strict=True)]
         self.before = [*zip(self.poses, awaited, own, graph.rows(self.heard), strict=True)]
         self.done = [*zip(self.poses, last, own, strict=True)]
-        self.deciding = [*self.own, *others]
-        self.asked = [*zip(self.poses, graph.rows(self.deciding), strict=True)]
         self.closed = {region for region, _ in e.closed or ()}
         every = HEADINGS if self.faces else (None,)
         given = e.forbidden or ()
         self.forbidden = {(r, h) for r, one in given for h in ((one,) if one else every)}
         heard = {name: int(on) for name, on in (e.inputs or {}).items()}
-        self.given = self.others.values | {name: heard[name] for name in self.heard}
-        self.opening = tuple(self.given[name] for name in inputs)
+        self.opening = (*self.others.first.values(), *(heard[name] for name in self.heard))
         self.expected, self.legal = cache(self._expected), cache(self._legal)
         self.keeps, self.assumed = cache(self._keeps), cache(self._assumed)
         self.goals_met = cache(self._goals_met)
@@ -190,11 +187,9 @@ class Task:
         same = all(seen[name] == s.inputs[name] for name in self.heard)
         return same and self.others.agree(seen, s)
 
-    def _expected(self, asked: tuple[Pose, Row]) -> set[Row]:
-        """Return the possible next inputs from a pose, given memory and knowledge."""
-        pose, row = asked
-        values = dict(zip(self.deciding, row, strict=True))
-        known = self.others.expected(pose[0], values)
+    def _expected(self, pose: Pose, row: Row) -> set[Row]:
+        """Return the possible next inputs from a pose, given the present ones."""
+        known = self.others.expected(pose[0], self._seen(row))
         return {*product(*known, *([(0, 1)] * len(self.heard)))}
 
     def _legal(self, pose: Pose, awaited: int) -> set[Pose]:
@@ -243,7 +238,7 @@ class Task:
         """Return the possible initial states of the robot, in the form of ``done``."""
         if self.memory and self.own:
             return {(self.pose, 0, tuple(self.memory[name] for name in self.own))}
-        heard = tuple(self.given[name] for name in self.heard)
+        heard = self.opening[len(self.others.first) :]
         last, found = max(self.memory.values(), default=0), set()
         for own in self._memories():
             here, own_rules = (self.pose, own + heard), self.formulas
@@ -295,7 +290,7 @@ class Task:
         nodes = graph.reach([start])
         for node in nodes:
             inputs = [graph.inputs[target] for target in graph.next[node]]
-            for row in sorted(self.expected(self.asked[node]) - {*inputs}):
+            for row in sorted(self.expected(self.poses[node], graph.inputs[node]) - {*inputs}):
                 seen = ", ".join(f"{n} = {v}" for n, v in zip(graph.names, row, strict=True))
                 which = f" for the inputs {seen}, which the scenario allows" if seen else ""
                 raise RefusedError(f"node {node} has no successor{which}")
@@ -327,7 +322,7 @@ class Task:
         require(not missing, f"the robot could begin with {missing}: no node")
         for node in (nodes := graph.reach(begin)):
             row, after = chosen[node], graph.next[node]
-            occurs = row in self.expected(self.asked[node])
+            occurs = row in self.expected(self.poses[node], graph.inputs[node])
             require(occurs, f"the input chosen in node {node} cannot occur")
             listed = {self.done[target] for target in after if graph.inputs[target] == row}
             missing = self.replies(node, row) - listed
@@ -356,7 +351,6 @@ class Others:
         require(set(known) <= {*s.robots} - {e.robot}, "it knows of robots that do not exist")
         self.first = {name: self.number(name, what) for name, what in known.items()}
         self.names = {name: f"at_{name}" for name in self.first}
-        self.values = {self.names[name]: value for name, value in self.first.items()}
 
     def number(self, name: str, known: int | Iterable[int]) -> int:
         if isinstance(known, int):
