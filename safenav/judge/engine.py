@@ -196,7 +196,7 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
         progress.seen |= 1 << e.goal
         if progress.seen + 1 == 1 << own.count:
             progress.goals, progress.seen = progress.goals + 1, 0
-    elif own.in_turn and progress.may_count(own, e.goal):
+    elif e.goal == (progress.turn or 0) or (own.strict and not progress.goals):
         progress.goals, progress.turn = progress.goals + 1, e.goal + 1
         if own.ends:
             progress.stayed += robot.stays

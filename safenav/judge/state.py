@@ -50,10 +50,6 @@ class Progress:
         """Return the progress with rounds from zero: the next target stays the next."""
         return Progress(turn=self.turn)
 
-    def may_count(self, own: Objective, target: int) -> bool:
-        """Return whether a target may be the next that counts."""
-        return (own.strict and not self.goals) or target == (self.turn or 0)
-
 
 @dataclass
 class Robot:
@@ -180,14 +176,12 @@ class Rest(NamedTuple):
         """Return whether the robots that fulfil the next need then carry a load."""
         return bool(self.chain()) and not self.left[0].same
 
-    def carriers(self) -> frozenset[str]:
-        """Return the robots that fulfilled the last need and must fulfil the next one."""
-        return self.left[0].able if self.left and self.left[0].same else frozenset()
-
     def laden(self) -> frozenset[str]:
-        """Return the robots that carry it, or a part of it, and so can take no other load."""
-        shares = self.takes() and not self.left[0].together
-        return self.carriers() | (self.done if shares else frozenset())
+        """Return the robots that carry it, or a part of it, and so can take no other load: they
+        fulfilled the last need and must fulfil the next one, or have done their part."""
+        if self.left and self.left[0].same:
+            return self.left[0].able
+        return self.done if self.takes() and not self.left[0].together else frozenset()
 
     def advanced(self, group: Iterable[str]) -> Rest:
         """Return the rest after a group, with those that have done their part, fulfils a need."""

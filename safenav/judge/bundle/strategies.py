@@ -226,11 +226,10 @@ class Task:
     def replies(self, node: int, row: Row) -> set[Done]:
         """Return the possible replies to an observation, in the form of ``done``."""
         pose, awaited, own, heard = self.before[node]
-        seen, memories = self._seen(row), self._memories()
-        now = tuple(seen[name] for name in self.heard)
+        now = row[len(self.others.first) :]
         return {
             (after, awaited, new)
-            for after, new in product(self.legal(pose, awaited), memories)
+            for after, new in product(self.legal(pose, awaited), self._memories())
             if self.keeps((pose, own + heard), (after, new + now))
         }
 
@@ -238,14 +237,11 @@ class Task:
         """Return the possible initial states of the robot, in the form of ``done``."""
         if self.memory and self.own:
             return {(self.pose, 0, tuple(self.memory[name] for name in self.own))}
-        heard = self.opening[len(self.others.first) :]
-        last, found = max(self.memory.values(), default=0), set()
-        for own in self._memories():
-            here, own_rules = (self.pose, own + heard), self.formulas
-            counts = self.begins and own_rules is not None
-            init = own_rules.holds("init", *here, *here) if counts else ()
-            found |= {(self.pose, last, own)} if all(init) else set()
-        return found
+        heard, found = self.opening[len(self.others.first) :], self._memories()
+        if self.begins and self.formulas is not None:
+            here = ((own, (self.pose, own + heard)) for own in found)
+            found = {own for own, at in here if all(self.formulas.holds("init", *at, *at))}
+        return {(self.pose, max(self.memory.values(), default=0), own) for own in found}
 
     def answered(self, row: Row) -> list[int]:
         """Return the nodes in which a robot may begin with these inputs."""
