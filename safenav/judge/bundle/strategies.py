@@ -62,15 +62,15 @@ class Strategy:
             self.columns[bit[1]] = [n + (given["state"][at] << number) for n, given in each]
         for name, column in self.columns.items():
             require(max(column, default=0) <= most[name], f"a value of {name} is out of its range")
-        if missing := {*names} - {*self.columns}:
-            raise RefusedError(f"inputs missing in the strategy: {', '.join(sorted(missing))}")
         self.inputs = self.rows(names)
         self.next = [[*given["trans"]] for given in nodes]
         if (size := sum(map(len, self.next))) > MOST_EDGES:
             raise TooLargeError(f"{size} edges; this checker accepts {MOST_EDGES}")
 
-    def rows(self, names: Iterable[str]) -> list[Row]:
-        """Return each node's values of some variables."""
+    def rows(self, names: Sequence[str]) -> list[Row]:
+        """Return each node's values of some variables. Refuse unless it has them."""
+        missing = sorted({*names} - {*self.columns})
+        require(not missing, f"variables missing in the strategy: {', '.join(missing)}")
         columns = [self.columns[name] for name in names]
         return [*zip(*columns, strict=True)] if columns else [()] * self.count
 
@@ -105,7 +105,6 @@ def check_measure(edges: Edges, what: str, met: Met, excuses: list[Met], given: 
             raise RefusedError(f"{what}: the measure does not decrease {where}")
 
 
-Seen = Mapping[str, int]
 Done = tuple[Pose, int, Row]  # a pose, the target that a robot remembers, and its memory
 
 
@@ -140,16 +139,13 @@ class Task:
         self.own = names[: len(names) - len(self.heard)]
         self.memory: Mapping[str, int] = e.memory or {}
         self.begins = not (s.tick or s.moves)  # `init` holds at the start of a run only
-        others = [*self.others.names.values()]
-        inputs = [*others, *self.heard]
-        self.graph = graph = Strategy(document, inputs)
+        known = [f"at_{name}" for name in self.others.first]
+        self.graph = graph = Strategy(document, [*known, *self.heard])
         known = ["region", "heading"] if self.faces else ["region"]
         fixed = dict(formulas.fixed) if formulas else {}
         fixed |= {} if len(s.world.free) > 1 else {"region": e.region}
         for name, value in fixed.items():  # a variable of one value has no bits
             graph.columns.setdefault(name, [value] * graph.count)
-        missing = {*known, *names} - {*graph.columns}
-        require(not missing, f"variables missing in the strategy: {', '.join(sorted(missing))}")
         rows = graph.rows(known)
         self.poses = [(row[0], HEADINGS[row[1]] if self.faces else None) for row in rows]
         self.of_pose: dict[Pose, set[int]] = {}  # the nodes that runs reach, by their pose
@@ -159,7 +155,7 @@ class Task:
         if self.in_turn:
             last = graph.columns.get(next(iter(self.memory), ""), last)
             awaited = [self._awaited(*each) for each in zip(last, self.poses, strict=True)]
-        self.before = [*zip(self.poses, awaited, own, graph.rows(self.heard), strict=True)]
+        self.before = [*zip(self.poses, awaited, graph.rows(names), strict=True)]
         self.done = [*zip(self.poses, last, own, strict=True)]
         self.closed = {region for region, _ in e.closed or ()}
         every = HEADINGS if self.faces else (None,)
@@ -178,18 +174,19 @@ class Task:
         turn, count = last + (pose[0] in targets[last]), len(targets)
         return min(turn, count - 1) if self.objective.settles else turn % count
 
-    def _seen(self, row: Row) -> dict[str, int]:
-        return dict(zip(self.graph.names, row, strict=True))
+    def _heard(self, row: Row) -> Row:
+        """Return the values of ``heard`` in those of all inputs."""
+        return row[len(self.others.first) :]
 
     def observes(self, node: int, s: State) -> bool:
         """Return whether the inputs of a node are the robot's present observation."""
-        seen = self._seen(self.graph.inputs[node])
-        same = all(seen[name] == s.inputs[name] for name in self.heard)
-        return same and self.others.agree(seen, s)
+        row = self.graph.inputs[node]
+        same = self._heard(row) == tuple(s.inputs[name] for name in self.heard)
+        return same and self.others.agree(row, s)
 
     def _expected(self, pose: Pose, row: Row) -> set[Row]:
         """Return the possible next inputs from a pose, given the present ones."""
-        known = self.others.expected(pose[0], self._seen(row))
+        known = self.others.expected(pose[0], row)
         return {*product(*known, *([(0, 1)] * len(self.heard)))}
 
     def _legal(self, pose: Pose, awaited: int) -> set[Pose]:
@@ -211,10 +208,10 @@ class Task:
 
     def allows(self, node: int, target: int) -> bool:
         """Return whether the scenario allows an edge."""
-        (pose, awaited, own, heard), (after, last, new) = self.before[node], self.done[target]
-        if last != awaited or after not in self.legal(pose, awaited):
+        (pose, awaited, row), (after, _, new) = self.before[node], self.before[target]
+        if self.done[target][1] != awaited or after not in self.legal(pose, awaited):
             return False
-        return self.keeps((pose, own + heard), (after, new + self.before[target][3]))
+        return self.keeps((pose, row), (after, new))
 
     def _memories(self) -> set[Row]:
         if not self.own:
@@ -225,19 +222,19 @@ class Task:
 
     def replies(self, node: int, row: Row) -> set[Done]:
         """Return the possible replies to an observation, in the form of ``done``."""
-        pose, awaited, own, heard = self.before[node]
-        now = row[len(self.others.first) :]
+        pose, awaited, before = self.before[node]
+        now = self._heard(row)
         return {
             (after, awaited, new)
             for after, new in product(self.legal(pose, awaited), self._memories())
-            if self.keeps((pose, own + heard), (after, new + now))
+            if self.keeps((pose, before), (after, new + now))
         }
 
     def openings(self) -> set[Done]:
         """Return the possible initial states of the robot, in the form of ``done``."""
         if self.memory and self.own:
             return {(self.pose, 0, tuple(self.memory[name] for name in self.own))}
-        heard, found = self.opening[len(self.others.first) :], self._memories()
+        heard, found = self._heard(self.opening), self._memories()
         if self.begins and self.formulas is not None:
             here = ((own, (self.pose, own + heard)) for own in found)
             found = {own for own, at in here if all(self.formulas.holds("init", *at, *at))}
@@ -266,14 +263,13 @@ class Task:
         return goals, [list(each) for each in zip(*held, strict=True)]
 
     def _goals_met(self, before: Any, after: Any) -> list[bool]:
-        (pose, _, own, heard), (to, _, new, now) = before, after
-        given = pose, own + heard, to, new + now
-        return [] if self.formulas is None else self.formulas.holds("liveness", *given)
+        (pose, _, old), (to, _, new) = before, after
+        return list(self.formulas.holds("liveness", pose, old, to, new))
 
     def _assumed(self, row: Row) -> list[bool]:
         """Return for each assumption whether it is met at a step."""
-        seen = self._seen(row)
-        return [seen[name] == value for name, value in self.assumptions]
+        on = dict(zip(self.heard, self._heard(row), strict=True))
+        return [on[name] == value for name, value in self.assumptions]
 
     def check_keeps(self, start: int, measures: Any) -> None:
         """Refuse unless every run of the strategy from a node keeps the scenario's demands.
@@ -296,7 +292,7 @@ class Task:
             if not self.allows(node, target):
                 edge = f"from node {node} to node {target}"
                 where = f"from {self.poses[node]} to {self.poses[target]}"
-                seen = f"observing {self._seen(graph.inputs[target])}"
+                seen = f"observing {dict(zip(graph.names, graph.inputs[target], strict=True))}"
                 raise RefusedError(f"the scenario forbids the edge {edge}: {where}, {seen}")
         goals, assumed = self.met(edges)
         for k, (met, measure) in enumerate(zip(goals, measures, strict=True)):
@@ -346,7 +342,6 @@ class Others:
         require(not (known and slow), "between its turns, other robots take more than one step")
         require(set(known) <= {*s.robots} - {e.robot}, "it knows of robots that do not exist")
         self.first = {name: self.number(name, what) for name, what in known.items()}
-        self.names = {name: f"at_{name}" for name in self.first}
 
     def number(self, name: str, known: int | Iterable[int]) -> int:
         if isinstance(known, int):
@@ -381,16 +376,17 @@ class Others:
         hidden = [k for k, cell in enumerate(self.cells) if cell & (reach - seen)]
         return seen | ({self.number(name, hidden)} if seen != reach else set())
 
-    def expected(self, region: int, values: Seen) -> list[set[int]]:
-        """Return the possible next values of each input."""
-        return [self.after(name, region, values[key]) for name, key in self.names.items()]
+    def expected(self, region: int, row: Row) -> list[set[int]]:
+        """Return the possible next knowledge of each robot, given that in a row of inputs."""
+        each = zip(self.first, row, strict=False)  # without the inputs of formulas
+        return [self.after(name, region, known) for name, known in each]
 
-    def agree(self, seen: Seen, s: State) -> bool:
+    def agree(self, row: Row, s: State) -> bool:
         """Return whether other robots are where the inputs of a robot have them: in sight exactly
         where they are, else in a belief that holds them (in an external world, in any)."""
         here = s.robots[self.line.robot].pose[0]
-        for name, key in self.names.items():
-            there, value = s.robots[name].pose[0], seen[key]
+        for name, value in zip(self.first, row, strict=False):
+            there = s.robots[name].pose[0]
             if self.sees(here, there) or value < self.world.size:
                 if value != there or not self.sees(here, there):
                     return False
