@@ -160,6 +160,15 @@ def _taken(region: int, now: float, s: State) -> bool:
     return any(one.open and not one.ordered for one in s.at[region])
 
 
+def listed_times(s: State) -> list[int]:
+    """Return the times at which the scenario may change something."""
+    spans = [(one.appears, one.goes) for one in s.scenario.obstacles]
+    if not s.external:
+        spans += [(first, last + 1) for each in s.scenario.inputs for first, last in each.spans]
+    times = [t for span in spans for t in span if t is not None]
+    return [one.at for one in s.scenario.changes] + times
+
+
 def later_change(e: Line, s: State) -> float | None:
     """Return the next time at which the scenario certainly changes something, within its limits; in
     a user's world, only changes of robots are certain."""

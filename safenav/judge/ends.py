@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from safenav.judge.changes import later_change, unread
+from safenav.judge.changes import later_change, listed_times, unread
 from safenav.judge.lines import Line
 from safenav.judge.proofs.bounds import lost_problems, refused_problems
 from safenav.judge.proofs.negatives import negative_problems, shut_problems
@@ -185,7 +185,7 @@ def assumption(e: Line, s: State) -> Iterator[str]:
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission. The
-    scenario then changes nothing more."""
+    scenario then changes nothing more. If the run waits for a change, the scenario lists it."""
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
@@ -193,6 +193,8 @@ def negative(e: Line, s: State) -> Iterator[str]:
         if not out and next(_unmet(e, s), None) is None:  # such rounds may not have counted
             yield "every robot has met its objective: the mission is completed"
         yield from _proven(negative_problems(e, s))
+    if e.until is not None and not (e.until in listed_times(s) and e.until > s.now(e)):
+        yield f"the run waits, but the scenario changes nothing at {e.until:g}"
 
 
 @rule("blocked", "reopened")

@@ -270,7 +270,7 @@ KINDS = {
         "gone": f"obstacle {_CAUSE}",
         "order": f"obstacle {_CAUSE}",
         "truth": f"obstacle {_CAUSE} traversable:bool",
-        "part": "obstacle need:count robot at:int action robots?:str*",
+        "part": "obstacle need:count robot at:int action robots?:str* missing?:count",
         "resolved": "obstacle robot at:int traversable:truth robots?:str*",
         "blocked": "obstacle robots:str!"
         " reason:untraversable|no_capable_robot|unresolvable|operator",
@@ -285,7 +285,7 @@ KINDS = {
         "assumption": "robot",
         "deadline": "of due:count verdict:set|kept|late|excused|lost earliest?:count",
         "checkpoint": "lines:count",
-        "waiting": f"outcome:{_AVERTED} {_ENDS} unrealizable?:str~",
+        "waiting": f"outcome:{_AVERTED} {_ENDS} until?:number unrealizable?:str~",
         "outcome": f"outcome:{_AVERTED}|{_ENDED} {_ENDS} rounds:count~ ticks:count"
         " unrealizable?:str~ late?:str* refused?:least~",
     }.items()

@@ -340,6 +340,8 @@ def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Itera
         yield f"{', '.join(sorted(others))} cannot {need.action} at {one.name}"
     elif missing > 0 and told and (need.together or e.kind == "resolved"):
         yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(before | who)}"
+    elif e.kind == "part" and told and max(0, missing) != (e.missing or 0):
+        yield f"{max(0, missing)} robots are missing at {one.name}, not {e.missing or 0}"
     for name in who if e.kind == "part" and one.rest.takes() else ():
         for other in s.obstacles.values():
             if other.open and other is not one and name in other.rest.laden():
