@@ -240,7 +240,7 @@ def as_state(asked: Moment) -> tuple[Team, State]:
         ObstacleNow(Is.SEALED) if one is None else ObstacleNow(Is.OPEN, Stage(*one))
         for one in asked.stages
     )
-    requests = tuple(range(len(there)))
+    requests = tuple(k for k, one in enumerate(there) if one.state is Is.OPEN)
     return team, replace(state, time=1, robots=robots, obstacles=there, requests=requests)
 
 
