@@ -12,7 +12,7 @@ from typing import TypeVar
 from msgspec.structs import replace
 
 from safenav.scenario import language
-from safenav.scenario.model import Catalogue, Need, ObstacleType, ResolveAt, RobotModel
+from safenav.scenario.model import Catalogue, Need, ObstacleType, RobotModel
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Node, Scalar, below, clipped, entries_of, items_of
 from safenav.scenario.yaml.findings import parsed, read_source, suggestion
@@ -82,9 +82,6 @@ def _type(
     if item.flawed:
         return None
     needs = _needs(item, reading)
-    if needs[-1].same and needs[-1].at is ResolveAt.SELF and blocks != frozenset():
-        found = f"the 'same' robots fulfil the last need {item.of} inside it, but may not enter"
-        reading.add(item.node, found, "write 'at: neighbours' or 'blocks: []'")
     if len(reading) > before:
         return None
     return ObstacleType(key.text, needs, blocks, item.has_truth, item.resolve_within)

@@ -5,7 +5,6 @@ items of the format; docs/scenario.md is its reference.
 """
 
 from collections.abc import Callable, Sequence
-from itertools import repeat
 from pathlib import Path
 
 from safenav.errors import Diagnostic
@@ -19,7 +18,6 @@ from safenav.scenario.model import (
     Robot,
     RobotChange,
     Scenario,
-    actions_of,
 )
 from safenav.scenario.objective import unordered
 from safenav.scenario.reachability import Reachability
@@ -27,7 +25,7 @@ from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
 from safenav.scenario.reading.regions import Reading, check_starts, resolve_areas
 from safenav.scenario.reading.robots import resolve_robots
-from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of
+from safenav.scenario.yaml.document import Mapping, Node, below, entries_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.typed import Stages, read
 from safenav.world.map import Region
@@ -163,9 +161,13 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
 
 
 def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
-    """Return the errors of a scenario that may differ from its file, without places."""
+    """Return the errors of a scenario that may differ from its file, without places; also robots
+    with a battery that reach no charger."""
     findings = Findings(scenario.source)
     for robot in scenario.robots:
+        reach = Reachability(robot.model.mobility, robot.start, scenario.map)
+        if robot.model.battery is not None and not reach.reaches(scenario.chargers):
+            findings.add(None, f"{robot.name} has a battery and reaches no charger")
         for each in scenario.obstacles:
             if each.shuts_in(robot):
                 findings.add(None, f"{each.name} is where {robot.name} starts, and blocks it")
@@ -195,40 +197,14 @@ def check_assignable(
 
 
 def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
-    """Report deadlines and batteries in unsupported combinations, and deadlines that no run can
-    meet. The scenario has no other error."""
-
-    def report(found: str, hint: str, *words: str) -> None:
-        findings.add(below(item, *words) or below(item, words[0]) or item, found, hint)
-
+    """Report deadlines and batteries in unsupported combinations. The scenario has no other
+    error."""
     if scenario.clock is Clock.LIVE and (refused := refused_by_clock(scenario)) is not None:
-        report(refused, "", "clock")
+        findings.add(below(item, "clock") or item, refused)
     for robot in (each for each in scenario.robots if each.model.battery is not None):
         pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
         for error in filter(None, (unordered(robot.name, each) for each in pursued)):
-            report(*error, "robots", robot.name)
-        if not scenario.chargers:
-            if scenario.flat is None and (item is None or item.get("chargers") is None):
-                found = f"{robot.name} has a battery, and the scenario has no charger"
-                report(found, "list 'chargers', or set 'flat'", "robots", robot.name)
-            continue
-        reach = Reachability(robot.model.mobility, robot.start, scenario.map)
-        if not reach.reaches(scenario.chargers):
-            found = f"{robot.name} has a battery and reaches no charger"
-            report(found, "place a charger in a region that it can reach", "chargers")
-    items = (*items_of(below(item, "obstacles")), *items_of(below(item, "orders")))
-    listed = [*zip(scenario.obstacles, items or repeat(item), strict=False)]
-    for obstacle, node in listed:
-        limit = scenario.limit_of(obstacle)
-        for number, need in enumerate(obstacle.needs if limit is not None else ()):
-            actions = actions_of(obstacle.needs, number)
-            able = sum(actions <= robot.capabilities for robot in scenario.robots)
-            if able < need.robots:
-                found = f"{obstacle.name} must be resolved within {limit} ticks, but "
-                found += f"{able or 'no'} robot{'s' * (able > 1)} can '{need.action}'"
-                where = below(node, "resolve_within") or node
-                findings.add(where, found, "leave out 'resolve_within'")
-                break
+            findings.add(below(item, "robots", robot.name), *error)
 
 
 def refused_by_clock(scenario: Scenario) -> str | None:
