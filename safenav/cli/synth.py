@@ -1,6 +1,6 @@
 """``safenav synth``, ``verify`` and ``explain``: strategies, of scenarios and of specifications."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -150,7 +150,7 @@ def synth(
             unrealizable = click.style("unrealizable:", fg="red", bold=True)
             click.echo(f"{unrealizable} {more['explanation']}", err=True)
             if output is not None:
-                other = listed(synthesizer.counterstrategy, spec)
+                other = synthesizer.counterstrategy(spec)
                 result = other if other.verdict.proven else result
         made.append(one := Synthesized(spec, result))
         notes += [f"{name}: {answer.words(plan.map.word)}"] if more["allows"] else []
@@ -166,7 +166,11 @@ def _of_specification(
     """Synthesize a specification: write and print its strategy, or the environment's; return the
     exit code."""
     file, spec = given.path, specification_of(given)
-    one = Synthesized(spec, _proven(file, spec))
+    synthesizer = Synthesizer(verifier=first_failure)
+    result = decided(file, synthesizer.synthesize(spec))
+    if result.verdict is errors.Verdict.UNREALIZABLE:
+        result = decided(file, synthesizer.counterstrategy(spec))
+    one = Synthesized(spec, result)
     if measures is not None and output is not None:
         written = [(output / name).resolve() for name, _ in one.files(of_robot=False)]
         if measures.resolve() in written:
@@ -190,43 +194,10 @@ def _of_specification(
     return code_of(one.realizable)
 
 
-def _proven(file: Path, spec: Specification) -> SynthesisResult:
-    """Return the result for a specification, with a strategy or counterstrategy. Raises
-    ResourceLimitError if nothing is proven, or if the automaton is too large to list: its message
-    then states the verdict, which needs no automaton."""
-    synthesizer = Synthesizer(verifier=first_failure)
-    found = listed(synthesizer.synthesize, spec)
-    verdict = found.verdict
-    if not verdict.proven:
-        verdict = decided(file, synthesizer.synthesize(spec, strategy=False)).verdict
-    negative = verdict is errors.Verdict.UNREALIZABLE
-    if negative:
-        found = listed(synthesizer.counterstrategy, spec)
-    if found.verdict.proven:
-        return found
-    limit = (found.detail.splitlines() or [found.verdict.value.replace("_", " ")])[0]
-    whose = "the environment's" if negative else "its"
-    hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks its output"
-    problem = f"{verdict.value}, but {whose} explicit strategy is too large ({limit})"
-    error = errors.ResourceLimitError(f"{file}: {problem}\n    {hint}")
-    if negative:
-        error.exit_code = errors.ExitCode.NEGATIVE  # the verdict is proven
-    raise error
-
-
 def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
     if result.verdict.proven:
         return result
     raise errors.ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
-
-
-def listed(ask: Callable[[Specification], SynthesisResult], spec: Specification) -> SynthesisResult:
-    """Return the result of a synthesis request; OUT_OF_MEMORY if its output exceeds a limit."""
-    try:
-        return ask(spec)
-    except errors.ResourceLimitError as error:
-        nothing = errors.Verdict.OUT_OF_MEMORY
-        return SynthesisResult(spec.robot, nothing, 0.0, False, "", detail=str(error))
 
 
 def specification_of(given: options.GivenFile) -> Specification:
