@@ -13,25 +13,15 @@ from safenav.cli import options, warn, warn_of
 from safenav.cli.options import code_of, print_json
 from safenav.explain.play import Cause, vacuities
 from safenav.files import json_flaw, json_line, read_input, write_all, write_out
+from safenav.report.terminal import specification_text as texts
 from safenav.report.terminal.layout import WaitingLine, echo_lines, table
-from safenav.report.terminal.specification_text import (
-    data_of,
-    failure_lines,
-    line_explanation_lines,
-    vacuity_lines,
-)
 from safenav.review.foresight import examined
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.strict_json import read_json
-from safenav.synthesis.slugs import (
-    MOST_OF_A_TEXT,
-    SynthesisResult,
-    Synthesizer,
-    slugsin_of,
-    specification_in,
-)
+from safenav.synthesis import slugs
+from safenav.synthesis.slugs import SynthesisResult, Synthesizer
 from safenav.synthesis.strategy import Strategy, bit_names, to_dot, to_graphml
 from safenav.trace.words import shortened
 from safenav.verify import verification
@@ -88,7 +78,7 @@ class Synthesized(Struct, frozen=True):
         """Yield names and contents of its files. ``of_robot``: also the specification."""
         if of_robot:
             yield f"{self.spec.robot}.structuredslugs", self.spec.to_structuredslugs()
-            if (slugsin := slugsin_of(self.spec)) is not None:
+            if (slugsin := slugs.slugsin_of(self.spec)) is not None:
                 yield f"{self.spec.robot}.slugsin", slugsin
         name = self.spec.robot
         stem = name if self.realizable else f"{name}.counterstrategy"
@@ -120,7 +110,7 @@ def synth(
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
     specification of your own, in slugsin or structured slugs."""
-    given = options.GivenFile(scenario, MOST_OF_A_TEXT)
+    given = options.GivenFile(scenario, slugs.MOST_OF_A_TEXT)
     if given.kind == "specification":
         options.refuse("scenarios", "robot", "avoiding")
         return _of_specification(given, output, measures, as_json)
@@ -184,7 +174,7 @@ def _of_specification(
         write_out(measures, json_line(made))
     if one.realizable:
         for vacuity in vacuities(strategy):
-            warn_of(vacuity_lines(vacuity, strategy, str(file)))
+            warn_of(texts.vacuity_lines(vacuity, strategy, str(file)))
     else:
         if not strategy.states:
             words = f"it has no node: {opening_words(spec)}"
@@ -203,7 +193,7 @@ def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
 def specification_of(given: options.GivenFile) -> Specification:
     """Return a specification, with the name of its file."""
     stem = given.path.stem if given.path.is_file() else "specification"
-    return specification_in(given.bytes(), given.name, stem)
+    return slugs.specification_in(given.bytes(), given.name, stem)
 
 
 def _report(
@@ -267,7 +257,7 @@ def verify(
     """
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")
-    spec = specification_in(read_input(specification), specification, "robot")
+    spec = slugs.specification_in(read_input(specification), specification, "robot")
     data = read_input(strategy)
     try:
         read_json(data)
@@ -279,7 +269,7 @@ def verify(
         raise errors.InputError([errors.Diagnostic(strategy, 0, 0, flaw, hint)]) from error
     found = verification.verify(spec, automaton, counterstrategy)
     if as_json:
-        print_json({"ok": found.ok, **data_of(found)})
+        print_json({"ok": found.ok, **texts.data_of(found)})
     elif found.ok:
         good = click.style("correct:", fg="green", bold=True)
         what = "the environment wins with it" if counterstrategy else "all guarantees are satisfied"
@@ -289,7 +279,7 @@ def verify(
         if found.vacuous:
             warn(f"{Cause.NO_BEGINNING} (ENV_INIT)")
     for failure in () if as_json else found.failures:
-        first, *rest = failure_lines(failure, automaton)
+        first, *rest = texts.failure_lines(failure, automaton)
         click.echo(f"{click.style('wrong:', fg='red', bold=True)} {first}")
         echo_lines(f"    {line}" for line in rest)
     return code_of(found.ok)
@@ -315,7 +305,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
     from safenav.report.terminal.explanation_text import explanation_lines
     from safenav.review.postmortem import explain_team
 
-    given = options.GivenFile(scenario, MOST_OF_A_TEXT)
+    given = options.GivenFile(scenario, slugs.MOST_OF_A_TEXT)
     if given.kind == "specification":
         options.refuse("scenarios", "robot")
         return _explain_specification(given, as_json)
@@ -326,7 +316,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
         lines = [*explanation_lines(explanation, plan)]
         if not as_json:
             echo_lines(["", *lines][not data :])
-        data.append({"says": [*map(click.unstyle, lines)], **data_of(explanation)})
+        data.append({"says": [*map(click.unstyle, lines)], **texts.data_of(explanation)})
     if refused is not None and not data and robot is None:
         raise refused  # for another reason than an unreachable target
     if not data and robot is None:
@@ -335,7 +325,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
 
         run = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))
         if as_json:
-            print_json({"scenario": plan.name, "unrealizable": data, **data_of(run)})
+            print_json({"scenario": plan.name, "unrealizable": data, **texts.data_of(run)})
         else:
             echo_lines(postmortem_lines(run, plan.map.word))
         return errors.exit_code_of(run.result.outcome)
@@ -359,7 +349,7 @@ def _explain_specification(given: options.GivenFile, as_json: bool) -> int:
         click.echo(f"{file} is {word}: nothing to explain" if realizable else f"{file}: {word}")
     found = None if realizable else explain_lines(spec, synthesizer)
     if as_json:
-        print_json({"specification": str(file), "unrealizable": data_of(found)})
+        print_json({"specification": str(file), "unrealizable": texts.data_of(found)})
     elif found is not None:
-        echo_lines(line_explanation_lines(found, str(file)))
+        echo_lines(texts.line_explanation_lines(found, str(file)))
     return code_of(realizable)

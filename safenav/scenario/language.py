@@ -7,25 +7,7 @@ them. ``values`` has the forms of values. docs/scenario.md explains each key.
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from safenav.scenario import values
-from safenav.scenario.model import (
-    FAILURES,
-    Action,
-    Clock,
-    Coordination,
-    Exclusion,
-    Expect,
-    Input,
-    KnownRobot,
-    LatePolicy,
-    Limits,
-    Need,
-    ObstacleType,
-    ResolveAt,
-    RobotModel,
-    Until,
-    Where,
-)
+from safenav.scenario import model, values
 from safenav.scenario.objective import EXAMPLE, KINDS, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
 from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, entries, key, name_key, version
@@ -33,12 +15,14 @@ from safenav.strict_json import MOST_NUMBER
 
 VERSION = 1
 
-Model = Annotated[RobotModel, Key(form=str, by="model")]
-Type = Annotated[ObstacleType, Key(form=str, by="type")]
-Task = Annotated[ObstacleType, Key(form=str, by="task")]
-Together = Annotated[Exclusion, Key(form=Exclusion, by="exclusion")]
+Model = Annotated[model.RobotModel, Key(form=str, by="model")]
+Type = Annotated[model.ObstacleType, Key(form=str, by="type")]
+Task = Annotated[model.ObstacleType, Key(form=str, by="task")]
+Together = Annotated[model.Exclusion, Key(form=model.Exclusion, by="exclusion")]
 _CLOSED = "is reserved for regions that robots report as closed"
-TypeName = Annotated[Scalar, name_key("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
+TypeName = Annotated[
+    Scalar, name_key("an obstacle type", prefixes=model.FAILURES, reserved=_CLOSED)
+]
 
 
 class TileKeys(Item, frozen=True):
@@ -112,9 +96,9 @@ class TypeKeys(Item, frozen=True):
         ),
         Beside("resolve_at", ("action",), "each need has its own 'at'"),
     )
-    action: Action | None = key("The capability that resolves it.")
-    resolve_at: Where = ResolveAt.SELF
-    needs: tuple[Need, ...] | None = key(
+    action: model.Action | None = key("The capability that resolves it.")
+    resolve_at: model.Where = model.ResolveAt.SELF
+    needs: tuple[model.Need, ...] | None = key(
         "Several actions that resolve it, in this order.",
         entries=1,
         why="list the actions that resolve it",
@@ -131,7 +115,7 @@ class TypeKeys(Item, frozen=True):
 class CatalogueKeys(Item, frozen=True):
     """Robot models and obstacle types; they replace built-in ones of the same name."""
 
-    robots: dict[values.ModelName, RobotModel] | None = key("Robot models by name.")
+    robots: dict[values.ModelName, model.RobotModel] | None = key("Robot models by name.")
     obstacles: dict[TypeName, TypeKeys] | None = key("Obstacle types by name.")
 
 
@@ -206,10 +190,10 @@ class RobotKeys(Item, frozen=True):
         for word in entries(ObjectiveKeys)
     } | {
         word: f"it belongs to a model: 'catalogue: {{robots: {{mine: {{{word}: ...}}}}}}'"
-        for word in entries(RobotModel)
+        for word in entries(model.RobotModel)
         if word != "vision"
     }
-    model: Model | None = key("A robot model of the catalogue.", "for example 'model: digit'")
+    model_: Model | None = key("A robot model of the catalogue.", "for example 'model: digit'")
     start: values.RegionValue | None = key(
         "Its initial region.", "a region, for example 'start: 47' or 'start: [3, 8]'"
     )
@@ -221,10 +205,10 @@ class RobotKeys(Item, frozen=True):
         "Its objective while it waits for help; not 'ltl'. Default: it stays."
     )
     vision: values.Vision = None
-    avoids: tuple[KnownRobot, ...] | None = key(
+    avoids: tuple[model.KnownRobot, ...] | None = key(
         "Robots whose regions it must not enter. Default: those of its layer."
     )
-    tracks: tuple[KnownRobot, ...] = key(
+    tracks: tuple[model.KnownRobot, ...] = key(
         "Robots that its specification models, by beliefs.", default=()
     )
     when: dict[values.InputOn, ObjectiveKeys] | None = key(
@@ -285,7 +269,7 @@ class ChangeKeys(Item, frozen=True):
         ),
     )
     at_: int | None = key("The tick at which it applies.", "for example 'at: 12'", least=1)
-    robot: KnownRobot | None = key(
+    robot: model.KnownRobot | None = key(
         "The name of a robot of the team.", "the name of a robot of the team"
     )
     objective: ObjectiveKeys | None = key(
@@ -321,7 +305,7 @@ class ScenarioKeys(Item, frozen=True):
     never_together: tuple[Together, ...] = key(
         "Regions with at most one of several robots at a time.", default=()
     )
-    inputs: dict[values.InputName, Input] | None = key(
+    inputs: dict[values.InputName, model.Input] | None = key(
         "Booleans that the environment sets.", example="{alarm: {at: 12-30}}"
     )
     obstacles: tuple[ObstacleKeys, ...] = key(
@@ -331,20 +315,24 @@ class ScenarioKeys(Item, frozen=True):
     changes: tuple[ChangeKeys, ...] = key(
         "Objectives and service of robots during the run.", default=()
     )
-    until: Until = Until()
-    limits: Limits = Limits()
-    clock: Clock = key("Time passes in ticks, or in seconds (live).", default=Clock.LOCKSTEP)
+    until: model.Until = model.Until()
+    limits: model.Limits = model.Limits()
+    clock: model.Clock = key(
+        "Time passes in ticks, or in seconds (live).", default=model.Clock.LOCKSTEP
+    )
     resolve_within: int | None = key(
         "Maximum ticks from a request to its resolution, unless the obstacle has its own."
     )
-    late: LatePolicy = key("After a missed deadline: go_on, or stop.", default=LatePolicy.GO_ON)
+    late: model.LatePolicy = key(
+        "After a missed deadline: go_on, or stop.", default=model.LatePolicy.GO_ON
+    )
     chargers: tuple[values.Regions, ...] = key("Regions where batteries are charged.", default=())
     flat: Task | None = key(
         "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
     seed: int = key("Seed of all random draws.", most=MOST_NUMBER, default=0)
-    coordination: Coordination = key(
-        "Method of reassignment: resynthesis or assignable.", default=Coordination.RESYNTHESIS
+    coordination: model.Coordination = key(
+        "Method of reassignment: resynthesis or assignable.", default=model.Coordination.RESYNTHESIS
     )
     partition: Literal["rooms"] | TileKeys | None = key(
         "The cells of beliefs: rooms, or {tiles: [rows, columns]}. Default: rooms.",
@@ -353,7 +341,7 @@ class ScenarioKeys(Item, frozen=True):
     requirements: values.Requirements | None = key(
         "Formulas over the motion, such as always(distance(a, b) >= 1); they may have names."
     )
-    expect: Expect | None = None
+    expect: model.Expect | None = None
     catalogue: CatalogueKeys | str | None = key(
         "Models and types of the scenario, inline or as the path of a file.",
         expected="a mapping (key: value), or the path of a file",

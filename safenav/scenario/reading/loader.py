@@ -9,16 +9,7 @@ from pathlib import Path
 
 from safenav.errors import Diagnostic
 from safenav.files import printable
-from safenav.scenario import language
-from safenav.scenario.model import (
-    Clock,
-    Coordination,
-    Expect,
-    ObstacleType,
-    Robot,
-    RobotChange,
-    Scenario,
-)
+from safenav.scenario import language, model
 from safenav.scenario.objective import unordered
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading import catalogue, events
@@ -34,7 +25,7 @@ Change = Callable[[Node, Findings], Node]
 """A change of a document before it is read: a variation is checked like the text of a file."""
 
 
-def load_scenario(path: str | Path) -> Scenario:
+def load_scenario(path: str | Path) -> model.Scenario:
     """Return the scenario in a file.
 
     Raises InputError with every diagnostic, in file order, if the file cannot be read or is not a
@@ -59,7 +50,7 @@ def load_scenario_text(
     *,
     reachable: bool = True,
     reach: Path | None = None,
-) -> Scenario:
+) -> model.Scenario:
     """Return the scenario in a text. ``file`` is named in messages and as the scenario's source; a
     catalogue file is searched beside it. ``change`` is applied to the document first. ``reach``:
     the folder whose files it may name; None: any.
@@ -101,7 +92,7 @@ def _resolve_catalogue(
         catalogue.resolve_catalogue(item, reading)
 
 
-def _resolve_flat(kind: ObstacleType | None, _: Node | None, reading: Reading) -> None:
+def _resolve_flat(kind: model.ObstacleType | None, _: Node | None, reading: Reading) -> None:
     reading.flat = kind
 
 
@@ -118,7 +109,7 @@ STAGES: Stages = {
 """The parts of a scenario that others refer to, in the order in which they are read."""
 
 
-def _scenario(root: Node, reading: Reading) -> Scenario | None:
+def _scenario(root: Node, reading: Reading) -> model.Scenario | None:
     """Return the scenario, which is valid only if nothing was reported."""
     reading.named = tuple(key.text for key, _ in entries_of(below(root, "robots")))
     item: language.ScenarioKeys | None = read(
@@ -127,12 +118,12 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     if item is None:
         return None
     changes = events.resolve_changes(item.changes, reading)
-    if item.coordination is Coordination.ASSIGNABLE:
+    if item.coordination is model.Coordination.ASSIGNABLE:
         check_assignable(reading.team, changes, item.at("coordination"), reading)
     requirements = events.resolve_requirements(item.requirements, reading)
     if reading.world is None:
         return None
-    scenario = Scenario(
+    scenario = model.Scenario(
         name=printable(" ".join((item.name or Path(reading.file).stem).split())),
         map=reading.world,
         robots=reading.team,
@@ -141,7 +132,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
         limits=item.limits,
         seed=item.seed,
         coordination=item.coordination,
-        expect=item.expect or Expect(),
+        expect=item.expect or model.Expect(),
         source=reading.file,
         tiles=item.partition.tiles if isinstance(item.partition, language.TileKeys) else None,
         changes=changes,
@@ -160,7 +151,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     return scenario
 
 
-def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
+def conflicts(scenario: model.Scenario) -> tuple[Diagnostic, ...]:
     """Return the errors of a scenario that may differ from its file, without places; also robots
     with a battery that reach no charger."""
     findings = Findings(scenario.source)
@@ -180,7 +171,10 @@ def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
 
 
 def check_assignable(
-    team: Sequence[Robot], changes: Sequence[RobotChange], node: Node | None, findings: Findings
+    team: Sequence[model.Robot],
+    changes: Sequence[model.RobotChange],
+    node: Node | None,
+    findings: Findings,
 ) -> None:
     """Report settings with which 'coordination: assignable' (at ``node``) is impossible: a goal
     assigned at runtime may lie beyond a target, or be a target."""
@@ -196,10 +190,10 @@ def check_assignable(
         findings.add(node, found, "leave it out, or use 'coordination: resynthesis'")
 
 
-def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
+def check_deadlines(scenario: model.Scenario, item: Mapping | None, findings: Findings) -> None:
     """Report deadlines and batteries in unsupported combinations. The scenario has no other
     error."""
-    if scenario.clock is Clock.LIVE and (refused := refused_by_clock(scenario)) is not None:
+    if scenario.clock is model.Clock.LIVE and (refused := refused_by_clock(scenario)) is not None:
         findings.add(below(item, "clock") or item, refused)
     for robot in (each for each in scenario.robots if each.model.battery is not None):
         pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
@@ -207,10 +201,10 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
             findings.add(below(item, "robots", robot.name), *error)
 
 
-def refused_by_clock(scenario: Scenario) -> str | None:
+def refused_by_clock(scenario: model.Scenario) -> str | None:
     """Return why a scenario cannot run on its clock: live, a deadline in ticks; in lockstep, a
     charge per second; None if it can."""
-    live = scenario.clock is Clock.LIVE
+    live = scenario.clock is model.Clock.LIVE
     if live and scenario.deadlines:
         return (
             f"a live run cannot keep deadlines in ticks ({', '.join(scenario.deadlines)}): a tick "

@@ -25,16 +25,8 @@ from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_so
 from safenav.scenario.yaml.keys import Part, key
 from safenav.scenario.yaml.typed import read
 from safenav.strict_json import MOST_REGIONS
-from safenav.world.images import (
-    Blocked,
-    Image,
-    Layout,
-    crossed,
-    dark,
-    read_image,
-    read_movingai,
-    walls,
-)
+from safenav.world import images
+from safenav.world.images import Blocked, Image, Layout
 from safenav.world.map import Frame, RegionMap
 
 
@@ -45,9 +37,9 @@ def read_drawing(form: str, node: Scalar, item: MapKeys, findings: Reading) -> R
     blocked = None
     if form == "image":
         if (image := read_pixels(node, findings)) is not None:
-            blocked = dark(image)
+            blocked = images.dark(image)
     elif (text := read_source(path, findings, node)) is not None:
-        blocked = findings.attempt(lambda: read_movingai(text), path, node)
+        blocked = findings.attempt(lambda: images.read_movingai(text), path, node)
     if blocked is None or item.flawed:
         return None
     height, width = blocked.shape
@@ -63,7 +55,7 @@ def read_pixels(node: Scalar, findings: Reading) -> Image | None:
     """Return the image that the node names; None if an error was reported."""
     path = findings.folder / node.text
     data = read_bytes(path, findings, node)
-    return None if data is None else findings.attempt(lambda: read_image(data), path, node)
+    return None if data is None else findings.attempt(lambda: images.read_image(data), path, node)
 
 
 def with_walls(
@@ -75,7 +67,7 @@ def with_walls(
         found, hint = too_large(layout.rows, layout.cols)
         findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")
         return None
-    found_walls = walls(blocked, layout, share)
+    found_walls = images.walls(blocked, layout, share)
     if len(found_walls) == layout.rows * layout.cols:
         hint = "by default one blocked pixel makes a wall: try 'share: 0.5' or smaller regions"
         if bool(blocked.all()):
@@ -90,7 +82,7 @@ def with_walls(
 
 def lost_walls(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> Iterator[str]:
     """Warn of free regions that a wall of the drawing crosses."""
-    if lost := crossed(blocked, layout, world):
+    if lost := images.crossed(blocked, layout, world):
         some = f"region {world.label(lost[0])} is"
         if len(lost) > 1:
             some = f"{len(lost)} regions from {world.label(lost[0])} to {world.label(lost[-1])} are"

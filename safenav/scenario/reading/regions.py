@@ -23,16 +23,8 @@ from safenav.scenario.model import (
 )
 from safenav.scenario.objective import Target
 from safenav.scenario.values import RectangleKeys
-from safenav.scenario.yaml.document import (
-    Mapping,
-    Node,
-    Scalar,
-    Sequence,
-    below,
-    clipped,
-    items_of,
-    plain,
-)
+from safenav.scenario.yaml import document
+from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import Findings, wrong_type
 from safenav.scenario.yaml.keys import MOST, Key, Raw
 from safenav.scenario.yaml.typed import read
@@ -148,9 +140,9 @@ class Reading(Findings):
         found: Exclusion | None = read(Exclusion, node, "an entry of never_together", self)
         if found is not None and self.named and len(found.robots) < 2:
             message = "'robots' of never_together: at least two robots are needed"
-            self.add(below(node, "robots"), message)
+            self.add(document.below(node, "robots"), message)
         if found is not None:
-            check_starts(found, self.team, below(node, "in"), self)
+            check_starts(found, self.team, document.below(node, "in"), self)
         return found
 
     def spans(self, node: Node, what: str) -> tuple[tuple[int, int], ...]:
@@ -272,7 +264,7 @@ class Reading(Findings):
 
     def _numbered(self, node: Node, what: str) -> Region | None:
         """Return the region of a number, or of a row and a column."""
-        world, place = self.world, place_of(plain(node))
+        world, place = self.world, place_of(document.plain(node))
         if place is None:
             wrong_type(node, what, _EXPECTED, self)
             return None
@@ -317,7 +309,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
     found: set[Region] = set()
     if isinstance(node, Scalar):
         wrong_type(node, what, _AREA, reading)
-    for item in (node,) if isinstance(node, Mapping) else items_of(node):
+    for item in (node,) if isinstance(node, Mapping) else document.items_of(node):
         if isinstance(item, Mapping):
             found |= _rectangle(read(RectangleKeys, item, what, reading), reading)
         elif (region := reading.region(item, what)) is not None:

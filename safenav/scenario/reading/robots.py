@@ -50,7 +50,7 @@ def _robot(
 ) -> Robot | None:
     """Return a robot; None after an error. ``standing``: the starts of the robots before it, to
     which this one is added, whatever its objective."""
-    before, model, start = len(reading), item.model, item.start
+    before, model, start = len(reading), item.model_, item.start
     if item.at("vision") is not None:
         model = model and replace(model, vision=item.vision)
     heading = _heading(item, model, reading)

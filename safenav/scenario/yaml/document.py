@@ -92,6 +92,11 @@ def items_of(node: Node | None) -> tuple[Node, ...]:
     return node.items if isinstance(node, Sequence) else ()
 
 
+def is_nothing(node: Node) -> bool:
+    """Return whether a key has no value."""
+    return isinstance(node, Scalar) and node.value is None
+
+
 def plain(node: Node) -> Any:
     """Return the data of a node: scalars, lists and dicts."""
     if isinstance(node, Scalar):

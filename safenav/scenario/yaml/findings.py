@@ -12,17 +12,8 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.files import ADVICE, check_kind, decoded, read_input
-from safenav.scenario.yaml.document import (
-    DocumentError,
-    Mapping,
-    Node,
-    Place,
-    Scalar,
-    Sequence,
-    below,
-    clipped,
-    read_document,
-)
+from safenav.scenario.yaml import document
+from safenav.scenario.yaml.document import Mapping, Node, Place, Scalar, Sequence, clipped
 
 T = TypeVar("T")
 
@@ -203,7 +194,7 @@ def as_meant(
     entries, meant, before = [], set(), ""
     for key, value in node.entries:
         word, above = key.text, before
-        before = word if is_nothing(value) else ""
+        before = word if document.is_nothing(value) else ""
         if word not in words:
             near = free.union(closest(word, words))  # a given one if this key is a variation's
             also = [other for other in _ALSO_CALLED.get(word, ()) if other in free]
@@ -217,21 +208,16 @@ def as_meant(
             found = f"unknown key '{clipped(word)}' in {what}"
             probable = [] if word in elsewhere else also[:1] or closest(word, free)
             run_on = re.match(r"(\w+)[: ]\s*(.+)", word)
-            if run_on and run_on[1] in free and is_nothing(value):
+            if run_on and run_on[1] in free and document.is_nothing(value):
                 hint = f"write '{run_on[1]}: {clipped(run_on[2])}', with a colon and a space"
                 probable = [run_on[1]]
             findings.add(key, found, hint)
             free.difference_update(probable)
             meant.update(probable)
-            if probable and not is_nothing(value):
+            if probable and not document.is_nothing(value):
                 key = replace(key, value=probable[0], text=probable[0])
         entries.append((key, value))
     return Mapping(node.place, tuple(entries)), meant
-
-
-def is_nothing(node: Node) -> bool:
-    """Return whether a key has no value."""
-    return isinstance(node, Scalar) and node.value is None
 
 
 _ALSO_CALLED = {
@@ -321,16 +307,16 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
     findings.read_from(text)
     foreign = Path(findings.file).suffix not in _SUFFIXES
     try:
-        document = read_document(text)
-    except DocumentError as error:
+        whole = document.read_document(text)
+    except document.DocumentError as error:
         findings.add(error.place, error.found, ADVICE if foreign else error.hint)
         return None
-    if foreign and not isinstance(document.root, Mapping):
+    if foreign and not isinstance(whole.root, Mapping):
         findings.add(None, f"this is not a {expected}", ADVICE)
         return None
-    for place, found, hint in document.flaws:
+    for place, found, hint in whole.flaws:
         findings.add(place, found, hint)
-    return document.root
+    return whole.root
 
 
 _NAMED = (("catalogue",), ("map", "image"), ("map", "ros"), ("map", "movingai"))
@@ -339,19 +325,19 @@ _NAMED = (("catalogue",), ("map", "image"), ("map", "ros"), ("map", "movingai"))
 
 def referenced_files(root: Node | None, folder: Path) -> list[Path]:
     """Return the files that a scenario in ``folder`` names, existing or not, each once."""
-    found = [_file(below(root, *keys), folder) for keys in _NAMED]
-    ros = _file(below(root, "map", "ros"), folder)
+    found = [_file(document.below(root, *keys), folder) for keys in _NAMED]
+    ros = _file(document.below(root, "map", "ros"), folder)
     if ros is not None:
         text = read_source(ros, Findings(str(ros)))
-        found.append(_file(below(root_of(text or ""), "image"), ros.parent))
+        found.append(_file(document.below(root_of(text or ""), "image"), ros.parent))
     return list(dict.fromkeys(path for path in found if path is not None))
 
 
 def root_of(text: str) -> Node | None:
     """Return the YAML document in a text; None if it is not valid."""
     try:
-        return read_document(text).root
-    except DocumentError:
+        return document.read_document(text).root
+    except document.DocumentError:
         return None
 
 

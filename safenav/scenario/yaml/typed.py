@@ -16,15 +16,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from msgspec import Struct
 
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped, one_of
-from safenav.scenario.yaml.findings import (
-    Findings,
-    as_meant,
-    is_nothing,
-    listed,
-    suggestion,
-    wrong_type,
-)
+from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped, is_nothing, one_of
+from safenav.scenario.yaml.findings import Findings, as_meant, listed, suggestion, wrong_type
 from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, Part, Raw, entries, key_of
 
 Stages = Mapping[str, Callable[[Any, Node | None, Any], None]]
