@@ -16,7 +16,7 @@ from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
 from safenav.scenario.reading.regions import Reading, check_starts, resolve_areas
 from safenav.scenario.reading.robots import resolve_robots
-from safenav.scenario.yaml.document import Mapping, Node, below, entries_of
+from safenav.scenario.yaml.document import Node, below, entries_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.typed import Stages, read
 from safenav.world.map import Region
@@ -146,8 +146,7 @@ def _scenario(root: Node, reading: Reading) -> model.Scenario | None:
         flat=reading.flat,
         inputs=reading.inputs,
     )
-    if len(reading) == 0:
-        check_deadlines(scenario, item.node, reading)
+    check_combinations(scenario, item.node, reading)
     return scenario
 
 
@@ -155,6 +154,7 @@ def conflicts(scenario: model.Scenario) -> tuple[Diagnostic, ...]:
     """Return the errors of a scenario that may differ from its file, without places; also robots
     with a battery that reach no charger."""
     findings = Findings(scenario.source)
+    check_combinations(scenario, None, findings)
     for robot in scenario.robots:
         reach = Reachability(robot.model.mobility, robot.start, scenario.map)
         if robot.model.battery is not None and not reach.reaches(scenario.chargers):
@@ -162,11 +162,8 @@ def conflicts(scenario: model.Scenario) -> tuple[Diagnostic, ...]:
         for each in scenario.obstacles:
             if each.shuts_in(robot):
                 findings.add(None, f"{each.name} is where {robot.name} starts, and blocks it")
-        if robot.start.region in robot.objective.avoid:
-            findings.add(None, f"'avoid' of {robot.name} includes its start")
     for exclusion in scenario.never_together:
         check_starts(exclusion, scenario.robots, None, findings)
-    check_deadlines(scenario, None, findings)
     return findings.diagnostics
 
 
@@ -190,15 +187,20 @@ def check_assignable(
         findings.add(node, found, "leave it out, or use 'coordination: resynthesis'")
 
 
-def check_deadlines(scenario: model.Scenario, item: Mapping | None, findings: Findings) -> None:
-    """Report deadlines and batteries in unsupported combinations. The scenario has no other
-    error."""
+def check_combinations(scenario: model.Scenario, item: Node | None, findings: Findings) -> None:
+    """Report values that contradict each other. ``item``: the document, for places."""
     if scenario.clock is model.Clock.LIVE and (refused := refused_by_clock(scenario)) is not None:
         findings.add(below(item, "clock") or item, refused)
-    for robot in (each for each in scenario.robots if each.model.battery is not None):
+    for robot in scenario.robots:
+        node, start = below(item, "robots", robot.name), robot.start.region
+        if start in robot.objective.avoid:
+            found = f"'avoid' of {robot.name}: it starts in {scenario.map.label(start)}"
+            where = below(node, "objective", "avoid")
+            findings.add(where, f"{found}, which it must avoid", "let it start elsewhere")
         pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
-        for error in filter(None, (unordered(robot.name, each) for each in pursued)):
-            findings.add(below(item, "robots", robot.name), *error)
+        for objective in pursued if robot.model.battery is not None else ():
+            if (error := unordered(robot.name, objective)) is not None:
+                findings.add(node, *error)
 
 
 def refused_by_clock(scenario: model.Scenario) -> str | None:

@@ -17,7 +17,6 @@ from safenav.scenario.objective import (
     kinds_that,
     on_steps,
     ruled,
-    staying,
 )
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.regions import Reading, wall
@@ -38,18 +37,16 @@ def resolve_robots(
         reading.add(node, "there are no robots", "a scenario has at least one")
     if len(team or ()) > MOST_ROBOTS:
         reading.add(node, f"{len(team or ())} robots; the maximum is {MOST_ROBOTS}")
-    standing: dict[str, Robot] = {}
-    robots = [_robot(key.text, item, standing, reading) for key, item in (team or {}).items()]
-    for key, item in (team or {}).items():
-        _check_timing(key.text, item, standing, reading)
+    items = {key.text: item for key, item in (team or {}).items()}
+    robots = [_robot(name, item, reading) for name, item in items.items()]
     reading.team = tuple(robot for robot in robots if robot is not None)
+    for number, robot in enumerate(reading.team):
+        _check_start(robot, items[robot.name], reading.team[:number], reading)
+        _check_timing(robot, items[robot.name], reading)
 
 
-def _robot(
-    name: str, item: language.RobotKeys, standing: dict[str, Robot], reading: Reading
-) -> Robot | None:
-    """Return a robot; None after an error. ``standing``: the starts of the robots before it, to
-    which this one is added, whatever its objective."""
+def _robot(name: str, item: language.RobotKeys, reading: Reading) -> Robot | None:
+    """Return a robot; None after an error."""
     before, model, start = len(reading), item.model_, item.start
     if item.at("vision") is not None:
         model = model and replace(model, vision=item.vision)
@@ -59,11 +56,6 @@ def _robot(
     for key, others in (("avoids", avoids), ("tracks", tracks)):
         if others and name in others:
             reading.add(item.at(key), f"{item.named(key)}: a robot cannot list itself")
-    if start is not None and model is not None:
-        at = staying(frozenset({start}))
-        there = Robot(name, model, Pose(start), at, avoids, tracks)
-        _check_start(there, item.at("start"), standing.values(), reading)
-        standing[name] = there
     mobility = model.mobility if model else None
     objective = resolve_objective(item.objective, mobility, reading)
     waiting = _while_waiting(item, objective, mobility, reading)
@@ -73,9 +65,10 @@ def _robot(
         return None
     pose = Pose(start, heading if mobility is Mobility.HEADING else None)
     within = None if item.objective is None else item.objective.within
-    robot = Robot(name, model, pose, objective, avoids, tracks, waiting, within)
-    robot = replace(robot, when=_when(item, robot, reading))
-    _check_reachable(robot, objective, item.objective, reading)
+    when = _when(item, objective, mobility, reading)
+    robot = Robot(name, model, pose, objective, avoids, tracks, waiting, within, when)
+    for each, there in ((objective, item.objective), *((o, (item.when or {})[n]) for n, o in when)):
+        _check_reachable(robot, each, there, reading)
     misses_targets(robot, waiting, item.while_waiting, reading)
     return None if item.flawed or len(reading) > before else robot
 
@@ -97,13 +90,13 @@ def _while_waiting(
 
 
 def _when(
-    item: language.RobotKeys, robot: Robot, reading: Reading
+    item: language.RobotKeys, own: Objective, mobility: Mobility | None, reading: Reading
 ) -> tuple[tuple[str, Objective], ...]:
     """Return its objectives while inputs are on, in the order of the file."""
     what, found = item.named("when"), []
     for name, value in (item.when or {}).items():
-        objective = resolve_objective(value, robot.model.mobility, reading)
-        if isinstance(objective, Ltl) or isinstance(robot.objective, Ltl):
+        objective = resolve_objective(value, mobility, reading)
+        if isinstance(objective, Ltl) or isinstance(own, Ltl):
             hint = "name the input in its formulas instead"
             reading.add(value.node, f"{what} cannot be used with 'ltl'", hint)
         elif objective is not None:
@@ -128,26 +121,24 @@ def _heading(
 
 
 def _check_start(
-    robot: Robot, node: Node | None, others: Iterable[Robot], reading: Reading
+    robot: Robot, item: language.RobotKeys, others: Iterable[Robot], reading: Reading
 ) -> None:
     """Report a robot that starts in the region of another one with which it is in conflict."""
     region = robot.start.region
     for other in others:
         if other.start.region == region and robot.conflicts(other):
             found = f"'start' of {robot.name}: {other.name} also starts in region {region}"
-            reading.add(node, found, _why_apart(other, robot))
+            reading.add(item.at("start"), found, _why_apart(other, robot))
             return
 
 
-def _check_timing(
-    name: str, item: language.RobotKeys, standing: Mapping[str, Robot], reading: Reading
-) -> None:
+def _check_timing(robot: Robot, item: language.RobotKeys, reading: Reading) -> None:
     """Report beliefs together with steps of several ticks: the assumptions about the other robots
     would be false."""
-    involved = sorted({name, *item.tracks} & standing.keys()) if item.tracks else ()
-    slow = [other for other in involved if standing[other].model.timing > 1]
+    involved = {robot.name, *robot.tracks} if robot.tracks else set()
+    slow = [o.name for o in reading.team if o.name in involved and o.model.timing > 1]
     if slow:
-        what = f"'tracks' of {clipped(name)}: beliefs require one-tick steps"
+        what = f"'tracks' of {clipped(robot.name)}: beliefs require one-tick steps"
         found = f"{what}; those of {clipped(slow[0])} take longer"
         reading.add(item.at("tracks"), found, "leave out 'tracks', or the 'timing' of the model")
 
@@ -165,10 +156,6 @@ def _check_reachable(
     world = reading.world
     if not objective.targets or item is None or world is None or not reading.reachable:
         return
-    if robot.start.region in objective.avoid:
-        start = world.label(robot.start.region)
-        found = f"'avoid' of {robot.name}: it starts in {start}, which it must avoid"
-        reading.add(item.at("avoid"), found, "let it start elsewhere")
     reach = Reachability(robot.model.mobility, robot.start, world, objective.avoid)
     meets = reach.follows if objective.settles else reach.recurs
     if not misses_targets(robot, objective, item, reading) and not meets(objective.targets):
