@@ -9,15 +9,7 @@ from safenav.formula import syntax
 from safenav.formula.parser import FormulaError, check, parse
 from safenav.scenario import language
 from safenav.scenario.model import Robot, RobotModel
-from safenav.scenario.objective import (
-    KINDS,
-    Ltl,
-    Objective,
-    TargetObjective,
-    kinds_that,
-    on_steps,
-    ruled,
-)
+from safenav.scenario.objective import KINDS, Ltl, Objective, kinds_that, on_steps, ruled
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.regions import Reading, wall
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of, one_of
@@ -100,7 +92,6 @@ def _when(
             hint = "name the input in its formulas instead"
             reading.add(value.node, f"{what} cannot be used with 'ltl'", hint)
         elif objective is not None:
-            _check_reachable(robot, objective, value, reading)
             found.append((name, objective))
     return tuple(found)
 
@@ -210,14 +201,9 @@ def resolve_objective(
     if len(given) != 1:
         return None
     (kind,) = given
-    found: Objective | None = (
-        _ltl(item.ltl, mobility, reading)
-        if kind == "ltl"
-        else _about_targets(KINDS[kind], item, reading)
-    )
-    if item.form is not None and isinstance(found, TargetObjective):
-        found = found.changed(literal=True)
-    return _ruled(found, item, mobility, reading)
+    if kind == "ltl":
+        return _ruled(_ltl(item.ltl, mobility, reading), item, mobility, reading)
+    return _ruled(_about_targets(kind, item, reading), item, mobility, reading)
 
 
 def _ruled(
@@ -242,19 +228,17 @@ def _ruled(
     return objective.changed(avoid=avoid, always=always)
 
 
-def _about_targets(
-    kind: type[TargetObjective], item: language.ObjectiveKeys, reading: Reading
-) -> TargetObjective | None:
-    value, node = getattr(item, kind.kind), item.at(kind.kind)
+def _about_targets(word: str, item: language.ObjectiveKeys, reading: Reading) -> Objective | None:
+    kind, value, node = KINDS[word], getattr(item, word), item.at(word)
     if kind.one:
         return value and kind((value,))
     if not value or len(value) < len(items_of(node)):
         return None
     if (problem := kind.wrong(value)) is not None:
         found, hint = problem
-        reading.add(node, f"{item.named(kind.kind)}{found}", hint)
+        reading.add(node, f"{item.named(word)}{found}", hint)
         return None
-    return kind(value)
+    return kind(value, literal=item.form is not None)
 
 
 def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Reading) -> Ltl | None:
