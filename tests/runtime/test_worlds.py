@@ -75,10 +75,10 @@ def says(value: Any) -> Callable[..., Any]:
     ("call", "answer", "told"),
     [
         ("sense", broken, r"World.sense\('drone', 9\) failed: RuntimeError: the radio is off"),
-        ("sense", says("a door"), r"World.sense\('drone', 9\): 'a door' is not an Obstacle"),
+        ("sense", says("a door"), "'a door', which is invalid: the value must be an object"),
         ("sense", says(Obstacle(DOOR, 99)), r"sense\('drone', 9\): door@99 is in a wall or off"),
         ("sense", says(Obstacle(DOOR, 11)), r"door@11 is not in the requested region"),
-        ("sense", says(Obstacle("door", 9)), "region 9 is invalid: `type` must be an object"),  # type: ignore[arg-type]
+        ("sense", says(Obstacle("door", 9)), "which is invalid: `type` must be an object"),  # type: ignore[arg-type]
         ("sense", says(Obstacle(DOOR, 9, resolve_within=-4)), "invalid: `resolve_within`"),
         ("sense", says(Obstacle(SAME, 9)), "region 9 has no previous need for 'same'"),
         ("sense", says(Obstacle(TWO, 9)), "as many robots for a 'same' need as before"),
@@ -89,8 +89,8 @@ def says(value: Any) -> Callable[..., Any]:
         ("move", says(Pose(8.0)), "which is invalid: `region` must be a whole number"),  # type: ignore[arg-type]
         ("move", says(Pose(9, Heading.EAST)), "drone is a robot of free mobility"),
         ("act", generates, r"World.act\('drone'\) failed: OSError: no more"),
-        ("act", says([Obstacle(FOG, 10)]), "is invalid: the value must be a list, not an object"),
-        ("act", says([(Obstacle(FOG, 10), "yes")]), r"`\[1\]` must be true or false or null"),
+        ("act", says([Obstacle(FOG, 10)]), r"is invalid: `\[0\]` must be a list, not an object"),
+        ("act", says([(Obstacle(FOG, 10), "yes")]), r"`\[0\]\[1\]` must be true or false or null"),
         ("act", says([(Obstacle(DOOR, 9), None)]), r"drone cannot 'push' door@9"),
         ("act", says([(Obstacle(FOG, 12), True)]), r"drone is at 8; .* can be resolved at 11"),
         ("changes", says([Obstacle(DOOR, 9)]), r"World.changes\(1\): .* is invalid"),

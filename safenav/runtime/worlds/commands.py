@@ -8,7 +8,6 @@ open command is dropped. Neither changes the run otherwise.
 import queue
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from typing import Any
 
 from msgspec import Struct
 
@@ -93,13 +92,13 @@ class Lockstep:
         """Return the obstacles that the robot has resolved; check that it can resolve each."""
         if self._simulated is not None:  # other worlds resolve all that the robot can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
-        call = f"act({robot.name!r})"
-        entries = protocol.asked(call, lambda: list(self._world.act(robot)))
-        results = [self._resolved(call, robot, here.region, entry) for entry in entries]
+        call, kind = f"act({robot.name!r})", list[tuple[Obstacle, bool | None]]
         found = tuple(
             (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
-            for obstacle, truth in results
+            for obstacle, truth in protocol.returned(call, lambda: [*self._world.act(robot)], kind)
         )
+        for obstacle, _ in found:
+            self._check(call, robot, here.region, obstacle)
         return protocol.Acted(self.now(), robot.name, found)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
@@ -108,9 +107,8 @@ class Lockstep:
     def _moved(self, robot: Robot, pose: Pose) -> protocol.Ended:
         """Return the end of a step at the pose that the world reports, checked to be possible."""
         call = f"move({robot.name!r}, {pose.region})"
-        found = protocol.asked(call, lambda: self._world.move(robot, pose))
-        found = pose if found is None else found
-        found = protocol.part(call, found, Pose)
+        told = protocol.returned(call, lambda: self._world.move(robot, pose), Pose | None)
+        found: Pose = pose if told is None else told
         if not self._scenario.map.is_free(found.region):
             raise protocol.wrong(call, f"region {found.region} is a wall or off the map")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
@@ -121,12 +119,9 @@ class Lockstep:
             return protocol.Arrived(self.now(), robot.name)
         return protocol.Elsewhere(self.now(), robot.name, found)
 
-    def _resolved(
-        self, call: str, robot: Robot, here: Region, entry: Any
-    ) -> tuple[Obstacle, bool | None]:
-        named, truth = protocol.part(call, entry, tuple[Obstacle, bool | None])
-        obstacle = protocol.checked(call, named, self._scenario.map)
-        last = len(obstacle.needs) - 1
+    def _check(self, call: str, robot: Robot, here: Region, obstacle: Obstacle) -> None:
+        """Check that a robot can have resolved an obstacle."""
+        last = len(protocol.checked(call, obstacle, self._scenario.map).needs) - 1
         if obstacle.needs[last].action not in robot.capabilities:
             action = obstacle.needs[last].action
             raise protocol.wrong(call, f"{robot.name} cannot '{action}' {obstacle.name}")
@@ -135,7 +130,6 @@ class Lockstep:
             where = ", ".join(map(str, places)) or "nowhere"
             where = f"{robot.name} is at {here}; {obstacle.name} can be resolved at {where}"
             raise protocol.wrong(call, where)
-        return obstacle, truth
 
 
 class OpenCommand(Struct):

@@ -196,19 +196,14 @@ def fitted(found: Any, kind: Any) -> Any:
         raise ValueError(f"is invalid: {error}") from error
 
 
-def checked_obstacle(found: Obstacle) -> Obstacle:
-    """Return an obstacle that can be part of a scenario. Raises ValueError."""
-    where = f"the obstacle in region {found.region}"
-    try:
-        obstacle: Obstacle = fitted(found, Obstacle)
-    except ValueError as error:
-        raise ValueError(f"{where} {error}") from error
-    needs = obstacle.needs
+def flaw_of(obstacle: Obstacle) -> str | None:
+    """Return the reason why an obstacle cannot be part of a scenario; None if it can."""
+    needs, where = obstacle.needs, f"the obstacle in region {obstacle.region}"
     if needs[0].same:
-        raise ValueError(f"{where} has no previous need for 'same'")
+        return f"{where} has no previous need for 'same'"
     if any(need.same and need.robots != last.robots for last, need in pairwise(needs)):
-        raise ValueError(f"{where} needs as many robots for a 'same' need as before")
-    return obstacle
+        return f"{where} needs as many robots for a 'same' need as before"
+    return None
 
 
 def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
@@ -228,12 +223,9 @@ def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
     for name in (getattr(report, "robot", None), getattr(report, "by", None)):
         if name is not None and name not in robots:
             raise ValueError(f"no robot is named {name!r}")
-    for obstacle in (
-        getattr(event, "obstacle", None),
-        *(o for o, _ in getattr(event, "found", ())),
-    ):
-        if obstacle is not None:
-            checked_obstacle(obstacle)
+    obstacles = getattr(report, "obstacle", None), *(o for o, _ in getattr(report, "found", ()))
+    if flaw := next(filter(None, (each and flaw_of(each) for each in obstacles)), None):
+        raise ValueError(flaw)
     return report
 
 
@@ -301,6 +293,16 @@ def asked(call: str, ask: Callable[[], T]) -> T:
         raise WorldError(f"World.{call} failed: {type(error).__name__}: {error}") from error
 
 
+def returned(call: str, ask: Callable[[], Any], kind: Any) -> Any:
+    """Return the result of a call converted to its type. Raises WorldError, also if that is
+    impossible."""
+    found = asked(call, ask)
+    try:
+        return fitted(found, kind)
+    except ValueError as error:
+        raise wrong(call, f"it returned {found!r}, which {error}") from error
+
+
 def inputs_of(world: object, tick: int) -> dict[str, bool]:
     """Return the inputs that a world sets in a tick. Raises WorldError, also for a value such as
     "off"."""
@@ -319,14 +321,13 @@ def changes_of(
     world: object, tick: int, occupied: Collection[Region], floor: RegionMap
 ) -> list[Change]:
     """Return the obstacles that appeared or disappeared by a tick. Raises WorldError."""
-    call, changes = f"changes({tick})", []
-    for each in asked(call, lambda: list(optional(world, "changes", ())(tick, occupied))):
-        change: Change = part(call, each, Change)
+    call, changes = f"changes({tick})", optional(world, "changes", ())
+    found: list[Change] = returned(call, lambda: list(changes(tick, occupied)), list[Change])
+    for change in found:
         obstacle = checked(call, change.obstacle, floor)
         if change.appeared and obstacle.region in occupied and not obstacle.ordered:
             raise wrong(call, f"{obstacle.name} appears where a robot is")
-        changes.append(change)
-    return changes
+    return found
 
 
 def sensed(
@@ -334,31 +335,20 @@ def sensed(
 ) -> Obstacle | None:
     """Return the obstacle in ``region``, according to a world's sensors. Raises WorldError."""
     call = f"sense({robot.name!r}, {region})"
-    found = asked(call, lambda: world.sense(robot, region))
+    found: Obstacle | None = returned(call, lambda: world.sense(robot, region), Obstacle | None)
     if found is not None and checked(call, found, floor).region != region:
         raise wrong(call, f"{found.name} is not in the requested region")
     return found
 
 
-def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
-    """Return an obstacle that a call returned. Raises WorldError if it cannot be an obstacle."""
-    if not isinstance(found, Obstacle):
-        raise wrong(call, f"{found!r} is not an Obstacle")
-    try:
-        obstacle = checked_obstacle(found)
-    except ValueError as error:
-        raise wrong(call, str(error)) from error
-    if not world.is_free(obstacle.region):
-        raise wrong(call, f"{obstacle.name} is in a wall or off the map")
+def checked(call: str, obstacle: Obstacle, world: RegionMap) -> Obstacle:
+    """Return an obstacle that a call returned. Raises WorldError if it cannot exist."""
+    flaw = flaw_of(obstacle)
+    if flaw is None and not world.is_free(obstacle.region):
+        flaw = f"{obstacle.name} is in a wall or off the map"
+    if flaw is not None:
+        raise wrong(call, flaw)
     return obstacle
-
-
-def part(call: str, found: Any, kind: Any) -> Any:
-    """Return the result of a call converted to a type. Raises WorldError if that is impossible."""
-    try:
-        return fitted(found, kind)
-    except ValueError as error:
-        raise wrong(call, f"it returned {found!r}, which {error}") from error
 
 
 def wrong(call: str, found: str) -> WorldError:
