@@ -49,9 +49,9 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 class Recorder:
     """The recorder. ``stack``: pushed entries; ``helpers``: the helpers of each request as last
-    recorded; ``told``: the objectives in force as last recorded; ``looked``: beliefs to be recorded
-    after the move of their robot; ``plan``: the joint plan in force as last recorded; ``why``: the
-    last event that gives a reason for syntheses; ``makespan``: the end of the last command."""
+    recorded; ``told``: the objectives in force as last recorded; ``plan``: the joint plan in force
+    as last recorded; ``why``: the last event that gives a reason for syntheses; ``makespan``: the
+    end of the last command."""
 
     def __init__(
         self, team: Team, listener: Callable[[records.Record], None], *, simulated: bool
@@ -62,7 +62,6 @@ class Recorder:
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.told: list[Objective | None] = [member.objective for member in team.members]
-        self.looked: list[records.Belief] = []
         self.plan: Plan | None = None
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
         self.waited: tuple[float | None] | None = None
@@ -194,12 +193,10 @@ class Recorder:
                 self.why = Reason.OBJECTIVE
             case now.Looked(i, known, places):
                 told, me = dict(before.robots[i].known), self._robot(i)
-                self.looked = [
-                    records.Belief(self.tick, me, self._robot(j), isinstance(what, int), regions)
-                    for (j, what), regions in zip(known, places, strict=True)
-                    if told.get(j) != what
-                ]
-                return
+                for (j, what), regions in zip(known, places, strict=True):
+                    if told.get(j) != what:
+                        seen = isinstance(what, int)
+                        self.emit(records.Belief(self.tick, me, self._robot(j), seen, regions))
             case now.Declared(k):
                 self.emit(self._blocked(k, BlockReason.OPERATOR))
                 self.why = Reason.BLOCKED
@@ -218,11 +215,6 @@ class Recorder:
             case now.Reopened():
                 for k in (k for k, each in enumerate(before.obstacles) if each.given_up):
                     self.emit(records.Reopened(self.tick, self._name(k)))
-
-        moved = now.Departed | now.Stayed | now.Goes | now.Arrived
-        at_once = isinstance(event, now.Departed) and not self.team.live and event.due is None
-        while self.looked and isinstance(event, moved) and not at_once:
-            self.emit(self.looked.pop(0))
 
     def emit(self, line: records.Record) -> None:
         """Send a line, in a live run with its time."""
