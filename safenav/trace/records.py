@@ -297,10 +297,10 @@ class Backtrack(Note, frozen=True, tag="backtrack"):
 
 
 class Request(Record, frozen=True, tag="request"):
-    """A request for help. ``bids``: robots with the action -> ticks, live seconds, until they are
-    there (null: no path); ``helpers``: perhaps with the requester; ``need``: its number, from 0, if
-    the obstacle has several; ``because``: the reason, in words, why no robot helps, or not the
-    nearest one. An order has no ``requester``."""
+    """A request for help. ``bids``: robots with the action -> ticks, live seconds, to the need and
+    on to later needs of the ``same`` robots (null: no path); ``helpers``: perhaps with the
+    requester; ``need``: its number, from 0, if the obstacle has several; ``because``: the reason,
+    in words, why no robot helps, or not the nearest one. An order has no ``requester``."""
 
     obstacle: str
     requester: str | None

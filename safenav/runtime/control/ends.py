@@ -254,19 +254,17 @@ class Request:
         self.floor = floors.floor_now(team, state)
         self.stages, self.g = floors.stages_of(self.floor, state), self.floor.gates.index(k)
         self.need = self.floor.need(self.g, self.stages)
-        self.poses = tuple(robot.next for robot in state.robots)
+        self.now = Sets(self.floor, tuple(1 << robot.next for robot in state.robots), self.stages)
 
     def bids(self) -> dict[str, float | None]:
-        """Return the ticks, live seconds, in which each robot with the actions of the next need
-        could be in its regions; None without a path."""
-        floor = hopeful(self.team, self.state, given_up=False).floor
-        found, times = dict[str, float | None](), self.team.step_times
-        for i in floor.skilled(self.g, self.stages):
-            member, robot, graph = self.team.members[i], self.state.robots[i], floor.graphs[i]
-            allowed = floor.allowed(i, self.stages) if robot.active else 0
-            there = graph.poses_on(self.need.regions)
-            steps = graph.steps_through(1 << robot.next, [there & allowed], allowed)
-            found[member.name] = None if steps == FAR else round(steps * times[i], 1)
+        """Return the bid of each robot with the actions of the next need, as if those out of
+        service blocked no robot; None without a path."""
+        now = replace(self.now, floor=hopeful(self.team, self.state, given_up=False).floor)
+        found = dict[str, float | None]()
+        for i in now.floor.skilled(self.g, self.stages):
+            there = now.spots(i, self.need.regions) if self.state.robots[i].active else 0
+            time = time_of(self.g, i, there, now, now)
+            found[self.team.members[i].name] = None if time >= FAR else round(time, 1)
         return found
 
     def why_nobody(self) -> str | None:
@@ -314,16 +312,14 @@ class Request:
                 why = "has failed"
             elif not self.state.robots[i].active:
                 why = "is out of service"
+            elif i in self.need.strays:
+                why = "has no path to where it is put down"
             elif ticks is None or ticks >= last:
                 continue
             elif duty is not None and duty.g != self.g:
                 why = f"is to help with {self._obstacle(duty.g)}"
-            elif i in self.need.strays:
-                why = "has no path to where it is put down"
             elif not self._returns(i):
                 why = "could not return from there"
-            elif self._whole_bid(i) > max(map(self._whole_bid, helpers), default=0):
-                why = "has a longer path to the later needs"
             elif self.need.together and self._gathers({*early, i}) > self._gathers(helpers):
                 why = "could reach another region only later"
             else:
@@ -352,28 +348,20 @@ class Request:
             parts.append(f"{self.team.members[i].name} carries {listed(loads)}")
         return "; ".join(sorted(parts)) or None
 
-    def _whole_bid(self, i: int) -> float:
-        now = Sets(self.floor, tuple(1 << pose for pose in self.poses), self.stages)
-        return time_of(self.g, i, now.spots(i, self.need.regions), now, now)
-
     def _gathers(self, group: Collection[int]) -> float:
         """Return the time at which a group can act together."""
-        now = Sets(self.floor, tuple(1 << pose for pose in self.poses), self.stages)
-        places = {i: now.spots(i, self.need.regions) for i in group}
-        when = partial(time_of, self.g, now=now, origins=now)
+        places = {i: self._spots(i) for i in group}
+        when = partial(time_of, self.g, now=self.now, origins=self.now)
         found = gathered(self.floor, (*group,), places, when)
         return inf if found is None else found
 
     def _spots(self, i: int) -> Mask:
-        graph, allowed = self.floor.graphs[i], self.floor.allowed(i, self.stages)
-        return graph.closure(1 << self.poses[i], allowed) & graph.poses_on(self.need.regions)
+        return self.now.spots(i, self.need.regions)
 
     def _returns(self, i: int) -> bool:
         """Return whether a robot could return to its pose after it has fulfilled the next need."""
-        floor, graph, pose = self.floor, self.floor.graphs[i], 1 << self.poses[i]
-        there = graph.closure(pose, floor.allowed(i, self.stages))
-        then = floor.allowed(i, floor.advanced(self.g, self.stages, (i,)))
-        return bool(graph.closure(there & graph.poses_on(self.need.regions), then) & pose)
+        then = replace(self.now, stages=self.floor.advanced(self.g, self.stages, (i,)))
+        return bool(then.reach(i, self._spots(i)) & self.now.sets[i])
 
     def _names(self, robots: Sequence[int]) -> str:
         return listed(self.team.members[i].name for i in robots)
