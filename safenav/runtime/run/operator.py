@@ -22,7 +22,7 @@ from safenav.runtime.control.coordinate import Situation
 from safenav.runtime.control.ends import GIVEN_UP, End, Stopped
 from safenav.runtime.worlds.commands import Commands, Lockstep
 from safenav.runtime.worlds.simulation import SimulatedWorld
-from safenav.scenario.model import Coordination, Obstacle, Scenario, name_parts
+from safenav.scenario.model import Coordination, Obstacle, ObstacleType, Scenario, name_parts
 from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.events import read_changes
@@ -43,17 +43,21 @@ USER, SCENARIO, INPUT = "user", "scenario", "input"
 
 
 class Intervention(Struct, frozen=True):
-    """A change by a user. ``kind``: see ``LINES``; in a simulated world also ``close``: the
-    ``obstacle`` appears as soon as no robot is there, ``open``: an obstacle disappears. ``name``:
-    that of the robot, the obstacle or the input; ``on``: whether the robot is in service, or the
-    input on from now on."""
+    """A change by a user, by the keys of its data. ``kind``: see ``LINES``; in a simulated world
+    also ``close``: an obstacle of this ``type`` appears as soon as no robot is there, ``open``: an
+    ``obstacle`` disappears."""
 
     kind: str
-    name: str = ""
-    on: bool = False
-    obstacle: Obstacle | None = None
-    pose: Pose | None = None
+    type: ObstacleType | None = None
+    region: Region | None = None
+    truth: bool = True
+    heading: str | None = None
+    obstacle: str = ""
+    robot: str = ""
     objective: Objective | None = None
+    active: bool = False
+    input: str = ""
+    on: bool = False
 
 
 LINES = {
@@ -162,19 +166,22 @@ class Operator:
     def _change(self, run: Situation, wanted: Intervention) -> Iterator[now.Event | None]:
         """Check a change; yield None, then the events that bring it about. Raises UsageError, with
         the reason, for an impossible one."""
-        told, name, team = OperatorIntervention, wanted.name, run.team
+        told, team, at = OperatorIntervention, run.team, int(run.state.time)
         match wanted:
-            case Intervention("close", obstacle=Obstacle() as closed):
-                self._may_close(run, closed.region)
+            case Intervention("close", kind, region) if kind is not None and region is not None:
+                if not (wanted.truth or kind.has_truth):
+                    raise UsageError(f"'truth': {kind.name} has none")
+                self._may_close(run, region)
                 yield None
-                self._simulation().bring(replace(closed, appears=int(run.state.time)))
-            case Intervention("order", obstacle=Obstacle(type=kind) as ordered):
+                truth = wanted.truth if kind.has_truth else None
+                self._simulation().bring(Obstacle(kind, region, truth, appears=at))
+            case Intervention("order", kind, region) if kind is not None and region is not None:
                 if kind.has_truth:
                     raise UsageError(f"a {kind.name} has a truth, which orders do not reveal")
                 if kind.blocks != frozenset():
                     raise UsageError(f"a {kind.name} stops robots: an order needs 'blocks: []'")
                 yield None
-                new = replace(ordered, appears=int(run.state.time))
+                new = Obstacle(kind, region, appears=at, ordered=True)
                 while new.name in team.numbers or new.name in self._ordered:
                     new = replace(new, number=new.number + 1)
                 self._ordered.add(new.name)
@@ -184,7 +191,7 @@ class Operator:
                     yield now.Introduced(new)
                     yield now.Appeared(run.team.numbers[new.name][-1], cause=USER)
             case Intervention("open"):
-                there = self._simulation().standing().values()
+                name, there = wanted.obstacle, self._simulation().standing().values()
                 source = next((each for each in there if each.name == name), None)
                 if source is None:
                     raise UsageError(f"no unresolved obstacle {name}")
@@ -193,36 +200,37 @@ class Operator:
                 self._simulation().remove(name)
                 yield now.Gone(number(team, run.state, source), USER)
             case Intervention("objective", objective=objective) if objective is not None:
-                i = self._may_pursue(run, name, objective)
+                i = self._may_pursue(run, wanted.robot, objective)
                 yield None
                 yield now.Intervened(told.OBJECTIVE, i, objective=objective)
                 yield now.Assigned(i, objective, USER)
             case Intervention("service"):
-                i = self._robot(name)
-                back = any((each.kind, each.name) == ("put_back", name) for each in self.asked)
-                if wanted.on and _is_lost(run, name) and not back:
+                i, name = self._robot(wanted.robot), wanted.robot
+                back = any((each.kind, each.robot) == ("put_back", name) for each in self.asked)
+                if wanted.active and _is_lost(run, name) and not back:
                     raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
                 yield None
-                yield now.Intervened(told.ADDED if wanted.on else told.OUT_OF_SERVICE, i)
-                yield from _serves(run, i, wanted.on, USER)
+                yield now.Intervened(told.ADDED if wanted.active else told.OUT_OF_SERVICE, i)
+                yield from _serves(run, i, wanted.active, USER)
             case Intervention("input"):
-                if name not in {each.name for each in self.scenario.inputs}:
-                    raise UsageError(f"there is no input '{name}'")
+                if wanted.input not in {each.name for each in self.scenario.inputs}:
+                    raise UsageError(f"there is no input '{wanted.input}'")
                 yield None
-                self.inputs[name] = wanted.on
+                self.inputs[wanted.input] = wanted.on
             case Intervention("resolved"):
-                k = _met(run, name)
+                k = _met(run, wanted.obstacle)
                 yield None
                 yield now.Intervened(told.RESOLVED, obstacle=k)
                 yield self._gone(k, team.obstacles[k].source)
             case Intervention("permanent"):
                 self._live("obstacles become permanent")
-                if not run.state.obstacles[k := _met(run, name)].known:
-                    raise UsageError(f"{name} is already permanent")
+                if not run.state.obstacles[k := _met(run, wanted.obstacle)].known:
+                    raise UsageError(f"{wanted.obstacle} is already permanent")
                 yield None
                 yield now.Intervened(told.PERMANENT, obstacle=k)
                 yield now.Declared(k)
-            case Intervention("put_back", pose=Pose() as pose):
+            case Intervention("put_back", _, region) if region is not None:
+                name, pose = wanted.robot, Pose.of(region, wanted.heading)
                 i = self._may_stand(run, name, pose)
                 yield None
                 yield now.Intervened(told.PUT_BACK, i, pose=pose)
@@ -256,8 +264,7 @@ class Operator:
             untraversable = each.state is Is.SEALED and not each.given_up
             if obstacle.region == region and untraversable:
                 raise UsageError(f"{obstacle.name} is permanent: no robot can pass")
-        coming = (each.obstacle for each in self.asked if each.kind == "close")
-        if any(each is not None and each.region == region for each in coming):
+        if any((each.kind, each.region) == ("close", region) for each in self.asked):
             raise UsageError(f"region {region} will be closed at the next tick")
 
     def _may_pursue(self, run: Situation, name: str, objective: Objective) -> int:
@@ -286,7 +293,7 @@ class Operator:
             raise UsageError(
                 f"another robot is in region {region}, or in a zone of 'never_together'"
             )
-        away = {each.name for each in self.asked if each.kind in ("resolved", "open")}
+        away = {each.obstacle for each in self.asked if each.kind in ("resolved", "open")}
         for k in _known(run):
             obstacle, state = run.team.obstacles[k], run.state.obstacles[k]
             own = stands_for(obstacle.source, name)  # it is no longer lost
@@ -354,10 +361,10 @@ def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> In
     if missing := [key for key in keys if key[-1] != "?" and data.get(key) is None]:
         raise UsageError(f"'{kind}' needs '{missing[0]}'; known: {', '.join(known)}")
     reading = Reading("the change", world=scenario.map, reachable=False)
-    found = _read(data, scenario, reading)
+    given = (key for key in known if data.get(key) is not None)
+    values = {key: _read(key, data, scenario, reading) for key in given}
     reading.refuse_if_any()
-    assert found is not None, "a change without an error is read"
-    return found
+    return Intervention(kind, **values)
 
 
 def _data(line: str) -> dict[str, Any]:
@@ -396,65 +403,37 @@ def _value(text: str) -> object:
         raise UsageError(f"'{text[:60]}' is not valid YAML{why}") from error
 
 
-def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Intervention | None:
-    types = scenario.catalogue.obstacles
-    match data.get("kind"):
-        case "close" | "order" as kind:
-            name = str(data.get("type"))
-            if name not in types:
-                raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
-            region = reading.region(_node(data.get("region"), reading), "'region'")
-            truth = _flag({"truth": True, **data}, "truth") if kind == "close" else True
-            if not (truth or types[name].has_truth):
-                raise UsageError(f"'truth': {name} has none")
-            if region is None:
-                return None
-            revealed = truth if types[name].has_truth else None
-            new = Obstacle(types[name], region, revealed, ordered=kind == "order")
-            return Intervention(kind, new.name, obstacle=new)
-        case "input":
-            return Intervention("input", str(data.get("input")), _flag(data, "on"))
-        case "open":
-            return Intervention("open", str(data.get("obstacle")))
-        case "resolved" | "permanent" as kind:
-            return Intervention(kind, _obstacle(data, reading))
-        case "put_back":
-            place = reading.region(_node(data.get("region"), reading), "'region'")
-            heading = data.get("heading")
-            if heading is not None and heading not in [*HEADINGS]:
-                raise UsageError(f"unknown heading '{str(heading)[:40]}'")
-            if place is None:
-                return None
-            return Intervention("put_back", str(data.get("robot")), pose=Pose.of(place, heading))
-        case "give_up":
-            return Intervention("give_up")
-        case "objective" | "service" as kind:
-            if kind == "objective":
-                value = data.get("objective")
-            else:
-                value = "back" if _flag(data, "active") else "out"
+def _read(key: str, data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Any:
+    """Return the value of a key; None with an error in ``reading``. Raises UsageError."""
+    value, types = data[key], scenario.catalogue.obstacles
+    match key:
+        case "type":
+            if str(value) not in types:
+                raise UsageError(f"the catalogue has no obstacle type '{str(value)[:40]}'")
+            return types[str(value)]
+        case "region":
+            return reading.region(_node(value, reading), "'region'")
+        case "heading" if value not in [*HEADINGS]:
+            raise UsageError(f"unknown heading '{str(value)[:40]}'")
+        case "truth" | "active" | "on":  # any text would count as true, even "out"
+            if not isinstance(value, bool):
+                raise UsageError(f"'{key}' must be true or false, not {value!r}")
+            return value
+        case "obstacle":
+            return _obstacle(str(value), reading)
+        case "objective":
             reading.team = scenario.robots
             reading.named = tuple(robot.name for robot in scenario.robots)
-            listed = [{"at": 1, "robot": data.get("robot"), kind: value}]
+            listed = [{"at": 1, "robot": data["robot"], key: value}]
             changes = read_changes(_node(listed, reading), reading)
             if scenario.coordination is Coordination.ASSIGNABLE:
                 check_assignable((), changes, None, reading)
-            for each in changes:
-                return Intervention(kind, each.robot, bool(each.active), objective=each.objective)
-    return None
+            return next((each.objective for each in changes), None)
+    return str(value)
 
 
-def _flag(data: Mapping[str, Any], key: str) -> bool:
-    """Return a truth value, which must be one: any text would count as true, even ``"out"``."""
-    value = data.get(key)
-    if not isinstance(value, bool):
-        raise UsageError(f"'{key}' must be true or false, not {value!r}")
-    return value
-
-
-def _obstacle(data: Mapping[str, Any], reading: Reading) -> str:
+def _obstacle(written: str, reading: Reading) -> str:
     """Return the obstacle's name with its region as a number: reports print ``door@gate``."""
-    written = str(data.get("obstacle"))
     kind, where, number = name_parts(written)
     region = reading.written(where)
     return written if region is None else f"{kind}@{region}" + f"#{number}" * (number > 1)
