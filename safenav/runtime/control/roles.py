@@ -4,7 +4,7 @@ must not enter."""
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.scenario.objective import Objective, Target, alternation, formulas_in, ruled, station
+from safenav.scenario.objective import Objective, Target, formulas_in, ruled, station
 from safenav.solve.solve import Settlement
 from safenav.spec.guarantees import guarantees_of
 from safenav.team.floor import Floor, Stages
@@ -59,18 +59,7 @@ class Roles:
         stays = duty.stays and self._may_stay(i, duty.goal)
         own = None if stays else self._own_target(i, duty.goal)
         wanted = (duty.goal,) if own is None else (duty.goal, graph.on(own))
-        present = self.state.robots[i].objective
-        if stays:
-            objective = rules.waiting(places)
-        elif (
-            present.targets[:1] == (places,)
-            and {*present.targets[1:]} <= {*self._own_targets(i)}
-            and present == alternation(present.targets, rules) != rules
-            and self._goes_between(i, (duty.goal, *graph.on_each(present.targets[1:])))
-        ):
-            objective = present  # it keeps its order
-        else:
-            objective = rules.alternating(places, own)
+        objective = rules.waiting(places) if stays else rules.alternating(places, own)
         return self._toward(i, wanted, objective, k)
 
     def _meets_own_first(self, i: int) -> bool:
@@ -95,15 +84,11 @@ class Roles:
     def _own_target(self, i: int, goal: Mask) -> Target | None:
         """Return the region where it waits, or the first own target such that it can alternate
         between that and its duty."""
-        for target in self._own_targets(i):
+        waiting = (frozenset({place}) for place in self._places(i))
+        for target in (*waiting, *self.team.members[i].objective.targets):
             if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):
                 return target
         return None
-
-    def _own_targets(self, i: int) -> tuple[Target, ...]:
-        """Return the region where it waits, if it does, and its own targets."""
-        waiting = (frozenset({place}) for place in self._places(i))
-        return (*waiting, *self.team.members[i].objective.targets)
 
     def meanwhile(self, i: int) -> Role | None:
         """Return its objective while it waits for help; None if it has none or cannot pursue it, or
