@@ -322,11 +322,6 @@ def commanded(
             step = under(place, step[1])
         return False
 
-    def alike() -> Iterator[int]:
-        """Yield the present node, and those with the same values."""
-        yield node
-        yield from strategy.nodes_with(before)
-
     def near(region: Region) -> tuple[int, Region]:
         """Return the number of steps from a region to the goal."""
         return min(field[pose] for pose in bits(graph.on({region}))), region
@@ -339,10 +334,9 @@ def commanded(
             place for place in sorted(possible.places, key=near) if possible.allows(now, place)
         ]
         places = [none, *places] if own else [*places, none]
-    for each in alike():
-        for place in places:
-            if leads(step := under(place, each), place):
-                return step
+    for place in places:
+        if leads(step := under(place, node), place):
+            return step
     return under(here, node)
 
 
