@@ -69,8 +69,6 @@ class World:
         self._stood: list[State] = []
         """The states since the last move of a robot or new strategy: strategies may repeat their
         nodes while robots stand."""
-        self._acts_now = False
-        """Whether a robot has acted since the last pass, so that another one may change more."""
         self._asked: set[int] = set()
         """The robots that have acted since their last move."""
         self._opened: dict[str, float] = {}
@@ -106,7 +104,6 @@ class World:
                 self._stands, self._stood = stands, []
             news = here not in self._stood
             self._stood += [here] if news else []
-            news, self._acts_now = news or self._acts_now, False
             changed = news or run.answers.fresh() or bool(self.operator.asked)
             marks = self.coming(run), charging_ends(run.team, run.state)
             due = min((t for t in marks if t is not None), default=None)
@@ -290,7 +287,6 @@ class World:
 
     def _results(self, run: Situation, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
         """Yield the results of an action that has just begun; None: it is under way."""
-        self._acts_now = True
         works = tuple(k for k, _ in self._changes(run, i))
         if event is None or self.live:
             command = self.commands.number(run.team.members[i].name)
