@@ -14,7 +14,7 @@ from safenav.judge.formulas import HEADINGS, Formulas, UnreadError
 from safenav.strict_json import flaws, note_flaw, read_json
 
 VERSION = 4
-PASSING = ("tick", "t", "reason", "seconds", "cached")
+PASSING = ("tick", "t", "seconds", "cached")
 """Fields of a synthesis that do not describe its task; the other fields are its ``text``."""
 MOST_BYTES = 10_000_000
 """Bytes of a line."""

@@ -29,13 +29,6 @@ _SENTENCES = {
 """Sentences of lines by type, with placeholders for their fields in words."""
 
 _REASONS = {
-    "initial": "before the start",
-    "request": "for a request",
-    "resolved": "after a resolution",
-    "blocked": "around a blocked region",
-    "gone": "after an obstacle disappeared",
-    "objective": "for another objective",
-    "service": "after an interruption",
     "untraversable": "it is not traversable",
     "no_capable_robot": "too few robots have the action it needs",
     "unresolvable": "no robot can ever resolve it",
@@ -44,7 +37,7 @@ _REASONS = {
     "violation": "an obstacle is in its way",
     "changed": "the situation has changed",
 }
-"""Reasons of syntheses, of permanent obstacles, and of ends of joint plans."""
+"""Reasons of permanent obstacles, and of ends of joint plans."""
 
 _LISTED_ROBOTS = 4
 """Largest team whose robots are listed by name in place of the whole team."""
@@ -94,8 +87,7 @@ class Wording(Struct, frozen=True):
                 truth = "traversable" if line.traversable else "not traversable"
                 return f"{self.obstacle(line.obstacle)} is {truth} from now on"
             case records.Synthesis():
-                found = synthesis_words(line)
-                return f"synthesis for {line.robot} {_REASONS[line.reason]}: {found}"
+                return f"synthesis for {line.robot}: {synthesis_words(line)}"
             case records.Service():
                 what = "is back in service" if line.active else "is out of service"
                 failed = not line.active and line.cause is vocabulary.ChangeCause.WORLD

@@ -87,7 +87,6 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     """
 
     robot: str
-    reason: vocabulary.Reason
     verdict: Verdict
     seconds: Seconds
     states: Count | None

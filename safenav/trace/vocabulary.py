@@ -6,20 +6,6 @@ from enum import StrEnum
 from msgspec import Struct
 
 
-class Reason(StrEnum):
-    """Reason for a synthesis."""
-
-    INITIAL = "initial"
-    REQUEST = "request"
-    RESOLVED = "resolved"
-    BLOCKED = "blocked"
-    GONE = "gone"
-    OBJECTIVE = "objective"
-    """It was given another objective."""
-    SERVICE = "service"
-    """Its step, its service or the run was interrupted."""
-
-
 class Form(StrEnum):
     """The form of an objective in the specification (docs/scenario.md, forms of a patrol)."""
 

@@ -45,7 +45,6 @@ from safenav.spec.task import NO_MEMORY, Known, Memory, ObjectiveForm, Observed
 from safenav.synthesis.cache import Cache
 from safenav.trace import records
 from safenav.trace.file import as_data
-from safenav.trace.vocabulary import Reason
 from support.missions import mission
 
 
@@ -82,9 +81,7 @@ def refusal(scenario: Scenario, task: Task, spec: Specification, folder: Path) -
     listed = scenario.partition or automatic(scenario.map)
     cells = tuple(tuple(sorted(cell)) for cell in listed)
     form = ObjectiveForm(task.objective, task.memory.index)
-    line = synthesis_line(
-        0, Reason.INITIAL, Controller(task, task.objective, form, answer), scenario.map
-    )
+    line = synthesis_line(0, Controller(task, task.objective, form, answer), scenario.map)
     name, at, closed = task.robot.name, task.pose.region, {each.region for each in task.blocked}
     lines: list[records.Record] = [
         records.Header(0, records.VERSION, "test", scenario.recorded, cells=cells),

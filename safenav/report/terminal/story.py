@@ -124,7 +124,7 @@ class Story:
         words = f"{len(found)} strategies, verified"
         if not together:
             words = ", ".join(f"{each.robot} ({synthesis_words(each)})" for each in found)
-        verb = "synthesized" if found[0].reason == "initial" else "resynthesized"
+        verb = "resynthesized" if found[0].tick else "synthesized"
         self._line(events[0].tick, f"{verb} {words}")
         for each in found:
             if each.allows:

@@ -14,7 +14,7 @@ from safenav.team.acts import driven
 from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
-from safenav.trace.vocabulary import MovedBy, MoveEnd, Reason
+from safenav.trace.vocabulary import MovedBy, MoveEnd
 from safenav.world.map import RegionMap
 
 
@@ -119,9 +119,7 @@ def request_line(
     )
 
 
-def synthesis_line(
-    tick: int, reason: Reason, found: Controller, world: RegionMap
-) -> records.Synthesis:
+def synthesis_line(tick: int, found: Controller, world: RegionMap) -> records.Synthesis:
     """Return the line of a synthesis."""
     task, result = found.task, found.result
     hashes = result.spec_sha256, result.strategy_sha256
@@ -130,7 +128,6 @@ def synthesis_line(
     return records.Synthesis(
         tick,
         task.robot.name,
-        reason,
         result.verdict,
         round(result.seconds, 6),
         result.states,

@@ -40,7 +40,6 @@ from safenav.trace.vocabulary import (
     OperatorCause,
     OperatorIntervention,
     PlanEndReason,
-    Reason,
 )
 
 Entry = tuple[int, int | None, tuple[str, ...]]
@@ -50,8 +49,7 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 class Recorder:
     """The recorder. ``stack``: pushed entries; ``helpers``: the helpers of each request as last
     recorded; ``told``: the objectives in force as last recorded; ``plan``: the joint plan in force
-    as last recorded; ``why``: the last event that gives a reason for syntheses; ``makespan``: the
-    end of the last command."""
+    as last recorded; ``makespan``: the end of the last command."""
 
     def __init__(
         self, team: Team, listener: Callable[[records.Record], None], *, simulated: bool
@@ -63,7 +61,7 @@ class Recorder:
         self.helpers: dict[int, tuple[str, ...]] = {}
         self.told: list[Objective | None] = [member.objective for member in team.members]
         self.plan: Plan | None = None
-        self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
+        self.tick = self.moved = 0
         self.waited: tuple[float | None] | None = None
         self.makespan = 0.0
         self.ledger = Ledger(team, self.emit)
@@ -93,7 +91,6 @@ class Recorder:
         self.told = [robot.objective for robot in state.robots]
         self.ledger.dues, self.ledger.late = dict(memory.dues), [*memory.late]
         self.ledger.tick = memory.tick
-        self.why = Reason.SERVICE
         self.emit(records.Resumed(self.tick))
         if memory.planned:
             self.emit(records.PlanEnd(self.tick, PlanEndReason.CHANGED))
@@ -136,8 +133,6 @@ class Recorder:
                 self._moves(before, event, after)
             case now.Arrived() | now.Elsewhere() | now.Failed() | now.Lost():
                 self._moves(before, event, after)
-                if not isinstance(event, now.Arrived):
-                    self.why = Reason.SERVICE
                 if not self.team.live:
                     self._plan_reached(after)
             case now.Stayed(_, by):
@@ -147,7 +142,6 @@ class Recorder:
             case now.Astray(i, rules):
                 for rule in rules:
                     self.emit(records.Assumption(self.tick, self._robot(i), rule))
-                self.why = Reason.BLOCKED
             case now.Introduced(source):
                 self.emit(records.Discovered(self.tick, source))
             case now.Seen(k) if before.obstacles[k].state in (now.Is.OVER, now.Is.AWAY):
@@ -160,7 +154,6 @@ class Recorder:
                 self.emit(records.Violation(self.tick, self._robot(i), *way))
                 if event.stopped:
                     self._backtrack(i, after.robots[i].pose)
-                self.why = Reason.REQUEST
             case now.Acts(i, group, command, obstacles):
                 who = tuple(map(self._robot, group)), tuple(map(self._name, obstacles))
                 self.emit(records.Act(self.tick, command, self._robot(i), *who))
@@ -174,23 +167,19 @@ class Recorder:
                 self._appeared(k, truth, ChangeCause(cause))
             case now.Gone(k, cause):
                 self.emit(records.Gone(self.tick, self._name(k), ChangeCause(cause)))
-                self.why = Reason.GONE
             case now.Flat(i, k):
                 if k is not None:
                     self.emit(records.Appeared(self.tick, self._name(k), ChangeCause.BATTERY))
                 battery = ChangeCause.BATTERY
                 self.emit(records.Service(self.tick, self._robot(i), False, battery))
-                self.why = Reason.SERVICE
             case now.Served(i, active, cause):
                 self.emit(records.Service(self.tick, self._robot(i), active, ChangeCause(cause)))
                 if active and before.robots[i].objective != self.team.members[i].objective:
                     self.told[i] = None  # the judge suspends its duty until a line names it
-                self.why = Reason.SERVICE
             case now.Assigned(i, objective, cause, within, own=own):
                 about = self._robot(i), objective, own, ChangeCause(cause), within
                 self.emit(records.NewObjective(self.tick, *about))
                 self.told[i] = objective if own else self.told[i]
-                self.why = Reason.OBJECTIVE
             case now.Looked(i, known, places):
                 told, me = dict(before.robots[i].known), self._robot(i)
                 for (j, what), regions in zip(known, places, strict=True):
@@ -199,7 +188,6 @@ class Recorder:
                         self.emit(records.Belief(self.tick, me, self._robot(j), seen, regions))
             case now.Declared(k):
                 self.emit(self._blocked(k, BlockReason.OPERATOR))
-                self.why = Reason.BLOCKED
             case now.Intervened(what, i, k, pose, objective) if self.team.live:
                 robot = None if i is None else self._robot(i)
                 obstacle = None if k is None else self._name(k)
@@ -277,7 +265,6 @@ class Recorder:
         truths, stages = dict(event.truths), dict(event.stages)
         i, obstacles = event.robot, self.team.obstacles
         at = before.robots[i].pose % self.team.size
-        self.why = Reason.RESOLVED if truths else Reason.REQUEST
 
         def parts(k: int) -> range:
             if k not in stages or (k in truths and len(obstacles[k].needs) == 1):
@@ -336,7 +323,6 @@ class Recorder:
         self.emit(records.Appeared(self.tick, self._name(k), cause))
         if self.team.obstacles[k].ordered:
             self.emit(records.Ordered(self.tick, self._name(k), cause))
-            self.why = Reason.REQUEST
         if truth is not None:
             self.emit(records.Truth(self.tick, self._name(k), truth, cause))
 
@@ -359,13 +345,12 @@ class Recorder:
             self._stack(after, control)
         if goes_on or gives_up or control.new:
             self._duties([robot.objective for robot in after.robots])
-        why = self.why if self.tick else Reason.INITIAL
         for failed in control.failed:
-            self.emit(synthesis_line(self.tick, why, failed, self.team.world))
+            self.emit(synthesis_line(self.tick, failed, self.team.world))
         for i in control.new:
             controller = control.controllers[i]
             if controller is not None:
-                self.emit(synthesis_line(self.tick, why, controller, self.team.world))
+                self.emit(synthesis_line(self.tick, controller, self.team.world))
         for state, event in decided:
             if isinstance(event, now.Counted):
                 i = event.robot  # no line records a duty that a later decision replaces

@@ -220,7 +220,7 @@ def told_by_signals(trace: Sequence[Line]) -> list[str]:
             blocked.add(line["robot"])
         elif line["type"] == "resumed":  # robots may have been interrupted in their steps
             blocked.update(robot["name"] for robot in trace[0]["scenario"]["robots"])
-        if line["type"] != "synthesis" or line["reason"] == "initial":
+        if line["type"] != "synthesis" or line["tick"] == 0:
             continue
         if line["robot"] not in blocked:
             found.append(f"tick {line['tick']}: {line['robot']} again: {line['reason']}")
