@@ -20,7 +20,7 @@ from safenav.team import state as now
 from safenav.team.acts import acts_on, participants
 from safenav.team.apply import apply, initial
 from safenav.team.state import Is, ObstacleNow, RobotNow, Stage
-from safenav.team.team import Team, introduced, pace_on, team_of
+from safenav.team.team import Team, based, introduced, pace_on, team_of
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.poses import Pose
@@ -186,11 +186,7 @@ class SimulatedWorld:
 
     def follow(self, team: Team) -> None:
         """Let robots take the loads that they can deliver under their current rules."""
-        needs = {each.name: each.needs for each in team.obstacles}
-        obstacles = (
-            replace(each, needs=needs.get(each.name, each.needs)) for each in self._team.obstacles
-        )
-        self._team = replace(self._team, members=team.members, obstacles=tuple(obstacles))
+        self._team = based(replace(self._team, members=team.members), {})
 
     def remove(self, name: str) -> bool:
         """Remove an obstacle immediately; return whether it was there."""
