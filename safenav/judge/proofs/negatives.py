@@ -79,37 +79,36 @@ class Enumeration:
     def starts(self) -> Iterator[_State]:
         poses = tuple(self.case.now[name] for name in self.robots)
         for left in product(*map(self._begins, self.robots, self.targets)):
-            yield self._settled(_State(poses, left, self.opened))
+            yield from self._settled(_State(poses, left, self.opened))
 
     def _begins(self, name: str, targets: list[Poses]) -> list[Left]:
         """Return the goals that a robot may have left."""
         robot, own = self.case.state.robots[name], self.case.state.robots[name].own
-        left, first = self._left(own, targets, robot.progress)
+        found = self._left(own, targets, robot.progress)
         here = [k for k, target in enumerate(targets) if self.case.at[name] in target]
-        firsts: Iterable[int] = [first]
         if own.strict and own.literal and robot.progress.turn is None:
-            firsts = [first, *here]
-        elif own.strict and not own.literal and not robot.progress.goals and targets:
-            every = [first] if len(targets) == 2 else range(len(targets))
-            # The target where it acts counts first, as the action ends.
-            firsts = (here if robot.acts else ()) or every
-        return [(left, k) for k in firsts]
+            return found + [(found[0][0], k) for k in here]
+        acts = robot.acts and own.strict and not own.literal and not robot.progress.goals
+        # The target where it acts counts first, as the action ends.
+        return [(found[0][0], k) for k in here if acts] or found
 
-    def _left(self, own: Objective, targets: list[Poses], progress: Progress) -> Left:
-        """Return the goals that are left after some progress."""
+    def _left(self, own: Objective, targets: list[Poses], progress: Progress) -> list[Left]:
+        """Return the goals that may be left after some progress."""
         wanted, count = self.case.state.scenario.until.rounds, len(targets)
         rounds = progress.rounds(own, self.case.state.tick)
         if not targets:
-            return 0, 0
+            return [(0, 0)]
         if own.ends:
             first = min(progress.turn or 0, count - 1)
-            return (count - first) * (not progress.ended(own)), first
+            return [((count - first) * (not progress.ended(own)), first)]
         if own.settles:
-            return int(rounds < 1), 0
+            return [(int(rounds < 1), 0)]
         if not own.ordered:
-            return max(wanted - rounds, 0), progress.seen
-        either = own.strict and not own.literal and not progress.goals and count == 2
-        return max(wanted * count - progress.goals, 0), EITHER if either else progress.turn or 0
+            return [(max(wanted - rounds, 0), progress.seen)]
+        goals = max(wanted * count - progress.goals, 0)
+        if own.strict and not own.literal and not progress.goals:
+            return [(goals, k) for k in (range(count) if count > 2 else [EITHER])]
+        return [(goals, progress.turn or 0)]
 
     def _successors(self, state: _State) -> Iterator[_State]:
         s, at = self.case.state, dict(zip(self.robots, state.poses, strict=True))
@@ -128,7 +127,7 @@ class Enumeration:
             for to in self.case.steps[name].get(at[name], ()):
                 if to[0] not in taken and (back is None or to[0] in (back, at[name][0])):
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
-                    yield self._settled(_State(poses, state.left, state.opened), k)
+                    yield from self._settled(_State(poses, state.left, state.opened), k)
 
     def _is_complete(self, state: _State) -> bool:
         """Return whether each robot has met all goals, is at its last target if it settles there,
@@ -146,23 +145,23 @@ class Enumeration:
         outside = pose[0] not in self.case.walls(name, opened)
         return outside and self.case.can_continue(name, frozenset([pose]), opened)
 
-    def _settled(self, state: _State, moved: int | None = None) -> _State:
-        """Return the state after all actions, then all goals, of the robots where they stand."""
+    def _settled(self, state: _State, moved: int | None = None) -> Iterator[_State]:
+        """Yield the states after all actions, then all goals, of the robots where they stand. A
+        resolution restarts rounds: patrols may begin with any target, others keep their order."""
         needs = (need for one in state.opened for need in one.left)
         regions = frozenset(region for need in needs for region in need.regions)
         places = tuple(p[0] if p[0] in regions else ELSEWHERE for p in state.poses)
-        after, left = self._acted(state.opened, places), state.left
+        after, lefts = self._acted(state.opened, places), iter([state.left])
         flat = self.case.state.flat_type
-        restarts = any(not one.left and one.order[0] != flat for one in after)
+        if restarts := any(not one.left and one.order[0] != flat for one in after):
+            fresh = (Progress(turn=turn) for _, turn in state.left)
+            lefts = product(*map(self._left, self.owns, self.targets, fresh))
         opened = tuple(one for one in after if one.left)
-        if restarts:
-            fresh = (Progress(turn=turn) for _, turn in left)  # the order is kept
-            left = tuple(map(self._left, self.owns, self.targets, fresh))
-        robots = range(len(left)) if restarts or moved is None else [moved]
-        now = [*left]
-        for k in robots:
-            now[k] = _met(self.owns[k], self.targets[k], state.poses[k], left[k])
-        return _State(state.poses, tuple(now), opened)
+        for left in lefts:
+            now = [*left]
+            for k in range(len(left)) if restarts or moved is None else [moved]:
+                now[k] = _met(self.owns[k], self.targets[k], state.poses[k], left[k])
+            yield _State(state.poses, tuple(now), opened)
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
         """Return the obstacles after all actions. Loads are taken last, begun ones before others,

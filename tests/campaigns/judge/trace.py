@@ -220,10 +220,10 @@ def told_by_signals(trace: Sequence[Line]) -> list[str]:
             blocked.add(line["robot"])
         elif line["type"] == "resumed":  # robots may have been interrupted in their steps
             blocked.update(robot["name"] for robot in trace[0]["scenario"]["robots"])
-        if line["type"] != "synthesis" or line["tick"] == 0:
+        if line["type"] != "synthesis" or line["tick"] == 0 or line["verdict"] != "realizable":
             continue
         if line["robot"] not in blocked:
-            found.append(f"tick {line['tick']}: {line['robot']} again: {line['reason']}")
+            found.append(f"tick {line['tick']}: {line['robot']} again")
         blocked -= {line["robot"]}
     return found[:1]
 
