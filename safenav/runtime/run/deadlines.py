@@ -272,7 +272,8 @@ def _charge_words(team: Team, member: Member, energy: Energy, pose: int, need: f
     text = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
     if energy.charging(pose):
         text = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
-    return f"{text} from which it can continue"
+    lack = "" if energy.chargers else "; the scenario has no 'chargers'"
+    return f"{text} from which it can continue{lack}"
 
 
 def _orders(team: Team, member: Member, pose: int) -> Orders:
