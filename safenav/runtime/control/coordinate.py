@@ -21,7 +21,7 @@ from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE, driven
 from safenav.team.apply import apply, done, initial, on_own, orders_ahead, stands
-from safenav.team.floor import charged, floor_now, stages_of
+from safenav.team.floor import Floor, charged, floor_now, floor_with, stages_of
 from safenav.team.state import State
 from safenav.team.team import Member, Team, hearing, without_memory
 from safenav.trace.words import listed
@@ -38,7 +38,8 @@ class Control(Struct, frozen=True):
     robots that wait for a strategy, because of ``asked``; ``thinks``: whether the plan is still
     being computed; ``helped``: whether a change may have made a failed resolution possible.
     ``vain``: obstacles that a robot was to resolve without a strategy for that, by these ``failed``
-    syntheses. ``left``: obstacles left to robots with strategies, though others had to help."""
+    syntheses. ``left``: obstacles left to robots with strategies, though others had to help.
+    ``waits``: whether the plan is only for the time until a change."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -53,6 +54,7 @@ class Control(Struct, frozen=True):
     failed: tuple[Controller, ...] = ()
     vain: tuple[int, ...] = ()
     left: frozenset[int] = frozenset()
+    waits: bool = False
 
     def controller(self, i: int) -> Controller | None:
         return self.controllers[i] if self.controllers else None
@@ -87,6 +89,8 @@ class Decision:
             if question == before.asked and not self.answers.ready:
                 self.answers.keep()
                 return control
+            if before.waits and state.plan is not None:
+                self._decide(now.Planned(None))
             self._give_up()
             try:
                 control = replace(self._settled(before), left=before.left)
@@ -102,7 +106,7 @@ class Decision:
             self._tell(before, control)
             control = replace(control, question=_question(self.team, self.state))
         if control.end is not None:
-            return control
+            return self._waiting(control, before)
         try:
             end = _out_of_service(self.team, self.state, control)
             if end is None and (left := _left(self.team, self.state, control)):
@@ -111,7 +115,8 @@ class Decision:
         except Pending:
             return replace(control, thinks=True)
         aside = self.decided and _question(self.team, self.state) != control.question
-        return self._again(control) if aside and control.end is None else control
+        again = aside and control.end is None
+        return self._again(control) if again else self._waiting(control, before)
 
     def _again(self, control: Control) -> Control:
         """Return the intentions that follow from a first part of this decision."""
@@ -255,6 +260,39 @@ class Decision:
             new=tuple(made),
         )
 
+    def _waiting(self, control: Control, before: Control) -> Control:
+        """Give robots a plan for the time in which the team begins to wait for a change."""
+        if not self.coming or control.end is None or control.end == before.end:
+            return replace(control, waits=control.waits and control.end is not None)
+        plan = self._meantime()
+        if plan is not None or self.state.plan is not None:
+            self._decide(now.Planned(plan))
+        return replace(control, waits=plan is not None)
+
+    def _meantime(self) -> now.Plan | None:
+        """Return a plan of the robots that can complete their rounds although all others stand and
+        open obstacles stay, and that can undo each of their steps."""
+        team, state = self.team, self.state
+        asked = {i for each in state.obstacles if each.known for i, _ in each.asked}
+        going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
+        left: list[int] | None = None
+        if team.charged or self.answers.background:
+            return None
+        while going and going != left:
+            left, every = going, enumerate(state.robots)
+            out = frozenset((i, robot.next) for i, robot in every if i not in going)
+            sealed = state.sealed.union(state.gates)
+            floor = floor_with(hearing(team, state.inputs), state, (), sealed, out)
+            going = [i for i in going if not floor.graphs[i].one_way and _meets(floor, state, i)]
+        if not going or floor.completed(joint := joint_now(state, floor), frozenset()):
+            return None
+        answer = self.answers.plan(floor, joint, (), state)
+        if not isinstance(answer, Found) or answer.first:
+            return None
+        pairs = zip(answer.plan.ways, state.robots, strict=True)
+        ways = tuple(way or (now.Waypoint(robot.next),) for way, robot in pairs)
+        return replace(answer.plan, ways=ways, part=True)
+
     def _planned(self, control: Control) -> ends.End | None:
         """Give the robots that share a floor a plan if they need one; return the end of the run if
         no plan exists. Raises Pending."""
@@ -385,6 +423,12 @@ def _left(team: Team, state: State, control: Control) -> frozenset[int]:
     open_ = {floor.gates[g]: g for g in floor.open(stages)}
     lone = frozenset(team.lone)
     return frozenset(k for k in waits if k in open_ and lone & {*floor.able(open_[k], stages)})
+
+
+def _meets(floor: Floor, state: State, i: int) -> bool:
+    """Return whether a robot reaches all its targets although others stand."""
+    reached = floor.graphs[i].closure(1 << state.robots[i].next, floor.floors[i])
+    return all(reached & target for target in floor.team.members[i].targets)
 
 
 def _is_timed(member: Member, pose: int) -> bool:

@@ -227,7 +227,10 @@ class Run(Situation):
         """Return whether a robot may move: while the team waits only some do."""
         if self.control.end is None:
             return True
-        return self.world.pause(self) is not None and decide.continues(self, i)
+        pause = self.world.pause(self)
+        if self.team.members[i].planned:  # by its plan for that time
+            return pause is not None and pause[1] is not None and self.control.waits
+        return pause is not None and decide.continues(self, i)
 
     def action(self, i: int) -> Action | None:
         """Return the action of a robot where it stands. While the team waits for an operator, only
