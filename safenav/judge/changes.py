@@ -106,32 +106,32 @@ def _by_inputs(robot: str, s: State) -> Line:
     return found
 
 
-@rule("move", "depart", "outcome")
+@rule("move", "depart", "act", "outcome")
 def due_changes(e: Line, s: State) -> Iterator[str]:
-    """A simulated world lets obstacles appear and disappear, and applies changes and inputs, at
-    the times of the scenario."""
+    """A simulated world lets obstacles appear and disappear, and applies inputs, at the times of
+    the scenario. Changes of robots apply at these times in each world."""
     first = s.live or e.robot == s.names[0]  # in lockstep, before the first robot's turn
     ends = e.outcome in (None, "completed", "operator_needed")
-    if s.external or not first or not ends:
+    if not first or not ends:
         return
     now = s.now(e)
 
     def due(at: float | None) -> bool:
         return at is not None and (at < now or (at == now and not s.live))
 
-    for one in s.coming:
+    for one in s.coming if not s.external else ():
         stays = (one.goes is None or now < one.goes) and not s.obstacles[one.name].open
         if due(one.appears) and stays and (one.ordered or not _taken(one.region, now, s)):
             yield f"{one.name} does not appear by {now:g}"
-    for one in s.obstacles.values():
-        if one.open and due(one.goes):
+    for one in s.obstacles.values() if not s.external else ():
+        if one.present and due(one.goes):
             yield f"{one.name} does not disappear by {now:g}"
     for change in s.changes:
         if due(change.at) and change.objective is not None:
             yield f"{change.robot} does not get its objective at {change.at}"
         elif due(change.at) and change.active is s.robots[change.robot].out:
             yield f"the service of {change.robot} does not change at {change.at}"
-    for each in s.scenario.inputs:
+    for each in s.scenario.inputs if not s.external else ():
         on = s.inputs[each.name]
         if each.name not in s.by_user and on is not _is_on(each, now):
             yield f"{each.name} must be {'off' if on else 'on'} at {now:g}"

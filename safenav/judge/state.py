@@ -425,7 +425,7 @@ class State:
 
     def is_empty(self, robot: Robot, now: float) -> bool:
         """Return whether a robot's charge does not suffice for a step, off the chargers."""
-        if robot.charge is None or robot.pose[0] in self.scenario.chargers:
+        if robot.charge is None or robot.filled or robot.pose[0] in self.scenario.chargers:
             return False
         return bool(self.charge(robot, now) < robot.data.battery.move)
 

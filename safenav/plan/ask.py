@@ -136,17 +136,22 @@ def _ask(
 ) -> Found | Deadlock | Unserved | None:
     search = _search(floor, joint, frozenset(served), seed, check)
     reached = answer = _answer(search, check)
-    may_turn = any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)
+    restarts = any(floor.gate(g).restarts for g in floor.open(joint.stages))
+    either = (i for i in floor.robots if floor.team.members[i].either)
+    may_turn = any(restarts or joint.counts[i][1] == 0 for i in either)
     if isinstance(answer, Exhausted) and may_turn:
-        freer = _search(replace(floor, either=True), joint, frozenset(served), seed, check)
-        answer = _answer(freer, check)
+        free = replace(floor, either=True)
+        here = free.settled(joint.poses, joint.counts, joint.stages)
+        answer = _answer(_search(free, here, frozenset(served), seed, check), check)
         if isinstance(answer, list) and not isinstance(answer, Exhausted):
-            first = tuple(_first(floor, answer))
+            first = tuple(_first(floor, [joint, *answer]))
             counts = list(joint.counts)
             for i, memory in first:
                 counts[i] = memory, 0
             begun = floor.settled(joint.poses, tuple(counts), joint.stages)
-            return Found(shortened(floor, [[begun, *answer[1:]]], frozenset(served)), first)
+            plan = shortened(floor, [[begun, *answer[1:]]], frozenset(served))
+            # A resolution ends it: then robots may begin with other targets.
+            return Found(replace(plan, foreseen=frozenset()), first)
     if answer is None or isinstance(answer, Deadlock):
         return answer
     if not isinstance(answer, Exhausted):

@@ -297,14 +297,10 @@ def _member(
     these that are on (None: unknown)."""
     every, name = [*enumerate(scenario.robots)], robot.name
     rivals = frozenset(k for k, o in every if o.name != name and robot.conflicts(o))
-    zones = tuple(
-        (
-            frozenset(k for k, o in every if o.name in each.robots - {name}),
-            region_mask(each.regions),
-        )
-        for each in scenario.never_together
-        if name in each.robots
-    )
+    near = ((each, each.robots - {name}) for each in scenario.never_together if name in each.robots)
+    apart = ((z, frozenset(k for k, o in every if o.name in others)) for z, others in near)
+    # Rivals never share a region: an entry with one region says nothing more.
+    zones = tuple((o, region_mask(z.regions)) for z, o in apart if len(z.regions) > 1 or o - rivals)
     objective, battery, energy = robot.objective, robot.model.battery, None
     planned = bool(rivals or zones or battery)
     graph = graph_of(robot, scenario.map, shared=planned and remember, on=on)

@@ -461,14 +461,14 @@ def _without(team: Team, state: State, robots: Sequence[int], left: str = "") ->
 def _why_out(team: Team, state: State, i: int) -> str:
     """Return the reason why a robot is out of service, and the robots of which it occupies a
     target."""
-    robot, where = state.robots[i], 1 << state.robots[i].pose % team.size
+    robot, where = state.robots[i], 1 << state.robots[i].next % team.size
     why = (
         [text] if (text := "its battery is empty" if robot.flat else _OUT.get(robot.cause)) else []
     )
     others = [team.members[j] for j in sorted(team.members[i].rivals) if state.robots[j].active]
     here = [m.name for m in others if any(m.graph.regions_of(t) == where for t in m.targets)]
     if here:
-        why.append(f"at {team.world.label(robot.pose % team.size)}, a target of {listed(here)}")
+        why.append(f"at {team.world.label(robot.next % team.size)}, a target of {listed(here)}")
     return f" ({'; '.join(why)})" if why else ""
 
 
