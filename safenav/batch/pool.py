@@ -120,7 +120,7 @@ class DaskCluster(Pool):
             verdict, reason = CaseVerdict.ERROR, f"on the cluster: {type(error).__name__}: {error}"
             if type(error).__name__ == "KilledWorker":
                 verdict = CaseVerdict.CRASHED
-                reason = f"the Dask workers that ran it died, one after the other: {error}"
+                reason = f"the Dask workers that ran this case died, one after the other: {error}"
             return case.result(verdict, [reason]), b""
 
     def _check_versions(self) -> None:

@@ -58,7 +58,7 @@ class ResultsFile:
             count = f" and {len(others) - 1} more" if len(others) > 1 else ""
             raise UsageError(
                 f"{directory} holds the results of another batch, of {others[0]}{count}\n"
-                "    use another --out, or remove that one; --resume adds to it"
+                "    use another --out, or remove this folder; --resume adds to its results"
             )
         self.former = found if resume else {}
         self._file.truncate(0)  # in place, since this file is locked

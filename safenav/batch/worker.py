@@ -141,7 +141,7 @@ class Worker:
             reason = f"stopped after {conditions.seconds:g} s (time limit)"
         except (EOFError, OSError):  # it is dead
             verdict = CaseVerdict.CRASHED
-            reason = f"the process that ran it died: {self._death()}"
+            reason = f"the process that ran this case died: {self._death()}"
         self.kill()
         result = case.result(verdict, [reason], self._last_words(before))
         self.end()

@@ -33,7 +33,7 @@ def check_bundle(bundle: Path) -> Judged:
     except InputError as error:  # a field that the checker does not need
         return Judged("refused", f"trace.jsonl: {error.diagnostics[0].found}")
     if told is not None:
-        return Judged("refused", f"the source is of another scenario than the trace: {told}")
+        return Judged("refused", f"the source is not the scenario of the trace: {told}")
     left = [each for each in found.not_compared if each != UNCOMPARED[SOURCE]]
     return dataclasses.replace(found, not_compared=left)
 
@@ -72,7 +72,7 @@ def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
         wrong = next(_differences(plain(read), plain(header.scenario)), None)
         if wrong is None and sources.keys() <= used:
             return None
-        told = wrong or f"it does not use {min(sources.keys() - used)}"
+        told = wrong or f"the scenario does not use {min(sources.keys() - used)}"
     return told
 
 
@@ -112,7 +112,7 @@ _GROUPS = (
 )
 """Groups of claims: heading, kinds."""
 _LIMITS = (
-    "The truth of the trace: the program that it judges wrote it.",
+    "The truth of the trace: the program that is judged wrote it.",
     "The world model: robots move as specified, detect obstacles before entering them, and their "
     "actions succeed.",
     "Time: no claim states when a goal is met, only that it is met infinitely often.",

@@ -234,15 +234,15 @@ Cols = Annotated[int | None, COUNT, "--cols N", "Columns of a map file."]
 Html = Annotated[Path | None, Output(".html"), "Write the replay as one HTML page."]
 Live = Annotated[bool, "Watch the run in a browser."]
 MaxTicks = Annotated[
-    int | None, click.IntRange(1, 2**31 - 1), "--max-ticks N", "Stop after these ticks."
+    int | None, click.IntRange(1, 2**31 - 1), "--max-ticks N", "Maximum number of ticks."
 ]
-NoMap = Annotated[bool, "Leave out the map of the start."]
+NoMap = Annotated[bool, "Do not print the initial map."]
 Operator = Annotated[bool, "Prompt for interventions in a live run, also without a terminal."]
 Robot = Annotated[str | None, "--robot NAME", "Only this robot."]
 Rows = Annotated[int | None, COUNT, "--rows N", "Rows of a map file."]
-Share = Annotated[float | None, range_of("x", 0, 1), "Blocked share of a wall."]
+Share = Annotated[float | None, range_of("x", 0, 1), "Maximum blocked share of a free region."]
 Side = Annotated[float | None, range_of("m", 0, 1e6, beyond=True), "Side of a region in metres."]
-TimeLimit = Annotated[float | None, SECONDS, "Stop after these seconds (of a live clock)."]
+TimeLimit = Annotated[float | None, SECONDS, "Time limit in seconds (live: on its clock)."]
 Trace = Annotated[Lines, "Write the trace (JSON Lines)."]
 
 

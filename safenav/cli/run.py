@@ -70,9 +70,9 @@ def run(
         from safenav.studio.session import Studio
 
         if trace == PRINTED:
-            raise UsageError("--trace - requires a run at the terminal, without --live")
+            raise UsageError("--trace - requires a run without --live")
         unread = ("html", "as_json", "max_ticks", "time_limit", "operator", "no_map")
-        options.refuse("a run at the terminal, without --live", *unread)
+        options.refuse("a run without --live", *unread)
         serve(Studio.of_run(scenario, seed, trace, clock))
         return ExitCode.OK
     plan = load_scenario(scenario)
@@ -160,7 +160,7 @@ def drive(
     as_json: options.AsJson,
     no_map: options.NoMap,
     time_limit: options.TimeLimit,
-    patience: Annotated[float, options.SECONDS, "Longest wait for each robot."] = 10.0,
+    patience: Annotated[float, options.SECONDS, "Longest wait for robots to answer."] = 10.0,
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""

@@ -104,7 +104,7 @@ def synth(
         "-o --output",
         "Write into this folder; -: print the strategy of one robot.",
     ],
-    measures: Annotated[Path | None, options.Output(), "Write the measures of a specification."],
+    measures: Annotated[Path | None, options.Output(), "Write the measures (specifications only)."],
     avoiding: Annotated[bool, "Avoid the other robots (without coordination)."],
     as_json: options.AsJson,
 ) -> int:
@@ -114,7 +114,7 @@ def synth(
     if given.kind == "specification":
         options.refuse("scenarios", "robot", "avoiding")
         return _of_specification(given, output, measures, as_json)
-    options.refuse("a specification; -o writes that of each robot", "measures")
+    options.refuse("a specification; -o writes the specification of each robot", "measures")
     plan, refused, wanted = options.loaded(given, robot)
     if str(output) == "-" and len(wanted) > 1:
         raise errors.UsageError(

@@ -54,7 +54,7 @@ RosName = Annotated[str, _in_ros(NAME)]
 class ScanUse(Part, frozen=True):
     """A lidar that finds obstacles in the regions beside the robot."""
 
-    obstacle: Type = key("The type at the end of a ray.", "a type of obstacle")
+    obstacle: Type = key("The type of the obstacles that it reports.", "a type of obstacle")
     topic: RosName = "scan"
 
 
@@ -62,7 +62,7 @@ class TfUse(Part, frozen=True):
     """A pose from TF (from ``map`` to the robot's ``frame``) instead of odometry."""
 
     topic: Annotated[
-        str, _in_ros(NAME, "The topic of transforms; of static ones: with _static.")
+        str, _in_ros(NAME, "The topic of transforms; TOPIC_static has the static ones.")
     ] = "tf"
     frame: Annotated[str, _in_ros(NAME, "The frame of the robot.")] = "base_link"
 

@@ -13,7 +13,7 @@ from safenav.judge.lines import Line, Objective
 from safenav.judge.world import World
 
 EXTERNAL = (
-    "A world of the user's ran it: what it reports is trusted, what it never showed may be absent."
+    "The user's world ran it: its reports are trusted; obstacles never reported may be absent."
 )
 """The reservation about a run whose world is not simulated."""
 DECIMALS = 9

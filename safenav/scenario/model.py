@@ -128,7 +128,7 @@ class Failures(Part, frozen=True):
     example: ClassVar = "{retries: 3}"
     retries: int = key("Number of retries of a failed move into a region.", default=2)
     then: FailedMoves = key(
-        "Then the region is an obstacle, or the robot is out of service.",
+        "After the retries, the region is an obstacle, or the robot is out of service.",
         default=FailedMoves.OBSTACLE,
     )
     most: int = key(
@@ -136,7 +136,7 @@ class Failures(Part, frozen=True):
     )
     actions: int = key("Failed actions after which another robot helps.", least=1, default=2)
     patience: float = key(
-        "Multiple of the median duration until a cancellation.", above=0, default=10.0
+        "Time limit of a command, as a multiple of the median duration.", above=0, default=10.0
     )
     timeout: float | None = key(
         "Seconds after which a command is cancelled. Default: none.", above=0

@@ -186,4 +186,4 @@ def crowd_words(floor: Floor, near: Mapping[int, Mask], word: Word) -> str:
     for i, there in near.items():
         regions.update(bits(floor.graphs[i].regions_of(there)))
     places = " and ".join(map(word, sorted(regions)))
-    return f"{listed(names)} reach only {places} for it, where they cannot all be at the same time"
+    return f"{listed(names)} can act only from {places}, where they cannot all be at the same time"

@@ -305,7 +305,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
     """Constrain moves between regions in sight: a single step, or in a live run any number."""
     world, name, size = model.watch.world, model.other.variable, model.size
     if model.watch.live:
-        origin = Origin(item, "while in sight: get to a region that it can reach", SOURCE)
+        origin = Origin(item, "while in sight: move to any region that it can reach", SOURCE)
         pieces = {model.watch.reach(1 << region) for region in _seen_regions(model)}
         for piece in sorted(pieces - {region_mask(world.free)}):
             there = f"{name}' < {size} -> {within(name, piece, prime=True)}"

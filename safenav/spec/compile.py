@@ -284,7 +284,7 @@ def _move_output() -> tuple[Variable]:
 
 def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the guarantees: never enter a busy region; and the definition of ``move``."""
-    begin = Origin(f"{task.item}.mobility", "what move says")
+    begin = Origin(f"{task.item}.mobility", "the definition of move")
     yield Constraint(Section.SYS_INIT, f"{MOVE} = 0", begin)
     yield Constraint(Section.SYS_TRANS, f"{MOVE}' = 0 <-> region' = region", begin)
     for heading in headings(world):

@@ -119,10 +119,10 @@ class Weakening(StrEnum):
     TURNED = "from its pose it cannot begin with the target whose turn it is"
     CORRIDOR = "the corridor leaves no other path"
     MOBILITY = "its mobility leaves no other path"
-    RULES = "what it avoids or always keeps leaves no other path"
+    RULES = "its 'avoid' and 'always' leave no other path"
     OBSTACLES = "the known obstacles leave no other path"
     KEPT = "the team could not continue from a pose on the other path"
-    SHARED = "it shares its floor with others"
+    SHARED = "it shares its floor with other robots"
     ASSIGNED = "it can be assigned another region at any time"
 
 

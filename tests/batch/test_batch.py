@@ -46,7 +46,7 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_stop_the_batch(
     results = {result["name"]: result for result in found}
     told = {
         "bad.yaml": ("invalid", "bad.yaml:3:1: not YAML"),
-        "crash.yaml": ("crashed", "the process that ran it died: killed by SIGSEGV"),
+        "crash.yaml": ("crashed", "the process that ran this case died: killed by SIGSEGV"),
         "fails.yaml": ("error", "order ü <&> ]]>"),
         "hang.yaml": ("hung", "stopped after 4 s (time limit)"),
         "other.yaml": ("different", "outcome: expected completed, got unrealizable"),
@@ -128,7 +128,7 @@ def test_a_synthesis_ends_with_the_process_that_requested_it(write: Write, slugs
         os.kill(slugs.parent(), signal.SIGTERM)
         output, _ = batch.communicate(timeout=300)
     (result,) = json.loads(output)["results"]
-    died = ["the process that ran it died: killed by SIGTERM"]
+    died = ["the process that ran this case died: killed by SIGTERM"]
     assert (result["detail"], result["reasons"]) == ("", died)
     assert slugs.all_gone()
 

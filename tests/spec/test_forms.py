@@ -113,7 +113,7 @@ def test_a_weaker_form_states_its_reason() -> None:
         "may cross a target on the way: the corridor leaves no other path"
     )
     assert concession(PATROL, ObjectiveForm(PLAIN, 0, Weakening.SHARED)) == (
-        "may cross a target on the way and wait at one: it shares its floor with others"
+        "may cross a target on the way and wait at one: it shares its floor with other robots"
     )
 
 

@@ -225,7 +225,7 @@ class Evidence:
     def _fits(self, task: Task, e: Line, s: State) -> None:
         """Refuse unless the circumstances of a synthesis are those of the run."""
         name, own, start = e.robot, s.robots[e.robot].own, s.destination(e.robot)
-        require(task.pose == start, f"it is synthesized for another start than {start}")
+        require(task.pose == start, f"the strategy of {name} does not start at {start}")
         known = [one for one in s.obstacles.values() if one.known and one.present]
         serves = any(e.objective.serves(one) for one in (s.robots[name].given, own))
         helps = any(one.open for one in known) or (e.verdict == "unrealizable" and s.tick)
@@ -236,11 +236,11 @@ class Evidence:
         walls = [one for one in known if name in one.blocks]
         closed = {region for region, _ in e.closed or ()}
         wrong = closed - own.avoid - {one.region for one in walls}
-        require(not wrong, f"it closes {sorted(wrong)}, where no obstacle is")
+        require(not wrong, f"the strategy of {name} closes {sorted(wrong)}, where no obstacle is")
         shut = (own.avoid | {one.region for one in walls if one.shut}) - closed
         require(not shut, f"{name} does not know that {sorted(shut)} are closed")
         mine, rules = (own.avoid, own.always), (e.objective.avoid, e.objective.always)
-        require(rules == mine, f"{name} is not synthesized for its own rules")
+        require(rules == mine, f"the strategy of {name} has other rules than the robot")
         same = all(s.inputs.get(name) is bool(on) for name, on in (e.inputs or {}).items())
         require(same, f"{name} assumes other inputs than those of the run")
         view, there = {*(e.sight_closed or ())}, {one.region for one in known}
@@ -299,7 +299,7 @@ class Evidence:
         goes = after != robot.pose
         if by == "plan" and goes:
             drives = self.plan and s.is_planned(e.robot)
-            require(drives, f"{e.robot} moves by a plan, but none in force drives it")
+            require(drives, f"{e.robot} moves by a plan, but no plan in force drives it")
             assert self.plan is not None
             self.plan.step(e.robot, after, s)
         require(by != "stay" or not goes, f"{e.robot} moves, but must stay")

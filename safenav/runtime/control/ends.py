@@ -182,7 +182,7 @@ def deadlocked(team: Team, state: State, found: Deadlock) -> End:
         last = f"the last target{'s' if len(stay) > 1 else ''}"
         ends = f" with {listed(stay)} at {last}" if stay else ""
         few = len(robots) < len(team.members)
-        alone = ", even without all other robots and what only they resolve" if few else ""
+        alone = ", even without other robots and obstacles that only they resolve" if few else ""
         what = f"no reachable joint state completes every objective{ends}{alone}"
         why = f"{where}: deadlock; {what}"
     proof = Proof(names, found.memory)
@@ -313,7 +313,7 @@ class Request:
             elif not self.state.robots[i].active:
                 why = "is out of service"
             elif i in self.need.strays:
-                why = "has no path to where it is put down"
+                why = "has no path to where the load is put down"
             elif ticks is None or ticks >= last:
                 continue
             elif duty is not None and duty.g != self.g:

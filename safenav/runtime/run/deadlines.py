@@ -269,11 +269,11 @@ def _charge_words(team: Team, member: Member, energy: Energy, pose: int, need: f
     battery, here, name = energy.battery, team.world.word(pose % team.size), member.name
     if need <= battery.capacity:
         return f"{name} needs a charge of {ceil(need)} at {here}, and has {battery.start}"
-    text = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
+    text = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no"
     if energy.charging(pose):
-        text = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
+        text = f"from the charger {here} (full: {battery.capacity}), {name} reaches no other"
     lack = "" if energy.chargers else "; the scenario has no 'chargers'"
-    return f"{text} from which it can continue{lack}"
+    return f"{text} charger or target from which it can continue{lack}"
 
 
 def _orders(team: Team, member: Member, pose: int) -> Orders:

@@ -177,7 +177,7 @@ class Operator:
                 self._simulation().bring(Obstacle(kind, region, truth, appears=at))
             case Intervention("order", kind, region) if kind is not None and region is not None:
                 if kind.has_truth:
-                    raise UsageError(f"a {kind.name} has a truth, which orders do not reveal")
+                    raise UsageError(f"a {kind.name} has a truth: order a type without one")
                 if kind.blocks != frozenset():
                     raise UsageError(f"a {kind.name} stops robots: an order needs 'blocks: []'")
                 yield None
