@@ -98,7 +98,7 @@ class Following:
     # References
 
     def left(self, robot: str) -> float:
-        """Return the seconds until the end of a robot's reference; 0 if there is none."""
+        """Return the seconds until a robot's reference ends; 0 without a reference."""
         follower = self.followers.get(robot)
         if follower is None or follower.reference is None:
             return 0.0

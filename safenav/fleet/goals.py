@@ -73,7 +73,7 @@ class Goals:
         self.events.append(protocol.Sensed(self.now(), obstacle, robot, there=there))
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:
-        """Return the error message for a robot that is not where the run begins, or continues."""
+        """Return the error message for a robot that is not where the run begins or continues."""
         at, pose, name = body.place, body.pose, body.robot.name
         assert at is not None
         found = self.places.region(at.x, at.y)
@@ -137,7 +137,7 @@ class Goals:
             self.lose(body, task, f"{task.reason}; its return ended: {why}")
 
     def overdue(self, body: DrivenRobot, task: FleetTask) -> None:
-        """Continue a step whose present phase has reached its time limit."""
+        """Handle a step whose present phase has reached its time limit."""
         late = f"did not end within {self.now() - task.sent:.1f} s"
         if task.phase is Phase.LOOKING:
             self.looked(body, task)
@@ -192,12 +192,12 @@ class Goals:
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """Handle a reported arrival or return: wait until odometry, which may be later, confirms
-        it, and then until its sensors have a reading from there."""
+        it, and then until the robot's sensors have a reading from there."""
         task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
         self.confirm(body, task)
 
     def confirm(self, body: DrivenRobot, task: FleetTask) -> None:
-        """Compare the newest odometry with the robot's report."""
+        """Compare the newest odometry with the arrival or return that the robot reported."""
         to = task.start if task.back else task.to
         if task.there or self.pose_now(body) != to or not self._near(body, to.region):
             return

@@ -195,8 +195,8 @@ class FleetProgress:
         self._stages.pop(obstacle.name, None)
 
     def group(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> tuple[str, ...]:
-        """Return the robots that fulfil the next need of an obstacle now, if this robot is among
-        them. ``idle``: the regions of those that can take part."""
+        """Return the robots that can fulfil the next need of an obstacle now, if this robot is
+        among them. ``idle``: the regions of those that can take part."""
         floor, stages = self._floor(obstacle)
         need, members = floor.need(0, stages), self._team.members
         at = [idle.get(member.name) for member in members]
@@ -230,8 +230,8 @@ class FleetProgress:
 
 class TeamAction(Struct):
     """One command to act. ``on``: the obstacle of the present action; ``team``: the answers of its
-    participants; ``advanced``: obstacles with a need fulfilled, but not the last one; ``reasons``:
-    reasons of failed parts; ``need``: the need that the action must fulfil."""
+    participants; ``advanced``: obstacles of which it has fulfilled a need, but not the last one;
+    ``reasons``: reasons of failed parts; ``need``: the need that the action must fulfil."""
 
     robot: Robot
     obstacles: Sequence[Obstacle]

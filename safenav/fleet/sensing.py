@@ -125,7 +125,7 @@ class Sensing:
         )
 
     def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
-        """Keep a scan until odometry shows where it was taken: either may be late."""
+        """Keep a scan until odometry shows where it was taken: odometry or scan may be late."""
         if body.station.scan is None or scan.stamp <= body.newest:
             return
         body.newest = scan.stamp
@@ -194,7 +194,7 @@ class Sensing:
         return View.SEEN if new else View.DOUBT
 
     def _missing(self, robot: str, region: Region, stamp: float, now: float, source: str) -> None:
-        """Record that a sensor no longer sees the obstacle of a region."""
+        """Record that a sensor no longer sees the obstacle in a region."""
         self._hit.pop((region, source), None)
         others = (at for (there, _), at in self._hit.items() if there == region)
         held = region in self.acted_on or any(now - at < FRESH_SIGHT for at in others)
@@ -206,7 +206,7 @@ class Sensing:
         return now - self._resolved.get(region, -inf) < PASSED
 
     def _new(self, robot: str, region: Region, stamp: float) -> bool:
-        """Return whether a reading is newer than the last resolution in the region."""
+        """Return whether a reading is newer than the last resolution in a region."""
         return stamp > self._resolved_at.get(region, {}).get(robot, -inf)
 
     def _saw(self, robot: str, region: Region, kind: str, stamp: float) -> bool:

@@ -191,7 +191,7 @@ class Transport(Protocol):
 
 def result_of(success: bool, text: str) -> ActResult:
     """Return the result in a service's answer (std_srvs/Trigger): its message may be one of the
-    words ``done``, ``untraversable``, ``failed``, ``nothing``; else success decides."""
+    words ``done``, ``untraversable``, ``failed``, ``nothing``; otherwise ``success`` decides."""
     word = text.strip()
     if word in set(ActResult):
         return ActResult(word)

@@ -67,7 +67,7 @@ class FleetWorld:
         return f"its odometry places it in {where}, to which it was not sent"
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
-        """Return the inputs of the environment received so far."""
+        """Return the inputs of the environment that were received so far."""
         del tick
         return self._inputs
 
@@ -106,7 +106,7 @@ class FleetWorld:
         self.goals.send(body, task, task.to)
 
     def _peered(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """End a step without departure: no scan showed its next region free in time."""
+        """End a step without departure, because no scan showed the next region free in time."""
         pose, region = self.goals.pose_now(body), task.to.region
         if pose is None:
             self.goals.lose(body, task)

@@ -10,7 +10,7 @@ from safenav.judge.state import State
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
     """In a simulated world, the scenario lists the obstacle, or it is to appear by now, without an
-    end or a deadline of its own. Types of one name agree."""
+    end or a deadline of its own. Types with one name are equal."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind:
         yield f"the scenario has another type {kind.name}"
@@ -93,7 +93,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
 
 
 def unread(robot: str, own: Objective | None) -> Iterator[NotJudged]:
-    """Yield that the formulas of an objective are not judged if they have too many values."""
+    """Report that formulas of an objective with too many memory values are not judged."""
     if own is not None and own.formulas is not None and not own.formulas.whole:
         yield NotJudged(f"the formulas of {robot}: too many memory values")
 
@@ -152,8 +152,8 @@ def _is_on(each: Line, now: float) -> bool:
 
 
 def _taken(region: int, now: float, s: State) -> bool:
-    """Return whether a robot is in a region, or leaves it at this instant, or an open obstacle
-    other than an order is there."""
+    """Return whether a region holds a robot, one that leaves it at this instant, or an open
+    obstacle other than an order."""
     held = any(region in robot.holds for robot in s.robots.values())
     if held or (s.live and s.left.get(region) == now):
         return True

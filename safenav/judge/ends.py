@@ -247,7 +247,7 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
 
 
 def _proven(problems: Iterator[str]) -> Iterator[str]:
-    """Yield the errors of a proof, or that it is too large."""
+    """Yield the errors of a proof, or that the proof is too large to judge."""
     try:
         yield from problems
     except TooLargeError as error:
@@ -265,7 +265,7 @@ def counts(e: Line, robot: Robot, live: bool) -> bool:
 
 
 def meeting(e: Line, robot: Robot, live: bool) -> set[int]:
-    """Return the memories that a robot's formulas may have as it meets their goal of a line."""
+    """Return the memories that a robot's formulas may have as it meets the goal of a line."""
     formulas, here = robot.own.formulas, robot.pose
     known = robot.memories or set()
     known = formulas.lasting(known, here, robot.heard) if live else known

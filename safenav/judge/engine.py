@@ -153,8 +153,8 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
 
 
 def _find_changes(e: Line, s: State) -> None:
-    """End the due changes of the scenario whose service is already in force; for each robot, in
-    their order."""
+    """Remove the due changes of service that are already in force; each robot's changes in order,
+    up to the first that is not."""
     left, waits = list[Line](), set[str]()
     for change in s.changes:
         found = change.active is not None and change.active is not s.robots[change.robot].out

@@ -211,7 +211,7 @@ class Formulas:
         return any(self.goals[goal](self._row(before, after, *row)) for row in rows)
 
     def met_by_staying(self, pose: Pose, memory: int) -> frozenset[int]:
-        """Return the goals that a robot meets by staying in a pose with that memory."""
+        """Return the goals that a robot meets by staying in a pose with a memory."""
         row = self.values[memory]
         at = self._row(pose, pose, row, row)
         return frozenset(k for k, goal in enumerate(self.goals) if goal(at))
@@ -222,15 +222,15 @@ class Formulas:
         return {j for i, j, _ in self.steps(before, then) if i in known}
 
     def lasting(self, memories: Iterable[int], pose: Pose, heard: set[int]) -> set[int]:
-        """Return the memories that may follow some memories while the robot stays, of those
-        ``heard``."""
+        """Return the memories among ``heard`` that may follow some memories while the robot
+        stays."""
         known = {*memories}
         while more := (self.after(known, pose, pose) & heard) - known:
             known |= more
         return known
 
     def hearing(self, memories: set[int], heard: Iterable[int]) -> set[int]:
-        """Return some memories, also with the inputs of those ``heard``."""
+        """Return some memories, and the same memories with the inputs of those ``heard``."""
         own = len(self.names) - len(self.inputs)
         known = {self.values[one][:own] for one in memories}
         return memories | {one for one in heard if self.values[one][:own] in known}

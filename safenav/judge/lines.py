@@ -78,7 +78,7 @@ class Objective(Line):
 
 
 class WrongError(Exception):
-    """A value of another type than its field."""
+    """A value that does not have the type of its field."""
 
 
 def _require(holds: object, problem: str) -> None:
@@ -359,7 +359,7 @@ class Reader:
         return line
 
     def _names(self, line: Line) -> None:
-        """Require that all robots and obstacles that the line names are known."""
+        """Check that the line names only known robots and obstacles."""
         robots = {*(line.robots or ()), *(line.objectives or ()), *(line.unrealizable or ())}
         robots |= {*line.proof.robots, *(line.proof.memory or ())} if line.proof else set()
         if line.kind == "header":

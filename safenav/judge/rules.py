@@ -252,14 +252,14 @@ def actions(e: Line, s: State) -> Iterator[str]:
 
 def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
     """Return whether a robot acts, or has just acted, on an obstacle (None: any). An action that
-    names no obstacle counts for each."""
+    names no obstacle counts for every one."""
     one = robot.acts or (robot.acted[1] if robot.acted and robot.acted[0] == tick else None)
     return one is not None and obstacle in (None, *(one.obstacles or [obstacle]))
 
 
 def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
     """Return whether a robot can take part in an action on an obstacle of a simulated world.
-    ``knew``: the team knew of it as the action began, so in a live run no idle robot takes part."""
+    ``knew``: the team knew it as the action began, so in a live run no idle robot takes part."""
     if s.live and (knew or _acts(robot, one.name, s.tick)):
         return _acts(robot, one.name, s.tick)
     moves = s.live and robot.bound is not None
@@ -325,7 +325,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
 
 
 def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Iterator[str]:
-    """Yield why some robots cannot do a part. ``told``: a line records each part before it."""
+    """Yield why some robots cannot do a part. ``told``: an earlier line records each part."""
     need, who = one.rest.left[number - one.stage], frozenset(e.robots or [e.robot])
     if e.kind == "part" and e.action != need.action:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"

@@ -47,7 +47,7 @@ class Progress:
         return own.ends and self.turn == own.count
 
     def anew(self) -> Progress:
-        """Return the progress with rounds from zero: the next target stays the next."""
+        """Return the progress with the rounds reset to zero; the next target stays the next."""
         return Progress(turn=self.turn)
 
 
@@ -119,19 +119,19 @@ class Robot:
         return rests and self.pose[0] in own.last
 
     def again(self, e: Line, live: bool) -> bool:
-        """Return whether a goal line is a second one for a step, of the same goal or in turn. In
-        each pass of a live run all targets count where the robot is."""
+        """Return whether a goal line is the second one for a step, for the same goal or for goals
+        in turn. In each pass of a live run all targets count where the robot is."""
         if live:
             return self.own.kind == "ltl" and e.tick == self.met.get(e.goal)
         return bool(self.met) if self.own.in_turn else e.goal in self.met
 
     def hears(self, inputs: Mapping[str, bool]) -> set[int]:
-        """Return the memories of its formulas with these values of the inputs."""
+        """Return the memories of the robot's formulas with these values of the inputs."""
         stated = {name: inputs.get(name, 0) for name in self.own.formulas.inputs}
         return {*self.own.formulas.remembering(stated)}
 
     def follow(self, inputs: Mapping[str, bool]) -> None:
-        """Begin to follow the memories of its formulas, unless they have too many."""
+        """Begin to follow the memories of the robot's formulas, unless there are too many."""
         formulas, self.memories = self.own.formulas, None
         if self.own.kind == "ltl" and formulas.whole:
             self.heard = self.hears(inputs)
@@ -442,8 +442,8 @@ class State:
         return robot.bound, self.world.side(robot.pose[0], robot.bound) if robot.faces else None
 
     def is_planned(self, robot: str) -> bool:
-        """Return whether joint plans drive a robot: it has rivals, shares a zone or has a battery,
-        of which a strategy does not know."""
+        """Return whether joint plans drive a robot: it has rivals, shares a zone, or has a battery,
+        none of which a strategy observes."""
         return bool(self.mates[robot] or self.robots[robot].data.battery)
 
     def memories(self, robot: Robot) -> set[int]:
@@ -453,7 +453,7 @@ class State:
 
     def arriving(self, robot: Robot, known: Iterable[int] | None = None) -> set[int]:
         """Return the memories that a robot's formulas may have where it is or, in transit, will
-        arrive, given those of now."""
+        arrive, given the present ones."""
         known = self.memories(robot) if known is None else {*known}
         if robot.bound is None:
             return known

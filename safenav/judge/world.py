@@ -101,7 +101,7 @@ class World:
         return False
 
     def show(self, region: int) -> str:
-        """Return a region as people read it: ``47 (3, 8)``."""
+        """Return a region for messages: ``47 (3, 8)``."""
         if not 0 <= region < self.size:
             return f"{region} (off the map)"
         return f"{region} ({', '.join(map(str, divmod(region, self.cols)))})"

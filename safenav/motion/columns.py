@@ -50,8 +50,7 @@ def columns_at(motion: file.Motion, robot: str, times: Array) -> Columns:
 
 
 def sampled(pieces: Sequence[file.Moving], times: Array, limits: Mapping[str, object]) -> Columns:
-    """Return the columns of pieces that follow one another, at ascending times, in the map's
-    frame."""
+    """Return the columns of consecutive pieces at ascending times, in the map's frame."""
     names = WALKER if any(isinstance(piece, file.Segment) for piece in pieces) else BODY
     table = np.zeros((len(times), len(names)))
     begins = np.array([piece.t0 for piece in pieces])

@@ -75,7 +75,7 @@ def limits_of(height: float) -> dict[str, float]:
 
 
 def described(robot: Robot) -> dict[str, object]:
-    """Return how a robot moves, for the header; nothing if it has no motion in metres."""
+    """Return the entry of a robot in the header; empty if it has no motion in metres."""
     if (figures := robot.model.figures) is None:
         return {}
     own = limits_of(figures.walker.height) if figures.kind == "walker" else {}

@@ -57,7 +57,7 @@ def _header(trace: Trace, floor: MetricFloor) -> file.MotionHeader:
 
 
 def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
-    """Raise UsageError if the trace itself breaks a rule: motion is made of valid runs only."""
+    """Raise UsageError if the trace itself breaks a rule: only valid runs have a motion."""
     from safenav.run.checked import check_trace  # imported here: it is slow
 
     if found := check_trace(trace).findings:
@@ -133,7 +133,7 @@ SLACK = 1e-6
 def scheduled(
     trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
 ) -> tuple[tuple[file.Line, ...], file.MotionOutcome]:
-    """Return the lines of the motion by which these movers, whose time is 0, carry out a trace.
+    """Return the lines of the motion by which these movers, starting at time 0, carry out a trace.
     Raises InputError if they cannot: a step leaves too little time, or a robot changes its region
     without a step."""
     run = _Schedule(trace, floor, movers)
@@ -242,8 +242,8 @@ class _Schedule:
     def _faced(
         self, mover: Mover, tick: int, region: int, begin: float, end: float
     ) -> list[file.Moving]:
-        """Come to rest and face a region by ``end``. If there is too little time, do not turn; if
-        there is none, stay where the robot has acted."""
+        """Come to rest and face a region by ``end``. If the time is too short, do not turn; without
+        any time, stay where the robot has acted."""
         near = region == mover.region and begin < mover.time + SLACK
         for stays, towards in ((near, region), (near, mover.region), (True, mover.region)):
             ready = copy(mover)

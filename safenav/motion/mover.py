@@ -52,7 +52,7 @@ class Mover(ABC):
         return self.rest(tick, until) if until > self.time + AT_ONCE else []
 
     def halt(self, tick: int) -> list[Moving]:  # noqa: ARG002
-        """Come to rest within the region."""
+        """Come to rest within the robot's region."""
         return []
 
     def face(self, tick: int, region: int) -> list[Moving]:  # noqa: ARG002

@@ -51,8 +51,8 @@ class PartDone(Struct, frozen=True):
 
 
 def parts_done(trace: Trace) -> dict[int, PartDone]:
-    """Return the parts of needs that robots have done, by the index of the line that records
-    each."""
+    """Return the parts of needs that robots have done, each by the index of the line that records
+    it."""
     found: dict[int, PartDone] = {}
     obstacles, at = trace.obstacles, {n: r.start.region for n, r in trace.robots.items()}
     for index, record in enumerate(trace.records):
@@ -264,7 +264,7 @@ class _SerialRun:
             yield from (self._left[region].get(other, 0.0) for region in regions)
 
     def _do(self, record: Does, done: PartDone) -> None:
-        """Let robots act on an obstacle where they are, after all activities until then."""
+        """Let robots act on an obstacle where they are, after all earlier activities."""
         begin, team, obstacle = self._since, done.team, done.obstacle
         part = isinstance(record, records.Part) and record.missing
         results = {} if part else {obstacle.name: ActResult.DONE}

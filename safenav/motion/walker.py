@@ -180,13 +180,13 @@ def _local(
 
 
 def stance(segment: Segment) -> int:
-    """Return the foot on the ground at the end of a segment; 0 if both are."""
+    """Return the foot on the ground at the end of a segment; 0 if both feet are."""
     end = segment.t1 - segment.t0 - AT_ONCE
     return sum(foot.side for foot in segment.feet if foot.up > end)
 
 
 def _phases(durations: Array, pressures: Array) -> tuple[PressurePhase, ...]:
-    """Return the phases of a centre of pressure with these knots (phases + 1, 2)."""
+    """Return the phases of a centre of pressure between these knots (phases + 1, 2)."""
     ends = pairwise(pressures.tolist())
     return tuple(
         PressurePhase(s, *a, *b) for s, (a, b) in zip(durations.tolist(), ends, strict=True)

@@ -1,4 +1,4 @@
-"""One question with one answer: can the team complete its mission from here, and how?
+"""Search for a plan or a proof: whether the team can complete its mission from a state.
 
 ``ask`` gives a plan, a proof, or nothing: its budget is exhausted. It depends on the floor, the
 joint state and the served requests only, and is remembered by them.
@@ -120,8 +120,8 @@ def _continued(
 def _goes_on(
     more: Floor, joint: Joint, found: Found, seed: int, check: Callable[[], None], work: int = 0
 ) -> bool:
-    """Return whether the team can complete one round ``more`` after a plan: a robot that cannot go
-    back may otherwise end where it has no room to turn around."""
+    """Return whether the team can complete one round ``more`` after a plan: otherwise a robot that
+    cannot turn back may end where it has no room to turn around."""
     if not more.one_way:
         return True
     ticks = None if found.first else preview(more, found.plan, joint)
@@ -188,7 +188,7 @@ def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
-    """Return the answer of a search or, if that is not soon found, the proof for a few robots."""
+    """Return the answer of a short search, else a proof for a few robots, else of a long search."""
     answer = search.run(1)
     if answer is not None:
         return answer
@@ -309,7 +309,7 @@ def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None
 
 
 def _helpers(floor: Floor, joint: Joint, g: int) -> frozenset[int]:
-    """Return the robots that may take part in the needs of an obstacle that are left."""
+    """Return the robots that may take part in the remaining needs of an obstacle."""
     needs = range(joint.stages[g].need, len(floor.gate(g).needs))
     each = (floor.skilled(g, put(joint.stages, g, Stage(stage))) for stage in needs)
     return frozenset[int]().union(*each)

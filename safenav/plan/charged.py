@@ -132,7 +132,7 @@ class ChargedSearch(Search):
 
     def legs(self) -> Iterator[list[Joint]]:
         """Yield plans for a part of the mission, preferred ones first: at least half of the path to
-        the greatest progress found, and more of it while the charge of all robots is ample."""
+        the greatest progress found; more of it if all robots keep ample charge."""
         begun, way = self.progress(self.start), self.furthest
         half = range(len(way) // 2, len(way))
         left = {
@@ -149,7 +149,7 @@ class ChargedSearch(Search):
             yield spare / energy.battery.capacity
 
     def singles(self, budget: int) -> Answer:
-        """Return None: a complete search would examine each charge of a state."""
+        """Return None: a complete search would have to examine each possible charge of a state."""
         del budget
         return None
 
@@ -230,7 +230,7 @@ class ChargedSearch(Search):
         return tuple(found)
 
     def fits(self, joint: Joint) -> bool:
-        """Return whether the charges may still suffice."""
+        """Return whether each charge is at least what its robot alone needs."""
         return all(
             joint.charges[i] >= self._least(i, joint.poses[i], joint.counts[i])
             for i in self.energies

@@ -1,4 +1,4 @@
-"""The execution of a plan: when each robot takes its steps, and which charge it then has.
+"""The execution of a plan: the times of each robot's steps, and its charges at these times.
 
 Plans state the order of steps, not their times. A robot leaves a charger as soon as it has what it
 needs until its next stop there. If a charge does not suffice, the robot waits on the charger rather
@@ -40,9 +40,8 @@ def timed(
     leaves: Leaves | None = None,
     acts: Sequence[float] = (),
 ) -> list[list[float]]:
-    """Return when each robot arrives at each place of its path, if its steps take these ``times``,
-    and its actions those of ``acts``. ``ticks``: the joint states of the plan in an order of its
-    steps."""
+    """Return when each robot arrives at each place of its path, if its steps take ``times`` and its
+    actions ``acts``. ``ticks``: the joint states of the plan in an order of its steps."""
     arrives: list[list[float]] = [[0] for _ in times]
     met, opened = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
     size, lockstep = floor.team.size, not floor.team.live  # then in turns
@@ -81,7 +80,7 @@ def mixed(floor: Floor) -> bool:
 
 
 def cost(floor: Floor, ends: Sequence[float]) -> float:
-    """Return the time of the last robot; for different speeds, the mean one counts a little."""
+    """Return the time of the last robot, plus a share of the mean time if speeds differ."""
     return max(ends) + (MEAN * sum(ends) / len(ends) if mixed(floor) else 0)
 
 
@@ -131,8 +130,8 @@ class Course:
         return ready
 
     def needs(self) -> Iterator[tuple[tuple[int, int], float, float]]:
-        """Yield the charge with which each robot must leave each of its places, if it waits as long
-        as here, and the time, so that it waits nowhere else until the next charger."""
+        """Yield for each place of each robot the charge and the time with which it must leave, if
+        it waits as long as here, so that it waits nowhere else until the next charger."""
         last = self.states[-1]
         for i, energy in self.energies.items():
             on, way = energy.charging(last.poses[i]), self.plan.ways[i]

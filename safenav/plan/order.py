@@ -25,8 +25,8 @@ Ticks = Sequence[tuple[int, ...]]
 
 
 def _linear(floor: Floor, joint: Joint, ticks: Ticks) -> Iterator[tuple[int, Joint, Joint]]:
-    """Yield the steps when robots go to these joint poses one at a time: the robot, and the states
-    before and after its step."""
+    """Yield the steps of robots that go to these joint poses one at a time: the robot, and the
+    states before and after the step."""
     for poses in ticks:
         for i, after in floor.sequence(joint, poses):
             yield i, joint, after
@@ -124,7 +124,7 @@ class _Stays:
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
     """Yield the robots that must not leave before certain needs are fulfilled: those that act (for
-    a part of a need: before it is due), and those whose goals count because of a resolution."""
+    a part: before its need is next), and those whose goals count because of a resolution."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
         stages, met = before.stages, joint.stages[g].need
@@ -158,8 +158,8 @@ def _are_met(state: State, needs: Iterable[tuple[int, int]]) -> bool:
 
 
 def next_step(team: Team, state: State, i: int) -> int | None:
-    """Return the pose to which a robot may step now by the plan; None: it is at its end, or
-    waits."""
+    """Return the pose to which the plan lets a robot step now; None: the robot waits, or its path
+    has ended."""
     plan, robot = state.plan, state.robots[i]
     if plan is None or robot.at + 1 >= len(plan.ways[i]):
         return None
@@ -208,13 +208,13 @@ def starving(team: Team, state: State) -> bool:
 
 
 def blind(state: State) -> bool:
-    """Return whether the plan was made without regard to charge."""
+    """Return whether the plan ignores charges."""
     return state.plan is not None and not state.plan.charges
 
 
 def _foreseen(plan: Plan, state: State, i: int) -> float:
-    """Return the charge that the plan foresees for a robot when it leaves its place, or at the
-    plan's end."""
+    """Return the charge that the plan predicts for a robot as it leaves its place, or at the plan's
+    end."""
     way = plan.ways[i][state.robots[i].at + 1 :][:1]
     return way[0].charge if way else plan.charges[i]
 
@@ -268,7 +268,7 @@ def charging_ends(team: Team, state: State) -> float | None:
 
 
 def charges_now(team: Team, state: State) -> tuple[float, ...]:
-    """Return the charge of each robot, after the step under way; empty without batteries."""
+    """Return the charge of each robot after its step under way; empty without batteries."""
     pairs = zip(team.members, state.robots, strict=True) if team.charged else ()
     return tuple(
         r.charge if m.energy is None or r.to is None else m.energy.battery.stepped(r.charge)
@@ -293,7 +293,7 @@ def closed(team: Team, state: State, i: int) -> frozenset[int]:
 
 
 def at_end(state: State, among: Iterable[int]) -> bool:
-    """Return whether robots have completed their paths."""
+    """Return whether robots have completed their paths in the plan."""
     plan = state.plan
     return plan is not None and all(state.robots[i].at + 1 >= len(plan.ways[i]) for i in among)
 
@@ -338,8 +338,8 @@ def awaited(team: Team, state: State) -> frozenset[int]:
 
 
 def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
-    """Return the joint state after each tick of a run of the plan without surprises, in which
-    robots move in turn, each as soon as it may; None if it does not reach its end."""
+    """Return the joint state after each tick of an undisturbed execution, in which robots move in
+    turn, each as soon as it may; None if this execution does not complete the plan."""
     at = [0] * len(plan.ways)
     ticks, joint, gates = [first], first, floor.gates
     left = sum(len(plan.ways[i]) - 1 for i in floor.robots)

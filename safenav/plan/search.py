@@ -109,8 +109,8 @@ class Search:
             yield from () if isinstance(found, Exhausted | None) else (found,)
 
     def alternatives(self, length: int) -> Iterator[list[Joint]]:
-        """Yield plans of other kinds beside one of that ``length``: in which duties do not come
-        first; and in which fast robots do not wait for the steps of slow ones."""
+        """Yield plans of other kinds beside one of that ``length``: plans in which duties do not
+        come first, and plans in which fast robots do not wait for the steps of slow robots."""
         times, most, self.work = self.floor.team.step_times, PACED * length, EXTRA
         if self.served:
             found = self.deep(self.start, self.goal, most, FARTHEST, self._order(FARTHEST))
@@ -121,9 +121,9 @@ class Search:
             yield from islice(self._rolls(periods, most), TRIES)
 
     def _rolls(self, periods: Sequence[int], most: int) -> Iterator[list[Joint]]:
-        """Yield plans of at most so many states by lifelong PIBT: the robot that has waited longest
-        for a goal chooses first; it never backtracks. A robot steps at the ends of its ``periods``
-        only."""
+        """Yield plans of a limited number of states by lifelong PIBT, which never backtracks: the
+        robot that has waited longest for a goal chooses first. A robot steps at the ends of its
+        ``periods`` only."""
         robots = self.floor.robots
         for _ in range(ROLLS):
             states, rank = [self.start], {i: self.random.random() for i in robots}
@@ -154,8 +154,7 @@ class Search:
                     break
 
     def _aside(self, joint: Joint) -> tuple[int, ...] | None:
-        """Return the next poses if a random half of the robots only tries to leave its own
-        poses."""
+        """Return the next poses if each robot of a random half tries only to leave its pose."""
         order, fields = self._order(STATIC), list[Field]([None] * len(joint.poses))
         for i in order[: len(order) // 2]:
             away = [0] * (self.floor.team.size * self.floor.graphs[i].blocks)
@@ -190,7 +189,7 @@ class Search:
 
     def _far(self) -> int:
         """Return twice the ticks of the mission without detours, as if all targets of a robot were
-        as far away as its next one, less those of a first search."""
+        as far away as its next one; minus the ticks of a first search."""
         joint, floor, ticks = self.start, self.floor, [0]
         for i, field in enumerate(self.fields(joint)):
             rounds = floor.wanted[i] - floor.rounds_done(i, joint.counts[i])
@@ -391,7 +390,7 @@ Field = Sequence[int] | None
 
 class Proposals:
     """PIBT (Okumura et al., 2022): next joint poses in which robots approach their goals and push
-    each other. They never exchange places, nor rotate in a circle."""
+    each other. Robots never swap regions and never rotate in a circle."""
 
     def __init__(self, floor: Floor, random: Random, alive: Sequence[int] | None = None) -> None:
         self._alive = alive
@@ -435,8 +434,8 @@ class Proposals:
         return tuple(found)
 
     def _place(self, i: int, pushing: frozenset[int], only: tuple[int, ...] | None) -> bool:
-        """Give a pose to a robot, and to robots that are in its way. ``pushing``: the robots that
-        push it."""
+        """Assign a pose to a robot, and to robots in its way. ``pushing``: the robots that push
+        it."""
         mark = len(self._next)
         for pose in only or self._ranked(i):
             if self._take(i, pose, pushing):
@@ -465,7 +464,7 @@ class Proposals:
         return not pushed or all(j in after or self._place(j, pushing | {i}, None) for j in pushed)
 
     def _occupied(self) -> list[Mask]:
-        """Return the regions of each robot, before and after this step."""
+        """Return the regions that each robot occupies before and after this step."""
         size, after, poses = self._size, self._next, enumerate(self._poses)
         return [1 << pose % size | 1 << after.get(j, pose) % size for j, pose in poses]
 

@@ -1,6 +1,6 @@
 """Shorter plans: each robot's path in turn is replaced by its earliest path past other robots.
 
-Searches count steps; of their plans, the fastest is followed.
+Searches count steps; among their plans, the fastest is chosen.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -228,8 +228,8 @@ def _shown(
     *,
     again: bool = True,
 ) -> Draft:
-    """Return the plan with these joint poses; without ticks unless its execution, and any with
-    other durations, completes the mission."""
+    """Return the plan with these joint poses; without ticks unless its execution completes the
+    mission for any durations."""
     plan, last = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
     if shown is None or not completes(floor, shown[-1], served):

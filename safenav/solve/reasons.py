@@ -39,7 +39,7 @@ class Helper(Struct, frozen=True):
 
 class Shortfall(Struct, frozen=True):
     """A ``need`` of an obstacle that is never fulfilled. ``met``: the actions of the needs before
-    it; ``done``: robots that have fulfilled their part of it; ``helpers``: the other robots with
+    it; ``done``: robots that have done their part of the need; ``helpers``: the other robots with
     all its skills."""
 
     obstacle: str

@@ -74,13 +74,13 @@ class Sets(Struct, frozen=True):
 
 
 def around(floor: Floor, poses: tuple[int, ...], stages: Stages) -> Sets:
-    """Return each robot's poses among which it can go back and forth."""
+    """Return for each robot the poses that it can reach and from which it can return."""
     found = (floor.graphs[i].around(1 << p, floor.allowed(i, stages)) for i, p in enumerate(poses))
     return Sets(floor, tuple(found), stages)
 
 
 class Solver:
-    """Solver of one floor, which remembers its results."""
+    """Solver for one floor; it caches its results."""
 
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
@@ -94,8 +94,8 @@ class Solver:
     def plan(
         self, now: Sets, poses: tuple[int, ...], wanted: frozenset[int]
     ) -> tuple[Step, ...] | None:
-        """Return the steps that resolve ``wanted`` and no other obstacles, by the nearest robots or
-        those that help already."""
+        """Return the steps that resolve ``wanted`` and no other obstacles, by the nearest robots,
+        or by those that already help."""
         self._nodes = 0
         origins = replace(now, sets=tuple(1 << pose for pose in poses))
         found = self._steps(now, origins, wanted)
@@ -248,7 +248,7 @@ def _apart(
 
 
 def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step, ...] | None:
-    """Return the same steps in the poses that are possible now; None if they do not suffice."""
+    """Return the same steps in poses that are possible now; None if they fail."""
     rebuilt = []
     for step in plan:
         need = now.floor.need(step.g, now.stages)
@@ -267,8 +267,8 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
 
 class Closure(Struct, frozen=True):
     """All that the team can resolve and reach. ``never``: open obstacles that are never resolved;
-    ``stuck``: obstacles whose own next need can never be fulfilled; ``reach``, ``live``: poses and
-    liveness of each robot once all others are resolved."""
+    ``stuck``: obstacles whose own next need can never be fulfilled; ``reach``, ``live``: the poses
+    that each robot reaches, and whether it can continue, once all other obstacles are resolved."""
 
     never: tuple[int, ...]
     stuck: tuple[int, ...]

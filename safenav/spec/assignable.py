@@ -67,8 +67,8 @@ def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
 
 
 class _Ground(Struct, frozen=True):
-    """A robot's pose and memory, on which its paths depend. ``first``: the first target that it has
-    still to meet."""
+    """The states of a robot (pose and memory), on which its paths depend. ``first``: the first
+    target that it has still to meet."""
 
     mobility: Mobility
     start: Pose
@@ -116,7 +116,7 @@ class _Ground(Struct, frozen=True):
 
     def live(self) -> list[tuple[list[State], set[int]]]:
         """Return the strongly connected sets of the states from which the robot can meet its
-        objective forever, although it may have to wait in any; successors first. With each set, the
+        objective forever, although it may have to wait in any; successors first; each with the
         numbers of the other sets that one step reaches."""
         after = cache(self.after)
         successors = {state: after(state) for state in reached(self.begins(), after)}

@@ -56,8 +56,8 @@ class Prospect(Struct, frozen=True):
 
 
 class Outlook(Struct, frozen=True):
-    """The prospects of one knowledge from all own regions: the other robot may move to ``reach``;
-    ``beliefs`` holds each belief (or None) with the own regions that lead to it."""
+    """The prospects of one state of knowledge from all own regions: the other robot may move to
+    ``reach``; ``beliefs`` holds each belief (or None) with the own regions that lead to it."""
 
     reach: Mask
     beliefs: tuple[tuple[Belief | None, Mask], ...]
@@ -102,7 +102,7 @@ class Tracker:
 
     def look(self, own: Region, other: Region, known: Knowledge) -> Knowledge:
         """Return the knowledge after an observation from region ``own`` while the tracked robot is
-        in ``other``, which only decides whether it is seen. If it is out of sight although every
+        in ``other`` (used only to decide whether it is seen). If it is out of sight although every
         region that it can have reached is in sight, the belief is all cells."""
         if self.visibility.mask(own) >> other & 1:
             return other
@@ -111,7 +111,7 @@ class Tracker:
 
     @cached_method
     def outlook(self, knowledge: Knowledge) -> Outlook:
-        """Return the prospects from all free regions."""
+        """Return the prospects of this knowledge from all free regions."""
         return self._look_ahead(self.reach(region_mask(self.possible(knowledge))))
 
     def spread(self, regions: Mask, within: Mask | None = None) -> Mask:
@@ -408,7 +408,7 @@ def _believing(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _own_regions(model: Model) -> Mask:
-    """Return the possible regions of this robot when the other robot moves."""
+    """Return the regions in which this robot may be when the other robot moves."""
     owns = 0
     for regions in model.owns.values():
         owns |= regions

@@ -198,7 +198,7 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
 
 def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Constraint]:
     """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
-    infinitely often. Without it the first target is next: a strategy takes its goals in their
+    infinitely often. Without ``goal`` the first target is next: a strategy takes its goals in their
     order, and a robot that is at each target infinitely often is also at each in turn."""
     objective, region = task.objective, task.pose.region
     targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
@@ -264,7 +264,7 @@ MOVE = "move"
 
 
 def busy(heading: Heading) -> str:
-    """Return the input that is true if the region on that side is occupied."""
+    """Return the name of the input that is true if the region on that side is occupied."""
     return f"busy_{heading.label}"
 
 
@@ -276,7 +276,7 @@ def _nearby_inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def _move_output() -> tuple[Variable]:
-    """Return the first output, by which the synthesizer chooses to stay among equally good moves: a
+    """Return the first output. It makes the synthesizer prefer the stay among equally good moves: a
     robot that must wait does not wander."""
     note = "its move: 0 stay, 1 north, 2 east, 3 south, 4 west"
     return (Variable(MOVE, Owner.OUTPUT, (0, 4), note),)

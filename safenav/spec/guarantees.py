@@ -1,9 +1,9 @@
 """The meaning of raw formulas (``ltl``) for the steps and the memory of one robot.
 
-A step is a move from one pose to another; a robot that stands still takes none. Formulas are about
-the pose and the objective's memory before and after a step. Searches for paths use poses alone:
-they may take a step, or meet a goal, if the formulas allow that with some memory. So a path that
-they exclude is impossible. ``allows_with`` checks each move with the robot's real memory before the
+A step is a move from one pose to another; standing still is not a step. Formulas are about the pose
+and the objective's memory before and after a step. Searches for paths use poses alone: they may
+take a step, or meet a goal, if the formulas allow that with some memory. So a path that they
+exclude is impossible. ``allows_with`` checks each move with the robot's real memory before the
 robot makes it.
 """
 
@@ -116,8 +116,8 @@ class Guarantees:
         return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
 
     def memory_after(self, before: Pose, old: Values, after: Pose) -> Values:
-        """Return the memory after a step that no strategy or plan decided: the memory before it,
-        unless the step requires another one."""
+        """Return the memory after a step that no strategy or plan decided: the memory before the
+        step, unless the step requires another one."""
         found = ({**old, **memory} for memory in ({}, *self.memories))
         return next((new for new in found if self.allows_with(before, old, after, new)), old)
 

@@ -244,7 +244,7 @@ def step_formula(variable: str, heading: Heading, world: RegionMap) -> str:
 
 
 def headings(world: RegionMap) -> tuple[Heading, ...]:
-    """Return the directions in which the map has any extent (a 1 x n map has no north)."""
+    """Return the directions in which the map has several regions (a 1 x n map has no north)."""
     vertical = (Heading.NORTH, Heading.SOUTH) if world.rows > 1 else ()
     sideways = (Heading.EAST, Heading.WEST) if world.cols > 1 else ()
     return tuple(h for h in Heading if h in vertical or h in sideways)
@@ -267,8 +267,8 @@ def stepping(world: RegionMap, item: str) -> Iterator[Constraint]:
 
 
 def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
-    """Return the regions at the eastern or western edge whose next number in that direction is a
-    free region across the edge."""
+    """Return the regions at the eastern or western edge whose next number in that direction is that
+    of a free region at the other edge."""
     column, on = (world.cols - 1, 1) if heading is Heading.EAST else (0, -1)
     edge = (world.region(row, column) for row in range(world.rows))
     return [region for region in edge if world.is_free(region) and world.is_free(region + on)]

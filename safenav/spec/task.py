@@ -37,7 +37,7 @@ NO_MEMORY = Memory()
 
 
 class Known(Struct, frozen=True):
-    """A region that the robot cannot enter now, and the scenario item that closes it."""
+    """A region that the robot must not enter now, and the scenario item that closes it."""
 
     region: Region
     item: str
@@ -95,8 +95,8 @@ class Task(Struct, frozen=True):
     @property
     def remembers(self) -> bool:
         """Whether its specification needs a variable for the next target. A strategy takes its
-        goals in their order, but passes over those that one step meets together, and loses its
-        place where goals are assigned at runtime."""
+        goals in their order, but skips goals that one step meets together, and loses its place in
+        the order where goals are assigned at runtime."""
         objective, targets = self.objective, self.targets
         if not objective.turn or len(targets) == 1:
             return False
@@ -188,7 +188,7 @@ def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
 
 
 def _obstruction(graph: PoseGraph, pose: Pose, strict: Objective, blocked: Mask) -> Weakening:
-    """Return the obstruction that keeps a robot from a strict objective."""
+    """Return the reason why a robot cannot keep a strict objective."""
     avoided, turns = region_mask(strict.avoid), range(len(strict.targets))
     if blocked & ~avoided and any(can_keep(graph, pose, strict, turn, avoided) for turn in turns):
         return Weakening.OBSTACLES

@@ -15,8 +15,8 @@ FAILURE = "world"
 
 
 def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
-    """Return the region of each robot in service that can take part in an action; ``moving``: also
-    those of robots in transit."""
+    """Return the regions of the robots in service that can take part in an action. ``moving``:
+    include robots in transit."""
     can = (r.active and (moving or r.to is None) for r in state.robots)
     return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
 
@@ -27,7 +27,7 @@ def driven(team: Team, state: State) -> tuple[int, ...]:
 
 
 def occupied(team: Team, state: State) -> frozenset[int]:
-    """Return the regions of all robots: two of each one in transit."""
+    """Return the regions that robots occupy: two for each robot in transit."""
     size = team.size
     return frozenset(p % size for robot in state.robots for p in (robot.pose, robot.next))
 
@@ -45,8 +45,8 @@ def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
 
 
 def is_shut(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether an obstacle that is present, known or not, closes a region to a robot that may
-    not enter it to resolve it."""
+    """Return whether a present obstacle, known or not, closes a region to a robot that cannot
+    resolve the obstacle by entering."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     here = ((one, each) for one, each in pairs if one.region == region)
     return any(one.closes(i, each) and not one.lets_in(i, each) for one, each in here)
@@ -55,7 +55,7 @@ def is_shut(team: Team, state: State, i: int, region: int) -> bool:
 def acts_on(
     team: Team, state: State, at: Sequence[int | None], i: int, among: Collection[int] | None = None
 ) -> tuple[tuple[int, now.Stage], ...]:
-    """Return the changes by a robot that acts where it stands: obstacles with their new stages.
+    """Return the obstacles that a robot changes by acting where it stands, with their new stages.
     ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
     count (None: all that are known)."""
     region = at[i]
@@ -73,8 +73,8 @@ def acts_on(
 def participants(
     team: Team, state: State, at: Sequence[int | None], i: int, k: int, later: int | None = None
 ) -> tuple[int, ...]:
-    """Return the robots that act when robot ``i`` acts on an obstacle: all that must do so
-    together, else itself. ``later``: a need after the present one."""
+    """Return the robots that act when robot ``i`` acts on an obstacle: all robots that must act
+    together, else robot ``i`` alone. ``later``: a need after the present one."""
     stage = state.obstacles[k].stage if later is None else now.Stage(later)
     if not team.obstacles[k].needs[stage.need].together:
         return (i,)
@@ -88,8 +88,8 @@ def participants(
 def consequences(
     team: Team, before: State, event: now.Elsewhere | now.Failed | now.Lost
 ) -> Iterator[now.Event]:
-    """Yield the events that follow from a step that did not end as commanded. If another robot
-    may be in its region, the robot needs an operator. ``before``: the state before the event."""
+    """Yield the events that follow from a step that did not end as commanded. If another robot may
+    be in the robot's region, an operator is needed. ``before``: the state before the event."""
     i, robot = event.robot, team.members[event.robot].robot
     here, target = (pose % team.size for pose in (before.robots[i].pose, before.robots[i].next))
     policy, tried = team.scenario.failures, (*before.robots[i].failed, target)
@@ -128,7 +128,7 @@ def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozense
 
 
 def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iterator[now.Event]:
-    """Yield the events by which a robot encounters an obstacle that the team may not know yet."""
+    """Yield the events of a robot that encounters an obstacle, which the team may not know yet."""
     yield from noticed(team, state, obstacle)
     yield now.Met(i, number(team, state, obstacle), pose, stopped=True)
 
@@ -136,8 +136,8 @@ def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iter
 def vain(
     team: Team, before: State, after: State, i: int, failed: Collection[int]
 ) -> Iterator[now.Event]:
-    """Yield the events that follow from failed actions: an obstacle that the team did not know, or
-    one around the robot that it leaves to other robots. ``before``, ``after``: states."""
+    """Yield the events that follow from failed actions: obstacles that the team sees or encounters,
+    and the robot out of service if it cannot turn back. ``before``, ``after``: states."""
     pose, late = after.robots[i].pose, barred(team, after) - barred(team, before)
     behind, steps = after.robots[i].behind, team.members[i].graph.steps(pose)
     for k in failed:
@@ -157,8 +157,8 @@ def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]
 
 
 def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events by which an obstacle joins those of the team, if it is not one of them. A
-    former one of its name has disappeared, even if no event has reported that."""
+    """Yield the events that add an obstacle to the team, if the team does not have it. An earlier
+    obstacle of its name has then disappeared, even if no event has reported that."""
     there = {k: state.obstacles[k].state for k in team.numbers.get(obstacle.name, ())}
     if not there:
         yield now.Introduced(obstacle)
@@ -167,8 +167,8 @@ def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
 
 
 def number(team: Team, state: State, obstacle: Obstacle) -> int:
-    """Return the number of an obstacle: its own if it is known, else that of the first one with its
-    name that is not ``OVER``, else that of the last one; the next number if the name is new."""
+    """Return the number of an obstacle: its own if known; else that of the first one of its name
+    that is not ``OVER``, else of the last one; the next number for a new name."""
     numbers = team.numbers.get(obstacle.name)
     if numbers is None:
         return len(team.obstacles)

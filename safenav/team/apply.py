@@ -1,5 +1,5 @@
-"""The only transition: from a state by an event to the next. The world, the run and resume all
-apply it."""
+"""The only transition function: it applies an event to a state. The world, the run and resume all
+use it."""
 
 from __future__ import annotations
 
@@ -238,7 +238,7 @@ def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State
 
 
 def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
-    """Give a robot another objective. ``team``: the team in which the robot already has it."""
+    """Give a robot another objective, which it already has in ``team``."""
     robot, graph = state.robots[i], team.members[i].graph
     plain = plain_graph(team.world, graph.mobility)
     pose, to = (
@@ -268,8 +268,8 @@ def _stepped(
 
 
 def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
-    """End a step of a robot in another pose than decided. Its formulas return to the
-    memory before it, unless this step requires another one."""
+    """End a step of a robot in another pose than decided. Its formulas return to the memory before
+    the step, unless the actual step requires another memory."""
     robot, graph = state.robots[i], team.members[i].graph
     formulas = robot.objective.formulas
     if formulas is None or robot.to is None or robot.came is None:
@@ -353,8 +353,8 @@ def on_own(team: Team, state: State, i: int) -> bool:
 def goals(
     team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = True
 ) -> Iterator[tuple[int, int, bool]]:
-    """Yield the targets that a robot counts where it stands, its own and those of its ``duty``,
-    each with the rounds then completed, and whether it is its own."""
+    """Yield the targets that a robot counts where it stands, its own targets and those of its
+    ``duty``; each with the rounds completed by then, and whether the target is its own."""
     for objective, before, after, met in _counts(team, state, i, ticks, duty):
         own = objective == team.members[i].objective
         for goal in met if objective.goals else ():
@@ -362,7 +362,7 @@ def goals(
 
 
 def _remembers(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot on a duty counts own targets, but not again where it got the duty."""
+    """Return whether a robot on a duty counts its own targets, except one where it got the duty."""
     member, robot = team.members[i], state.robots[i]
     assigned = team.assignable(i) and member.objective.formulas is None
     return member.planned or (assigned and not (robot.fresh and robot.own.held))
@@ -438,7 +438,7 @@ def _with_counts(team: Team, state: State, event: now.Counted) -> State:
 
 
 def will_count(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot still counts goals by staying."""
+    """Return whether a robot will count further goals if it stays."""
     robot, member = state.robots[i], team.members[i]
     here = member.kept(robot.pose)
     after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
@@ -446,7 +446,7 @@ def will_count(team: Team, state: State, i: int) -> bool:
 
 
 def orders_ahead(team: Team, state: State) -> bool:
-    """Return whether orders of the scenario are still to come."""
+    """Return whether the scenario has orders that the team has not received yet."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     return any(o.ordered and each.state is Is.AWAY for o, each in pairs)
 

@@ -126,8 +126,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def _levels(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, int]:
-        """Return the chargers from which it reaches the goal, each with the number of stops on the
-        way."""
+        """Return the chargers from which the robot reaches the goal, each with the number of stops
+        on the way there."""
         direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
         far = self.graph.distances
         places, found = [*bits(self.chargers & allowed)], dict[int, int]()
@@ -169,7 +169,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         return self.aim(allowed, goal, turn, at, (False, full)) if lasting else goal
 
     def home(self, allowed: Mask) -> Mask:
-        """Return the poses where it waits: on a charger, if standing elsewhere uses charge."""
+        """Return the poses where the robot waits: on a charger if waiting elsewhere uses charge."""
         return self.chargers & allowed if self.battery.stay else 0
 
 

@@ -33,8 +33,8 @@ class Walker(Struct, frozen=True, eq=False):
     gates: Sequence[tuple[int, Mask]] = ()
 
     def spread(self, seeds: ByTick, goal: Mask = 0) -> tuple[ByTick, ByTick]:
-        """Return the poses that it reaches from ``seeds`` without a path through ``goal``; and
-        those of ``goal`` in which it then has had a turn: by arriving, or by staying for a tick."""
+        """Return the poses that the robot reaches from ``seeds`` without crossing ``goal``; and
+        those of ``goal`` in which it has had a turn: by arriving, or by staying for a tick."""
         waiting, found, met, seen = dict(seeds), ByTick(), ByTick(), 0
         for tick, poses in seeds.items():
             _add(met, tick + 1, poses & goal)
@@ -110,7 +110,7 @@ class Bound:
         return since if need.together else since + (i - since) % self.count
 
     def _walker(self, i: int) -> Walker:
-        """Return a robot for which obstacles open at their ``times``."""
+        """Return the relaxed robot: each obstacle opens for it at one of the ``times``."""
         member, obstacles = self.team.members[i], self.team.obstacles
         gates = list[tuple[int, Mask]]()
         sealed = self.state.sealed.difference(self.times)
@@ -162,8 +162,8 @@ class Bound:
         return min(turn, self._leaving(i, need, since))
 
     def _after(self, i: int, field: ByTick, need: Need, since: int) -> ByTick:
-        """Return the poses from which a robot continues after it has taken part in a need, which is
-        fulfilled from turn ``since`` on; but its part alone may be done long before."""
+        """Return the poses from which a robot continues after its part of a need, which is
+        fulfilled from turn ``since`` on; the robot may have done its part long before."""
         if self._leaving(i, need, since) < NEVER:
             return self._start(i)
         # until it arrives elsewhere it can still act, also in a group

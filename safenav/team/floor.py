@@ -1,5 +1,5 @@
-"""The transition model on poses: what robots may do on a floor with these obstacles, and what
-follows.
+"""The transition model on poses: the moves and actions that a floor with its obstacles allows, and
+their results.
 
 A ``Floor`` is the team's knowledge at one moment, without poses. SOLVE, joint searches, proofs, the
 simulated world and the execution use the same methods of it. ``stages`` are those of its ``gates``,
@@ -72,8 +72,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def flat(self) -> dict[int, int]:
-        """The gates that are batteries of robots out of service: they return when these are
-        resolved."""
+        """The gates that are batteries of robots out of service: resolving such a gate returns its
+        robot to service."""
         every = ((self.gate(g).battery_of, g) for g in range(len(self.gates)))
         return {i: g for i, g in every if i is not None and i not in self.robots}
 
@@ -104,7 +104,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.team.members[i].rivals & {*self.robots}
 
     def shut(self, i: int, poses: Sequence[int]) -> Mask:
-        """Return the regions that a robot must not enter, since other robots are in its zones."""
+        """Return the regions that a robot must not enter because other robots are in its zones."""
         member = self.team.members[i]
         return member.shut(self._at(poses)) if member.zones else 0
 
@@ -117,14 +117,14 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
-        """Return the allowed poses from which a robot can continue forever, once all are in
-        service."""
+        """Return the allowed poses from which a robot can continue forever, as if all robots were
+        in service."""
         more = self.away[i] if self.away else 0
         return self.graphs[i].live(self.team.members[i].aims, allowed | more) & allowed
 
     @cached_property
     def one_way(self) -> bool:
-        """Whether some robots cannot turn around."""
+        """Whether some robot cannot turn around."""
         return any(self.graphs[i].one_way for i in self.robots)
 
     @cached_method
@@ -166,7 +166,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.need(g, stages).robots - len(stages[g].done)
 
     def commits(self, g: int, stages: Stages) -> bool:
-        """Return whether fulfilling the next need determines the robots of a later one."""
+        """Return whether fulfilling the next need determines the robots of a later need."""
         need, group = self.need(g, stages), stages[g].group
         return need.chosen and (group is None or len(group) > need.robots)
 
@@ -381,7 +381,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return any(self.gate(g).restarts for g in over)
 
     def _chooses(self, before: Stages, after: Stages) -> bool:
-        """Return whether a need, or part of one, was fulfilled that may choose the next robots."""
+        """Return whether robots fulfilled a need, or a part, that may determine the next robots."""
         changed = (g for g in self.open(before) if before[g] != after[g])
         return any(need.same for g in changed for need in self.gate(g).needs)
 
@@ -434,7 +434,7 @@ def turns_back(team: Team, state: State, i: int, k: int) -> bool:
 
 
 def charged(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot that was flat has got another battery, so that it is in service
+    """Return whether a robot that ran out of charge has another battery, so that it is in service
     again."""
     robot, energy = state.robots[i], team.members[i].energy
     return robot.flat and energy is not None and robot.charge >= energy.battery.capacity

@@ -36,8 +36,8 @@ class Count(NamedTuple):
 
 class Is(StrEnum):
     """State of an obstacle. ``SEEN``: a sensor shows it, but it has no request; ``OPEN``:
-    encountered or ordered, with a request; ``SEALED``: permanent (in O), since it is untraversable
-    or can never be resolved; ``OVER``: resolved, or gone."""
+    encountered or ordered, with a request; ``SEALED``: permanent (in O), because it is
+    untraversable or can never be resolved; ``OVER``: resolved, or gone."""
 
     AWAY = "away"
     HIDDEN = "hidden"
@@ -265,7 +265,7 @@ class Failed(Ended, frozen=True):
 
 
 class Lost(Ended, frozen=True):
-    """A robot is in one of these regions; it is not known in which."""
+    """A robot is in one of these regions, but in which is unknown."""
 
     regions: frozenset[int]
     why: str = ""
@@ -297,7 +297,7 @@ class Served(Change, frozen=True):
 
 
 class Placed(Change, frozen=True):
-    """An operator has put a robot into a pose."""
+    """An operator has placed a robot in a pose."""
 
     robot: int
     pose: int
@@ -350,7 +350,7 @@ class Intervened(Change, frozen=True):
 
 
 class Late(Change, frozen=True):
-    """A report of the world or a change is dropped: its kind, and why."""
+    """The run drops a report of the world or a change: its kind, and the reason."""
 
     kind: str
     why: str

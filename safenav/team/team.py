@@ -1,5 +1,4 @@
-"""A team in numbers: robots, obstacles and their needs. It is made once from a scenario, and never
-changes.
+"""A team as numbered data: robots, obstacles and their needs. A team never changes.
 
 Robots and obstacles are numbered in the scenario's order. A set of regions or poses is a mask.
 """
@@ -71,12 +70,13 @@ class Obstacle(Struct, frozen=True, eq=False):
         return now.state not in (Is.AWAY, Is.OVER) and i in self.needs[now.stage.need].closed_to
 
     def lets_in(self, i: int, now: ObstacleNow) -> bool:
-        """Return whether a robot that it blocks may enter its region to fulfil its next need."""
+        """Return whether a blocked robot may enter the region to fulfil the obstacle's next
+        need."""
         need = self.next(now.stage)
         return need is not None and i in self.blocks - need.closed_to
 
     def next(self, stage: Stage) -> Need | None:
-        """Return its next need; None if it is resolved."""
+        """Return the next need at a stage; None if the obstacle is resolved."""
         return self.needs[stage.need] if stage.need < len(self.needs) else None
 
 
@@ -157,7 +157,7 @@ class Member(Struct, frozen=True, eq=False):
         return sum(1 << k for k, target in enumerate(self.targets) if target >> pose & 1)
 
     def kept(self, pose: int) -> int:
-        """Return the targets that staying in a pose meets, as a mask: not goals about steps."""
+        """Return the targets met by staying in a pose, as a mask: not goals about steps."""
         goals = self.graph.stays or self.targets
         return sum(1 << k for k, goal in enumerate(goals) if goal >> pose & 1)
 
@@ -241,13 +241,13 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def step_ticks(self) -> tuple[int, ...]:
-        """These times, rounded up: to use up charge."""
+        """The times of ``step_times``, rounded up, for the use of charge."""
         return tuple(map(ceil, self.step_times))
 
     @cached_property
     def act_times(self) -> tuple[float, ...]:
-        """The seconds of an action of each robot in a live run, at most: it halts, and turns
-        around."""
+        """The maximum seconds of an action of each robot in a live run, with halting and
+        turning."""
         found = []
         for member in self.members:
             pace, seconds = pace_on(self.world, member.robot), list[float]()
@@ -347,21 +347,21 @@ def without_memory(team: Team, state: State) -> tuple[Team, State]:
 
 
 def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None) -> Team:
-    """Return the team with one more obstacle, which the scenario does not list."""
+    """Return the team with a further obstacle that the scenario does not list."""
     new = _obstacle(source, team.members, team.scenario, battery_of)
     return replace(team, obstacles=(*team.obstacles, new))
 
 
 def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Team:
     """Return the team in which a robot has another objective of its own, each round due ``within``
-    this number of ticks. ``based`` then finds out who can deliver loads."""
+    this number of ticks. ``based`` then determines the robots that can deliver loads."""
     robot = replace(team.members[i].robot, objective=objective, within=within)
     new = _member(team.scenario, robot, team.members[i].base)
     return replace(team, members=(*team.members[:i], new, *team.members[i + 1 :]))
 
 
 def based(team: Team, poses: Mapping[int, Pose]) -> Team:
-    """Return the team in which robots have, and deliver loads by, the paths from these poses."""
+    """Return the team whose robots have, and deliver loads along, the paths from these poses."""
     pairs = enumerate(team.members)
     members = tuple(replace(each, base=poses.get(i, each.base)) for i, each in pairs)
     obstacles = (

@@ -68,8 +68,8 @@ def _in_words(types: re.Match[str]) -> str:
 
 
 def _hook(kind: Any, value: Any) -> Any:
-    """Return an objective, or any value for a field of type ``object``, neither of which msgspec
-    converts."""
+    """Return the value of a field that msgspec cannot convert: an objective, or any value of type
+    ``object``."""
     if kind is object:
         return value
     try:

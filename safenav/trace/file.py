@@ -1,6 +1,6 @@
 """Trace files (docs/trace.md): typed records are read from them, and appended to them.
 
-A writer that was killed leaves an incomplete last line: that is not an error, ``cut_off`` records
+A writer that was killed leaves an incomplete last line, which is not an error: ``cut_off`` records
 it. Any other line that violates the format is one diagnostic; all are reported, unless the first
 line is not a header. Each line is flushed when it happens.
 """
@@ -246,7 +246,7 @@ def _converted(number: int, kind: type[R], data: dict[str, Any]) -> R:
 
 
 def _misfit(scenario: Scenario) -> str | None:
-    """Return the first name or region in a scenario that its map or its team does not have."""
+    """Return the error for the first name or region in a scenario that map or team lacks."""
     world, names = scenario.map, {robot.name for robot in scenario.robots}
     objectives = [change.objective for change in scenario.changes]
     for robot in scenario.robots:

@@ -24,7 +24,7 @@ VERSION = 4
 
 
 class TickLine(Struct, frozen=True, rename={"from_": "from"}):
-    """A line with a ``tick``: 0 before the first move; in a live run the number of the pass."""
+    """A line with a ``tick``: 0 before the first move; in a live run, the number of the pass."""
 
     tick: Count
 
@@ -186,7 +186,7 @@ class Late(Note, frozen=True, tag="late"):
 
 
 class Reopened(Record, frozen=True, tag="reopened"):
-    """An obstacle that was given up (``blocked``) is open again."""
+    """A given-up obstacle (``blocked``) is open again."""
 
     obstacle: str
 
@@ -215,7 +215,7 @@ class Operator(Record, frozen=True, tag="operator"):
 
 
 class Discovered(Record, frozen=True, tag="discovered"):
-    """An obstacle that the header does not list. This line precedes all others that name it."""
+    """An obstacle that the header does not list. This line precedes all that name it."""
 
     obstacle: Obstacle
 
@@ -233,7 +233,7 @@ class Appeared(ObstacleChange, frozen=True, tag="appeared"):
 
 
 class Ordered(ObstacleChange, frozen=True, tag="order"):
-    """The team is to resolve an obstacle that has just appeared, although no robot has encountered
+    """The team must resolve an obstacle that has just appeared, although no robot has encountered
     it."""
 
 
@@ -242,7 +242,7 @@ class Gone(ObstacleChange, frozen=True, tag="gone"):
 
 
 class Truth(Record, frozen=True, tag="truth"):
-    """A new truth that resolving the obstacle reveals from now on."""
+    """The truth that resolving the obstacle reveals from now on."""
 
     obstacle: str
     traversable: bool
@@ -426,7 +426,7 @@ class Plan(Record, frozen=True, tag="plan"):
 
 
 class PlanEnd(Record, frozen=True, tag="plan_end"):
-    """The end of the joint plan that was recorded last."""
+    """The end of the last recorded joint plan."""
 
     reason: vocabulary.PlanEndReason
 

@@ -88,8 +88,8 @@ class PlanEndReason(StrEnum):
 
 
 class DeadlineVerdict(StrEnum):
-    """The state of a deadline: it begins, is kept, is missed, ends without either, or can no longer
-    be kept."""
+    """The state of a deadline: it begins, is kept, is missed, is excused, or can no longer be
+    kept."""
 
     SET = "set"
     KEPT = "kept"

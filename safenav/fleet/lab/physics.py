@@ -227,7 +227,7 @@ class Physics:
             self.standing.setdefault(obstacle.name, LabObstacle(obstacle, obstacle.name))
 
     def told(self, robot: str) -> tuple[transport.Located, list[transport.Message]]:
-        """Return a robot's odometry, and the ends of its goals and actions, each once."""
+        """Return a robot's odometry, and each end of a goal or an action once."""
         body = self._bodies[robot]
         ended, body.ended = body.ended, []
         return transport.Located(robot, self.now, *self._at(body)), ended
@@ -277,7 +277,7 @@ class Physics:
             self._judge(body)
 
     def _judge(self, body: SimulatedBody) -> None:
-        """End a goal that is reached or overdue; end an action."""
+        """End a goal that the robot has reached or that is overdue; end an action."""
         act, goal = body.acts, body.goal
         if goal is not None:
             x, y, yaw = self._at(body)
@@ -364,7 +364,7 @@ class Physics:
 
     def _worked(self, body: SimulatedBody, act: Handling) -> None:
         """End the work of a robot: it does its part of a need, alone or with the robots that have
-        worked by now."""
+        already worked."""
         one = act.obstacle
         if one is None or self.standing.get(one.obstacle.name) is not one:
             self._answer(ActResult.NOTHING, body.kind.name)

@@ -84,7 +84,7 @@ def _meetings(plan: Plan, s: State) -> Iterator[str]:
 
 
 def _occupies(robot: str, s: State) -> frozenset[int]:
-    """Return the regions that a robot without a plan occupies: in transit, only that ahead."""
+    """Return the regions that a robot without a plan occupies; in transit, only its destination."""
     bound = s.robots[robot].bound
     return s.robots[robot].holds if bound is None else frozenset([bound])
 
@@ -93,9 +93,9 @@ Place = tuple[str, int]
 
 
 def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
-    """Return the function that states whether a robot certainly has left its place when another
-    one departs for its own. A robot is at each of its places before it departs for the next one,
-    and at the first place of an ``Order`` before the second's robot departs for it."""
+    """Return the function that decides whether a robot has certainly left its place when another
+    robot departs for that robot's place. A robot is at each of its places before it departs for the
+    next one, and at the first place of an ``Order`` before the second's robot departs for it."""
     places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]
     after: dict[Place, list[Place]] = {place: [] for place in places}
     for robot, k in places:
@@ -125,8 +125,8 @@ def proof_file(e: Line) -> str:
 
 @dataclass
 class Drive:
-    """A robot's strategy, and the ``nodes`` in which it may be (None: any with its pose, from each
-    of which the strategy keeps its guarantees)."""
+    """A robot's strategy, and its possible ``nodes`` (None: any node with the robot's pose; from
+    each of these the strategy keeps its guarantees)."""
 
     task: Task
     nodes: set[int] | None
@@ -223,7 +223,7 @@ class Evidence:
         self.drives[e.robot] = Drive(task, {e.node})
 
     def _fits(self, task: Task, e: Line, s: State) -> None:
-        """Refuse unless the circumstances of a synthesis are those of the run."""
+        """Refuse unless the data of a synthesis agree with the run."""
         name, own, start = e.robot, s.robots[e.robot].own, s.destination(e.robot)
         require(task.pose == start, f"the strategy of {name} does not start at {start}")
         known = [one for one in s.obstacles.values() if one.known and one.present]

@@ -175,7 +175,7 @@ class Task:
         return min(turn, count - 1) if self.objective.settles else turn % count
 
     def _heard(self, row: Row) -> Row:
-        """Return the values of ``heard`` in those of all inputs."""
+        """Return the values of the inputs ``heard``, which follow those about other robots."""
         return row[len(self.others.first) :]
 
     def observes(self, node: int, s: State) -> bool:
@@ -185,7 +185,7 @@ class Task:
         return same and self.others.agree(row, s)
 
     def _expected(self, pose: Pose, row: Row) -> set[Row]:
-        """Return the possible next inputs from a pose, given the present ones."""
+        """Return the possible next inputs in a pose, given the present inputs."""
         known = self.others.expected(pose[0], row)
         return {*product(*known, *([(0, 1)] * len(self.heard)))}
 
@@ -221,7 +221,7 @@ class Task:
         return {row[: len(self.own)] for row in self.formulas.values}
 
     def replies(self, node: int, row: Row) -> set[Done]:
-        """Return the possible replies to an observation, in the form of ``done``."""
+        """Return the robot's possible replies to an observation, in the form of ``done``."""
         pose, awaited, before = self.before[node]
         now = self._heard(row)
         return {
@@ -377,13 +377,13 @@ class Others:
         return seen | ({self.number(name, hidden)} if seen != reach else set())
 
     def expected(self, region: int, row: Row) -> list[set[int]]:
-        """Return the possible next knowledge of each robot, given that in a row of inputs."""
+        """Return the possible next knowledge of each robot, given a row of inputs."""
         each = zip(self.first, row, strict=False)  # without the inputs of formulas
         return [self.after(name, region, known) for name, known in each]
 
     def agree(self, row: Row, s: State) -> bool:
-        """Return whether other robots are where the inputs of a robot have them: in sight exactly
-        where they are, else in a belief that holds them (in an external world, in any)."""
+        """Return whether inputs agree with the places of other robots: in sight, exactly their
+        regions; else a belief that contains them (in an external world, any belief)."""
         here = s.robots[self.line.robot].pose[0]
         for name, value in zip(self.first, row, strict=False):
             there = s.robots[name].pose[0]

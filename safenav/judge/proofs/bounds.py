@@ -70,7 +70,7 @@ class Bound:
         avoid: Collection[int] = (),
     ) -> Ticks:
         """Return the poses in which a robot can meet a target, each with the earliest tick by whose
-        end it does: by a step, or by staying for a tick."""
+        end it meets the target: by a step, or by staying for a tick."""
         stayed, stepped = self.ticks(name, seeds, ends_in, avoid)
         there = (pose for pose in stayed.keys() | stepped.keys() if pose[0] in goal)
         return {p: min(stepped.get(p, NEVER), stayed.get(p, NEVER) + 1) for p in there}
@@ -78,7 +78,7 @@ class Bound:
     def ticks(
         self, name: str, seeds: Ticks, ends_in: Collection[int] = (), avoid: Collection[int] = ()
     ) -> tuple[Ticks, Ticks]:
-        """Return, for each pose, the earliest tick at whose end a robot is there, and in which a
+        """Return two earliest ticks for each pose: at whose end a robot is there, and in which a
         step ends there. ``ends_in``: regions where paths may end but not continue."""
         own, takes, robot = self.names.index(name), self.takes(name), self.s.robots[name]
         formulas = None if self.changes else robot.own.formulas
@@ -169,8 +169,8 @@ def objectives_change(s: State, tick: int) -> bool:
 
 
 def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
-    """Yield the sequences of targets that a robot may still have to meet; in tick 0, all. A patrol
-    may begin with any; a literal one, with that where it stands."""
+    """Yield the sequences of targets that a robot may still have to meet (in tick 0, all of them).
+    A patrol may begin with any target, a literal patrol only with the target where it stands."""
     own, progress = robot.own, robot.progress if tick else Progress()
     if own.settles:  # each tick at its last target is a round, and it must be there at the end
         away = robot.bound is not None or robot.pose[0] not in own.last
@@ -186,7 +186,7 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
 
 
 def mission(bound: Bound, tick: int) -> int:
-    """Return a tick before which the mission cannot be completed: the present one if objectives
+    """Return a tick before which the mission cannot be completed: the present tick if objectives
     still change."""
     s, ends = bound.s, [tick]
     wanted = s.scenario.until.rounds

@@ -205,8 +205,8 @@ def case_of(s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | No
 
 
 def case_now(s: State, memory: Mapping[str, int] | None = None) -> Case:
-    """Return the present case. A robot whose battery is flat counts as in service if another one
-    can be brought, or has been; if a proof holds all the same, it holds without it."""
+    """Return the present case. A robot without charge counts as in service if it can get, or has,
+    another battery: what is proven with this robot also holds without it."""
     out = {name for name, robot in s.robots.items() if robot.out and not robot.filled}
     while True:
         case = case_of(s, out=out, memory=memory)
@@ -256,8 +256,8 @@ def _with_memory(formulas: Formulas, steps: Graph) -> tuple[Graph, list[Poses]]:
 def team_closure(
     case: Case, start: Sets, opened: tuple[Rest, ...]
 ) -> tuple[Sets, tuple[Rest, ...]]:
-    """Return the poses that each robot can reach, and the obstacles that are never resolved, each
-    with the need that is never fulfilled. ``start``: the poses in which the robots may be."""
+    """Return the poses that each robot can reach, and the never resolved obstacles, each with the
+    need that is never fulfilled. ``start``: the poses in which the robots may be."""
     left = opened
     while True:
         inside = {name: case.reach(name, start[name], left) for name in case.names}
@@ -287,7 +287,7 @@ def _furthest(
 
 
 def is_hopeless(case: Case) -> bool:
-    """Return whether after every choice some robot can never continue. Raises TooLargeError."""
+    """Return whether after all choices some robot can never continue. Raises TooLargeError."""
     states: list[tuple[Sets, tuple[Rest, ...]]] = [(case.start, case.obstacles)]
     while states:
         sets, opened = states.pop()

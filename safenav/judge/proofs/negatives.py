@@ -233,8 +233,8 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield how some robots can complete their part of the mission, without all other robots and
-    the obstacles that these may resolve."""
+    """Yield how some robots can complete their part of the mission, without other robots and
+    without the obstacles that those may resolve."""
     robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
         robot, known = s.robots[name], set[int]()
@@ -324,8 +324,8 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
 
 
 def _lost_problems(e: Line, case: Case) -> Iterator[str]:
-    """Yield a problem unless a stated robot has lost its objective forever: it cannot continue even
-    alone, without the obstacles that may yet be resolved."""
+    """Yield a problem unless a stated robot has lost its objective forever: the robot cannot
+    continue even alone and without the obstacles that may yet be resolved."""
     s = case.state
     stated = e.unrealizable or {}
     if not all(_continues(s.robots[n], case, s.failed.get((n, stated[n]))) for n in stated):
@@ -383,8 +383,8 @@ def _rows(robot: Robot, memory: Mapping[str, int], s: State) -> set[int]:
 
 
 def may_have(robot: Robot, memory: Mapping[str, int], s: State) -> bool:
-    """Return whether a robot may have a memory of its own objective now: another one proves
-    nothing."""
+    """Return whether a robot may have this memory of its own objective now; a proof with another
+    memory proves nothing."""
     own = robot.own
     if own.kind == "ltl":
         return robot.memories is None or not s.arriving(robot).isdisjoint(_rows(robot, memory, s))

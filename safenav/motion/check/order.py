@@ -1,9 +1,9 @@
 """The rules of order, of actions and of charge.
 
 A motion gives each line of its trace a time. The judge of traces judges the run at these times;
-this module compares pieces, reservations and actions with them. Lines keep the serial order where
-robots depend on each other; a robot acts at rest, at the place that the trace states, and does not
-pass an obstacle before it has resolved it; a robot without charge stands still."""
+this module compares pieces, reservations and actions with the times. Lines keep the serial order
+where robots depend on each other; a robot acts at rest, at the place that the trace states, and
+does not pass an obstacle before it has resolved it; a robot without charge stands still."""
 
 from collections.abc import Iterator, Sequence
 
@@ -52,8 +52,8 @@ def check_order(case: Examination) -> None:
 
 
 def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding]:
-    """Yield the rules that the lines of a trace break at their times, by the judge of live runs.
-    ``serial``: the lines in their own order, in which robots move and act after the decisions."""
+    """Yield the rules of live runs that the lines of a trace break at their times. ``serial``: the
+    lines in their own order, in which robots move and act after the decisions."""
     live = timing.by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
     data = map(as_data, (live.header, *lines))
@@ -148,8 +148,8 @@ def _actions(case: Examination, trace: Trace) -> None:
 def _done(
     case: Examination, wanted: timing.TimedAction, record: records.Record, waiting: list[Action]
 ) -> Iterator[Action]:
-    """Take the lines of an action of some robots; check that each acts where it is, for long
-    enough."""
+    """Take the lines of an action of some robots; check that each robot acts where it is, and for
+    long enough."""
     assert isinstance(record, records.Part | records.Resolved)
     for robot in wanted.robots:
         mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, wanted.obstacle))
@@ -237,7 +237,7 @@ def _charges(case: Examination, trace: Trace) -> None:
 
 def _comes_to_rest(case: Examination, piece: Moving) -> bool:
     """Return whether a robot only comes to rest: a walker by a step on the spot; a robot that has
-    acted short of the centre of its region by continuing to it."""
+    acted short of the centre of its region by continuing to the centre."""
     path = case.body(piece.robot, piece.t0, piece.t1)
     off = np.hypot(*(path - case.grid.centre(piece.to)).T)
     if piece.primitive == "stop":

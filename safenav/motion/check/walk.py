@@ -71,8 +71,7 @@ class Walked(Struct, frozen=True):
 
 
 def start_frame(segment: Segment) -> tuple[complex, complex]:
-    """Return the position of the mass at the start of a segment, and the direction of its body
-    then."""
+    """Return the position of the mass and the direction of the body at the start of a segment."""
     return complex(*segment.start[:2]), rect(1.0, segment.turning[0])
 
 

@@ -1,4 +1,4 @@
-"""Answers to the questions of a team: strategies and joint plans, remembered by the question.
+"""Answers to the questions of a team: strategies and joint plans, cached by question.
 
 Beside a running clock they are computed in threads: a question without an answer yet raises
 Pending, and is repeated in the next pass. A question that is not repeated is abandoned.
@@ -47,7 +47,7 @@ class Obsolete(Exception):  # noqa: N818 - it is not an error
 
 
 class Question(Struct, eq=False):
-    """An open question. ``asked``: whether it was repeated since the last call of ``forget``."""
+    """An open question. ``asked``: whether it was repeated since the last ``forget``."""
 
     future: Future[Any] | None = None
     asked: bool = True
@@ -55,8 +55,8 @@ class Question(Struct, eq=False):
 
 
 class Answers:
-    """Results so far. ``check`` raises if the run must end; ``busy``: the run's thread computes
-    an answer, which an exception may end. ``background``: whether answers come from threads.
+    """Results so far. ``check`` raises if the run must end; ``busy``: the run's thread computes an
+    answer, which an exception may abort. ``background``: whether answers come from threads.
     ``count`` and ``seconds``: the cost of the syntheses. ``examined``: the number of resolved
     obstacles at the last search for a plan; ``kept``: the plan for which it found no better one."""
 
@@ -104,7 +104,7 @@ class Answers:
         better: bool = False,
     ) -> Found | Deadlock | Unserved | None:
         """Return the joint plan for the remaining mission, or the reason why there is none.
-        ``state``: the team's state, with charges; ``better``: only one for which these suffice."""
+        ``state``: the team's state, with charges; ``better``: only a plan with enough of these."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         key = floor.team, *about, floor.helping, floor.laden, joint, served, len(state.over)
         plain, charged = _searches(floor, joint, served, state)
@@ -125,8 +125,8 @@ class Answers:
         return found if better or found else self._ask(key, plain)
 
     def more(self, floor: Floor, joint: Joint, state: State) -> Plan | None:
-        """Return a plan for rounds beyond the mission, if the charges suffice for one. The search
-        runs once, since the joint state does not change while the robots stand."""
+        """Return a plan for rounds beyond the mission if the charges suffice. The search runs once,
+        since the joint state does not change while the robots stand."""
         about = floor.team, floor.floors, floor.robots, floor.rounds, len(state.over)
         if about in self._vain:
             return None

@@ -1,8 +1,8 @@
 """The intentions of the team, a function of its state and of its intentions before.
 
-Duties are decided again iff the question has changed (requests, obstacles, service), once for all
-changes since. The plan of the robots that share a floor is computed again iff there is none: a
-surprise has dropped it (``apply``), or it is at its end and the mission is not complete.
+Duties are decided again iff requests, obstacles or service have changed, once for all changes since
+the last decision. A plan of the robots that share a floor is computed iff none is in force: a
+surprise has dropped it (``apply``), or it has ended and the mission is not complete.
 """
 
 from collections.abc import Collection, Hashable, Sequence
@@ -75,7 +75,7 @@ Decided = tuple[State, now.Event]
 
 class Decision:
     """A decision of the team. ``decided``: its events, in order; ``state``: the state after them.
-    ``coming``: whether a change is to come, for which a team waits if it can do nothing else."""
+    ``coming``: whether a change will come, for which the team waits if it can do nothing else."""
 
     def __init__(self, team: Team, state: State, answers: Answers, *, coming: bool) -> None:
         self.team, self.state, self.answers, self.coming = team, state, answers, coming
@@ -119,7 +119,7 @@ class Decision:
         return self._again(control) if again else self._waiting(control, before)
 
     def _again(self, control: Control) -> Control:
-        """Return the intentions that follow from a first part of this decision."""
+        """Return the intentions that follow from the first part of this decision."""
         after = self.control(control)
         failed, vain = control.failed + after.failed, control.vain + after.vain
         return replace(after, new=control.new + after.new, failed=failed, vain=vain)
@@ -139,8 +139,7 @@ class Decision:
                 return
 
     def _tell(self, before: Control, control: Control) -> None:
-        """Give robots their objectives and new strategies, and count the goals where they
-        stand."""
+        """Assign objectives and new strategies to robots, and count the goals where they stand."""
         team = self.team
         if control.end is None:
             told: Collection[int] = range(len(control.roles))
@@ -411,8 +410,8 @@ def _helped(team: Team, control: Control) -> frozenset[int]:
 
 
 def _left(team: Team, state: State, control: Control) -> frozenset[int]:
-    """Return obstacles that a plan, which cannot continue, leaves to robots with strategies, though
-    none of these is to help: the chosen helpers may have no path past other robots."""
+    """Return the obstacles that a stuck plan leaves to robots with strategies, although none of
+    these was chosen to help: the chosen helpers may have no path past other robots."""
     if state.plan is None or not state.requests:
         return frozenset()
     waits = awaited(team, state) - control.left
@@ -474,7 +473,7 @@ def _why_out(team: Team, state: State, i: int) -> str:
 
 def is_complete(team: Team, state: State, control: Control) -> bool:
     """Return whether every robot has met its objective, those that must stay at their last target
-    are there now, and no request is being served or will come as an order."""
+    are there now, and no request is being served or will follow from an order."""
     if control.found.served or orders_ahead(team, state):
         return False
     return all(

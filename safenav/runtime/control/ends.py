@@ -53,9 +53,8 @@ class End(Struct, frozen=True):
 
 
 def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = False) -> Sets:
-    """Return the team as if every robot were in service, or with ``serving`` as if those out of
-    service blocked no robot; with ``given_up`` as if the obstacles that are given up were still
-    requested."""
+    """Return the team as if every robot were in service; with ``serving``, as if robots out of
+    service blocked no robot; with ``given_up``, as if given-up obstacles were still requested."""
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
@@ -81,8 +80,8 @@ def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:
 
 
 def infeasible(team: Team, state: State, now: Sets) -> End:
-    """Return the end of a run in which, by the closure or after every choice, a robot cannot
-    continue."""
+    """Return the end of a run in which a robot cannot continue, by the closure or after each
+    choice."""
     word = team.world.word
     given_up = [team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up]
     lacks = lacks_of(team, state) if given_up else {}
@@ -103,7 +102,7 @@ def infeasible(team: Team, state: State, now: Sets) -> End:
 
 
 def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) -> list[str]:
-    """Return the reasons along the choices up to a dead end. ``left``: whether a step is left
+    """Return the reasons along the choices up to a dead end. ``left``: whether a step is possible
     there."""
     sentences, lossless = list[str](), True
     for step in steps:
@@ -246,7 +245,7 @@ _UNSERVED = "if a robot went there now, the team could not continue"
 
 
 class Request:
-    """An open request ``k`` at this moment; ``found``: the duties of the robots."""
+    """The open request of obstacle ``k``; ``found``: the duties of the robots."""
 
     def __init__(self, team: Team, state: State, found: Settlement, k: int) -> None:
         team, state = without_memory(team, state)

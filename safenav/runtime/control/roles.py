@@ -1,4 +1,4 @@
-"""The objective of each robot: its duty, to wait for help, or its own; and the obstacles that it
+"""Role of each robot: its duty, waiting for help, or its own objective; and the obstacles that it
 must not enter."""
 
 from msgspec import Struct
@@ -63,8 +63,8 @@ class Roles:
         return self._toward(i, wanted, objective, k)
 
     def _meets_own_first(self, i: int) -> bool:
-        """Return whether a robot must and can meet the next target of its ``once`` before its duty,
-        since it could not meet all remaining targets afterwards."""
+        """Return whether a robot can meet the next target of its ``once`` before its duty, and
+        must, because it could not meet all remaining targets afterwards."""
         member, duty, floor = self.team.members[i], self.found.duties[i], self.floor
         if not (member.pursuit.settles and member.pursuit.in_turn):
             return False
@@ -82,8 +82,8 @@ class Roles:
         return at
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
-        """Return the region where it waits, or the first own target such that it can alternate
-        between that and its duty."""
+        """Return the region where the robot waits, or else its first own target, provided that it
+        can alternate between that and its duty."""
         waiting = (frozenset({place}) for place in self._places(i))
         for target in (*waiting, *self.team.members[i].objective.targets):
             if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):
@@ -91,8 +91,8 @@ class Roles:
         return None
 
     def meanwhile(self, i: int) -> Role | None:
-        """Return its objective while it waits for help; None if it has none or cannot pursue it, or
-        a joint plan drives it."""
+        """Return the robot's role while it waits for help; None if it has no such objective, cannot
+        pursue it, or a joint plan drives it."""
         member, graph = self.team.members[i], self.floor.graphs[i]
         other = member.robot.while_waiting
         if other is None or member.planned:

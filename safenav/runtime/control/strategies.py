@@ -55,7 +55,7 @@ class Controller(Struct, frozen=True, eq=False):
         return Form.OTHER_MEMORY if self.rung.weakening is tasks.Weakening.TURNED else Form.LITERAL
 
     def allows(self, word: Word) -> str | None:
-        """Return what its form allows beyond the objective, with the reason; None for the strongest
+        """Return what the form allows beyond the objective, with the reason; None for the strongest
         form."""
         return tasks.concession(self.asked, self.rung, word)
 
@@ -180,8 +180,8 @@ def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
 
 
 def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:
-    """Return whether a strategy does not suffice for a role: another objective, or walls or poses
-    unknown to it."""
+    """Return whether a strategy does not suffice for a role: it has another objective, or lacks
+    walls or forbidden poses."""
     robot = state.robots[i]
     if not controller.realizable or (robot.node is None and robot.to is None):
         return True  # it has no strategy, or has left it
@@ -219,7 +219,7 @@ def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[t
 
 
 def _sealed_words(team: Team, state: State, k: int) -> str:
-    """Return the reason why a sealed obstacle stays."""
+    """Return the reason why an obstacle is sealed."""
     if not state.obstacles[k].given_up:
         declared = "an operator declared it permanent"
         return "found to be untraversable" if k in state.over else declared
@@ -241,7 +241,7 @@ def enough(team: Team, k: int) -> bool:
 
 
 def observed(team: Team, state: State, i: int) -> Iterator[tasks.Observed]:
-    """Yield the knowledge of a robot with a strategy about the robots that it tracks."""
+    """Yield what a robot with a strategy knows of the robots that it tracks."""
     known, me = dict(state.robots[i].known), team.members[i]
     for j, member in enumerate(team.members if not me.planned else ()):
         if member.name in me.robot.tracks:
@@ -268,8 +268,7 @@ def heard(team: Team, state: State, i: int, task: tasks.Task) -> dict[str, int]:
 
 
 def looked(team: Team, state: State, i: int, task: tasks.Task) -> now.Looked | None:
-    """Return the knowledge of a robot after it has looked around; None if its task tracks no
-    robot."""
+    """Return the knowledge of a robot after an observation; None if its task tracks no robot."""
     if not task.observed:
         return None
     watch, before = watch_for(task, team.world), dict(state.robots[i].known)

@@ -35,7 +35,7 @@ the last checkpoint, at ``LINE`` bytes per line."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
-    """The memory of the recorder and of its ledger, by the names of their attributes."""
+    """The attributes of the recorder and of its ledger, by name."""
 
     tick: int
     stack: tuple[tuple[int, int | None, tuple[str, ...]], ...] = ()
@@ -112,9 +112,9 @@ def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
 
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
-    """Return the run of a trace at its last checkpoint. ``scenario``: its scenario, perhaps with
-    other limits. Raises UsageError if the run has ended, has no checkpoint, or is of another
-    scenario."""
+    """Return the run of a trace at its last checkpoint. ``scenario``: the scenario of the run,
+    perhaps with other limits. Raises UsageError if the run has ended, has no checkpoint, or is of
+    another scenario."""
     if trace.outcome is not None and trace.outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")
     count, kept = _last_checkpoint(trace)
@@ -157,7 +157,7 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
 
 
 class Checkpoints:
-    """The writer of a run's checkpoints, whose lines it ``emits``: they are at most a share of the
+    """The writer of a run's checkpoints. ``emit`` takes their lines, at most a share of the
     trace."""
 
     def __init__(self, emit: Callable[[records.Record], None]) -> None:

@@ -135,8 +135,8 @@ class Ledger:
         return [(of, self.dues[of]) for of in sorted(self.dues) if not self.dues[of].past]
 
     def _begins(self, team: Team, i: int, done: int | None = None) -> None:
-        """Begin a round of a robot, if its rounds have deadlines. ``done``: the rounds that it has
-        completed (default: as many as before)."""
+        """Begin a round of a robot, if its rounds have deadlines. ``done``: the number of its
+        completed rounds (default: unchanged)."""
         former, within = self.dues.pop((ROUND, i), Due(0)), team.members[i].robot.within
         if within is not None:
             tick, done = self.tick + within, former.done if done is None else done
@@ -159,7 +159,7 @@ class Ledger:
         self.emit(records.Deadline(self.tick, name, due.tick, verdict, earliest))
 
     def _look(self, team: Team, state: State, i: int) -> None:
-        """Mark a robot's round if the robot does not pursue its own objective in its turn."""
+        """Mark the round of a robot that does not pursue its own objective in its turn."""
         due = self.dues.get((ROUND, i))
         if due is not None and not (state.robots[i].active and on_own(team, state, i)):
             self.dues[ROUND, i] = replace(due, disturbed=True)

@@ -27,8 +27,8 @@ class Proposal(NamedTuple):
 
 
 def continues(run: Situation, i: int) -> bool:
-    """Return whether a robot moves while the team waits for help from outside: it can undo each of
-    its steps alone and has a way without help, or it has an objective for that time."""
+    """Return whether a robot moves while the team waits for outside help: it can undo each of its
+    steps alone and needs no help on its path, or it has an objective for the time of the wait."""
     team, state = run.team, run.state
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or member.objective.formulas is not None:
@@ -111,9 +111,9 @@ def successor(run: Situation, i: int) -> Proposal | None:
 
 
 def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | None, bool]:
-    """Return the node of a robot that stays, and whether it is astray. If a strategy that tracks
-    other robots decides nothing, its node has the values of the last one, except for the present
-    observation."""
+    """Return the node of a robot that stays, and whether the robot is astray. If its strategy
+    tracks other robots and decides nothing, the new node has the values of the last one, except for
+    the present observation."""
     controller, node = run.control.controller(i), run.state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if step.node is not None or controller is None or strategy is None or node is None:
@@ -168,7 +168,7 @@ def closing(run: Situation, i: int, pose: int) -> int | None:
 
 
 def way_back(run: Situation, i: int) -> int | None:
-    """Return the region to which a robot leaves an obstacle that it has entered and cannot
+    """Return the region into which a robot backs out of an obstacle that it has entered and cannot
     resolve."""
     team, state = run.team, run.state
     robot = state.robots[i]

@@ -44,8 +44,8 @@ MOST_PASSES = 50
 
 
 class Run(Situation):
-    """A run. It remembers ``state`` and ``control`` only: the facts, and the team's intentions;
-    ``team`` grows by obstacles that the scenario does not list. ``check`` raises if it must end."""
+    """A run. Its data are ``state`` and ``control``: the facts, and the team's intentions; ``team``
+    grows by obstacles that the scenario does not list. ``check`` raises if the run must end."""
 
     def __init__(
         self,
@@ -140,7 +140,7 @@ class Run(Situation):
             self.answers.forget()
 
     def look(self, i: int) -> None:
-        """Let a robot observe those that it tracks, also out of service without a strategy."""
+        """Let a robot observe the robots that it tracks, even out of service without a strategy."""
         member = self.team.members[i]
         if member.robot.tracks and not member.planned:
             mine, role = self.control.controller(i), Role(self.state.robots[i].objective)
@@ -265,8 +265,8 @@ class Run(Situation):
         self.settle()
 
     def drains(self, i: int) -> bool:
-        """If the charge of a robot off the chargers does not suffice for a step, put it out of
-        service until it gets another battery. Return whether that is so."""
+        """Put a robot off the chargers out of service, until it gets another battery, if its charge
+        does not suffice for a step. Return whether that is so."""
         robot, energy = self.state.robots[i], self.team.members[i].energy
         if energy is None or not (robot.active and robot.to is None):
             return False
@@ -387,7 +387,7 @@ class Run(Situation):
         return any(robot.acting is not None for robot in self.state.robots)
 
     def may_hear(self) -> bool:
-        """Return whether an operator may set an input."""
+        """Return whether an operator may still set an input."""
         return self.world.attended and bool(self.team.scenario.inputs)
 
     def still(self) -> End | None:

@@ -168,8 +168,8 @@ class Mission:
         return bool(self._asked)
 
     def refusal(self) -> str | None:
-        """Return why the mission would end before the first tick, from deadlines and charges; None
-        if it would not. Call before ``start``."""
+        """Return why deadlines or charges would end the mission before the first tick; None if they
+        would not. Call before ``start``."""
         end = refusal_of(self._run.team, self._run.state)
         return None if end is None else end.explanation
 
@@ -210,7 +210,7 @@ class Mission:
 
     @property
     def waiting(self) -> End | None:
-        """The end of the run without the operator for whom it waits; None if it waits for none."""
+        """The end of the run without the operator for whom it waits; None if it does not wait."""
         run = self._run
         if run.may_hear() and (still := run.still()) is not None:
             return still

@@ -101,7 +101,7 @@ class Operator:
         self._ordered: set[str] = set()
 
     def resume(self, time: float, lines: Iterable[records.Record]) -> None:
-        """Continue after the changes until ``time``, with the inputs set in these lines."""
+        """Continue after the changes up to ``time``, with the inputs that these lines set."""
         self._listed = [change for change in self._listed if change.at > time]
         for line in lines:
             if isinstance(line, records.Inputs):
@@ -328,7 +328,7 @@ def _serves(run: Situation, i: int, active: bool, cause: str) -> Iterator[now.Ev
 
 
 def _known(run: Situation) -> list[int]:
-    """Return the obstacles known to the team."""
+    """Return the obstacles that the team knows."""
     return [k for k, each in enumerate(run.state.obstacles) if each.known or each.stands]
 
 
@@ -433,7 +433,7 @@ def _read(key: str, data: Mapping[str, Any], scenario: Scenario, reading: Readin
 
 
 def _obstacle(written: str, reading: Reading) -> str:
-    """Return the obstacle's name with its region as a number: reports print ``door@gate``."""
+    """Return the obstacle's name with its region as a number, since reports print ``door@gate``."""
     kind, where, number = name_parts(written)
     region = reading.written(where)
     return written if region is None else f"{kind}@{region}" + f"#{number}" * (number > 1)

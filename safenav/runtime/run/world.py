@@ -152,7 +152,7 @@ class World:
                 yield now.Turn(i)
 
     def _on(self, run: Situation) -> frozenset[str]:
-        """Return the inputs that are on now, as set by an operator or else by the world."""
+        """Return the inputs that are on now: an operator's setting, else the world's."""
         names = [each.name for each in run.team.scenario.inputs]
         found = {name: name in run.state.inputs for name in names}
         found |= protocol.inputs_of(self._inputs if names else None, int(self.commands.now()))
@@ -236,7 +236,7 @@ class World:
         return names.index(name) if name in names else None
 
     def stands(self, run: Situation) -> bool:
-        """Return whether time stands still until an operator intervenes."""
+        """Return whether time stops until an operator intervenes."""
         idle = self.commands.simulated and self.commands.idle
         pause = self.pause(run) if self.attended and idle else None
         return pause is not None and pause[1] is None
@@ -423,15 +423,15 @@ class World:
         return others > 0 and (need.together or others + len(stage.done) >= need.robots)
 
     def _is_busy(self, run: Situation, i: int) -> bool:
-        """Return whether a robot leaves an obstacle beside it to other robots that act on it; if
-        they fail, it may act later."""
+        """Return whether a robot leaves an obstacle beside it to other robots that act on the
+        obstacle; if these fail, the robot may act later."""
         if not any(robot.works for robot in run.state.robots):
             return False
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
         return any(self._is_met(run, i, k) for k, _ in self._changes(run, i, known))
 
     def _group(self, run: Situation, i: int) -> tuple[int, ...]:
-        """Return the robots that are busy while a robot acts: those that take part."""
+        """Return the robots that take part when a robot acts, and are busy meanwhile."""
         team, state, group = run.team, run.state, {i}
         at = [r.pose % team.size if r.idle and r.active else None for r in state.robots]
         for k, stage in self._changes(run, i):  # also in the needs that follow immediately
@@ -457,8 +457,8 @@ class World:
         return None if real else self.coming(run)
 
     def given_up(self, run: Situation) -> End:
-        """Return the end of the run if an operator gives up now. While the scenario may still help,
-        nothing proves that an operator is needed."""
+        """Return the end of the run if an operator gives up now. While a change of the scenario may
+        still help, nothing proves that an operator is needed."""
         end = run.control.end
         coming = end is not None and end.outcome == "operator_needed" and self.coming(run)
         return end if end is not None and not coming else GIVEN_UP
@@ -481,8 +481,8 @@ def _takes(run: Situation, k: int) -> bool:
 def _is_early(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Return whether a report has a robot deliver a load that it has only taken: the same robot
-    must still fulfil a need elsewhere."""
+    """Return whether a report claims that a robot has delivered a load that it has only taken: the
+    robot must still fulfil a need elsewhere."""
     here = state.robots[i].pose % team.size
     return any(
         need.same and here not in obstacle.resolution_regions(team.world, number)

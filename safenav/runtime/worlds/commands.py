@@ -204,7 +204,7 @@ class Commands:
         self._count, self.zero = last, self._clock() - time
 
     def at(self, event: protocol.WorldEvent) -> float:
-        """Return the time of an event in seconds of the run: now for a later one."""
+        """Return the time of an event in seconds of the run; for an event in the future, now."""
         return min(float(event.at) - self.zero, self.now())
 
     def number(self, name: str) -> int:
@@ -269,7 +269,7 @@ class Commands:
         obstacles: Sequence[Obstacle],
         send: Callable[[int], protocol.WorldEvent | None],
     ) -> None:
-        """Give the world the next command; an exception of a user's world ends it."""
+        """Give the world the next command, which ends if a user's world raises an exception."""
         assert robot.name not in self._open, "one command at a time"
         self._count += 1
         command = OpenCommand(self._count, robot, here, target, obstacles, self.now())

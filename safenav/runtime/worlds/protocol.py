@@ -72,7 +72,7 @@ class Failed(WorldEvent, frozen=True):
 
 
 class Lost(WorldEvent, frozen=True):
-    """The robot is in one of ``regions``; it is not known in which."""
+    """The robot is in one of ``regions``, but in which is unknown."""
 
     robot: str
     regions: frozenset[Region]

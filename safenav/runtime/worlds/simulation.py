@@ -81,7 +81,7 @@ class SimulatedWorld:
         return self.standing().get(region)
 
     def move(self, robot: Robot, pose: Pose | None) -> None:
-        """Move a robot; to None: it has departed, and no longer acts in its former region."""
+        """Move a robot; to None: it has departed, and no longer acts in the region that it left."""
         self._regions[self._number[robot.name]] = None if pose is None else pose.region
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
@@ -149,8 +149,8 @@ class SimulatedWorld:
         return {e.name: any(first <= tick <= last for first, last in e.spans) for e in listed}
 
     def standing(self) -> Mapping[Region, Obstacle]:
-        """Return the present obstacles that robots notice: all except orders. The team knows the
-        empty battery of a robot, which may be beside another obstacle."""
+        """Return the present obstacles that robots notice: all except orders. The team already
+        knows empty batteries, each of which may share its region with another obstacle."""
         there = (each for each in self._there() if not each.ordered)
         ranked = sorted(there, key=lambda each: each.type.blocks != frozenset())
         return {each.region: each for each in ranked}
@@ -174,7 +174,8 @@ class SimulatedWorld:
         return found
 
     def bring(self, obstacle: Obstacle) -> None:
-        """Let an obstacle of a user appear at its tick ``appears``, like one of the scenario."""
+        """Let a user's obstacle appear at its tick ``appears``, like an obstacle of the
+        scenario."""
         assert obstacle.appears is not None
         self.place(obstacle, Is.AWAY)
 
@@ -211,8 +212,7 @@ class SimulatedWorld:
         return [None if i in self.absent else place for i, place in enumerate(self._regions)]
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
-        """Return the order in which a motion performs the parts of an action: taking loads comes
-        last."""
+        """Return the order of the parts of an action in a motion: loads are taken last."""
         need = self._state.obstacles[k].stage.need
         return self._team.obstacles[k].needs[need].takes, self._team.obstacles[k].name
 
