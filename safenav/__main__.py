@@ -9,8 +9,8 @@ from contextlib import suppress
 
 def main() -> None:
     """Run the command line."""
-    # Modules, strategies and searches are millions of objects with hardly a cycle: collect rarely,
-    # from the first import on.
+    # Modules, strategies and searches are millions of objects, hardly any in cycles: collect
+    # garbage rarely, from the first import on.
     gc.set_threshold(200_000, 20, 100)
     ended: list[int] = []
     atexit.register(_leave, ended)  # registered first, so called last
@@ -18,7 +18,7 @@ def main() -> None:
         from safenav.cli import main as command
 
         command()
-    except KeyboardInterrupt:  # while modules load; the command reports later ones
+    except KeyboardInterrupt:  # while modules load; the command reports later interrupts
         print("error: interrupted", file=sys.stderr)
         sys.exit(130)
     except SystemExit as end:

@@ -48,9 +48,9 @@ def components(graph: Graph) -> list[list[int]]:
     """Return the strongly connected components, each after the components that it can reach."""
     found: list[list[int]] = []
     count, done = 0, len(graph) + 1
-    low = [0] * (len(graph) + 1)  # 0 for a new node, ``done`` for one of a component
+    low = [0] * (len(graph) + 1)  # 0: a new node; ``done``: its component is complete
     stack: list[int] = []
-    work = [(len(graph), -1, iter(range(len(graph))))]  # from a node with edges to all
+    work = [(len(graph), -1, iter(range(len(graph))))]  # an extra node with edges to all others
     while work:
         node, number, targets = work[-1]
         for target in targets:

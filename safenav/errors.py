@@ -147,7 +147,7 @@ class InputError(SafenavError):
         super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[Sequence[Diagnostic]]]:
-        return type(self), (self.diagnostics,)  # to be sent between processes
+        return type(self), (self.diagnostics,)  # pickled between processes
 
 
 class UsageError(SafenavError):
@@ -177,7 +177,7 @@ class NotCertifiedError(SafenavError):
 def requirements(extra: str = "") -> tuple[str, ...]:
     """Return the requirements of an extra and of the extras that it includes; ``""``: safenav's
     own."""
-    # Imported here: it takes longer than the rest of the command line.
+    # Imported here: this takes longer than the rest of the command line.
     from importlib import metadata
 
     found: list[str] = []

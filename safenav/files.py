@@ -42,7 +42,7 @@ def read_input(
     file, hint = Path(path), ""
     try:
         if named and file.exists() and not (file.is_file() or file.is_dir()):
-            raise OSError(0, "it is not a regular file")  # a pipe may never deliver data
+            raise OSError(0, "it is not a regular file")  # a pipe could block forever
         if str(path) == "-" and not named:
             data = sys.stdin.buffer.read(most + 1)
         else:
@@ -266,7 +266,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
             if replace:
                 part.replace(path)
             else:
-                os.link(part, path)  # unlike a renaming it fails if the name is taken
+                os.link(part, path)  # unlike renaming, linking fails if the name is taken
         except FileExistsError:
             hint = "choose another name, or replace it with --force"
             raise UsageError(f"{path} already exists\n    {hint}") from None
@@ -277,7 +277,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
 def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
     """Write files by their names into a folder, which need not exist: all of them, or none if there
     is no space. Raises UsageError if that cannot be done."""
-    # Imported here: it loads the modules of all archives, which takes 2 ms.
+    # Imported here: this loads the modules of all archives, which takes 2 ms.
     from tempfile import TemporaryDirectory
 
     with _writing(folder):

@@ -152,7 +152,7 @@ class Ledger(Struct):
             case records.Resolved():
                 self.resolved.append(event.obstacle)
                 self._over(event.obstacle)
-            case records.Gone():  # for example, an operator has brought it
+            case records.Gone():  # for example, an operator has delivered the order
                 self._over(event.obstacle)
             case records.KnownObstacle():
                 self.blocked.append(event.obstacle)

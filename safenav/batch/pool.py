@@ -100,7 +100,7 @@ class DaskCluster(Pool):
     def close(self) -> None:
         if self._client.status == "closed":
             return
-        with contextlib.suppress(Exception):  # the cluster may be gone: nothing is left to stop
+        with contextlib.suppress(Exception):  # if the cluster is gone, nothing is left to stop
             self._client.cancel(list(self._cases), force=True)
             self._client.run(leave, self.batch)
         self._cases.clear()

@@ -58,7 +58,7 @@ def find_cases(paths: Sequence[str]) -> FoundCases:
     for path in paths:
         try:
             search.add(path)
-        except OSError as error:  # such as a name that is too long
+        except OSError as error:  # for example, a name that is too long
             raise UsageError(f"{path[:60]}: {error.strerror}") from error
     return search.found
 

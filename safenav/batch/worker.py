@@ -90,7 +90,7 @@ def leave(batch: str) -> None:
     for worker in workers:
         worker.send(signal.SIGTERM)
     for worker in workers:
-        if worker.case:  # the thread that reads its pipes closes them: else it would wait forever
+        if worker.case:  # its reading thread closes the pipes; otherwise that would wait forever
             worker.kill()
         else:
             worker.end()
@@ -139,7 +139,7 @@ class Worker:
             self._print_stack()
             verdict = CaseVerdict.HUNG
             reason = f"stopped after {conditions.seconds:g} s (time limit)"
-        except (EOFError, OSError):  # it is dead
+        except (EOFError, OSError):  # the process is dead
             verdict = CaseVerdict.CRASHED
             reason = f"the process that ran this case died: {self._death()}"
         self.kill()
@@ -228,10 +228,10 @@ def main() -> None:
     tasks: queue.SimpleQueue[Task | None] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
     try:
-        connection.send(True)  # it is ready
+        connection.send(True)  # this process is ready
         while task := tasks.get():
             case, conditions, trace = task
-            with contextlib.suppress(OSError):  # without the folder only its files are missing
+            with contextlib.suppress(OSError):  # without it only the case's files are missing
                 os.chdir(conditions.directory)
             connection.send(execute(case, conditions, trace))
     except BrokenPipeError:

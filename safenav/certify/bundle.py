@@ -190,7 +190,7 @@ def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
         for data in automata(e) if wanted and name not in found else ():
             if drives:
                 found[f"strategies/{e.strategy}.json"] = data
-            # On an error, try the next automaton: this one does not fit the line, or does not win.
+            # On an error, try the next automaton: this one contradicts the line, or does not win.
             with suppress(RefusedError, NoMeasureError, LookupError):
                 proof = (strategy_proof if drives else counter_proof)(json.loads(data), e, s)
                 found[name] = json_line(proof).encode()

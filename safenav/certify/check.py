@@ -30,7 +30,7 @@ def check_bundle(bundle: Path) -> Judged:
     first = files["trace.jsonl"].read_bytes().splitlines()[0]
     try:
         told = difference(kept, read_bytes(first).header)
-    except InputError as error:  # a field that the checker does not need
+    except InputError as error:  # invalid in a field that the checker ignores
         return Judged("refused", f"trace.jsonl: {error.diagnostics[0].found}")
     if told is not None:
         return Judged("refused", f"the source is not the scenario of the trace: {told}")
@@ -54,7 +54,7 @@ def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
 def _referenced(text: str, folder: Path, taken: list[str]) -> Iterator[tuple[str, Path]]:
     for path in referenced_files(root_of(text), folder):
         name = path.name
-        while name in taken:  # a file of that name from another folder
+        while name in taken:  # another folder has a file of this name
             name = f"_{name}"
         taken.append(name)
         yield name, path
@@ -84,7 +84,7 @@ def _read_again(
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder) / FOLDER
         here.mkdir(parents=True)
-        for _ in range(2):  # a map in the format of ROS names its image
+        for _ in range(2):  # the second pass: a map of ROS names its image
             for kept, path in _referenced(text, here, [name]):
                 used.add(kept)
                 inside = Path(folder).resolve() in path.resolve().parents

@@ -172,7 +172,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
         }
         when = moment_words(result.ticks, result.makespan)
         line = f"without hidden obstacles: {result.outcome.value} {when}"
-        _, more, left = result.explanation.partition("; ")  # orders that are still open
+        _, more, left = result.explanation.partition("; ")  # the open orders
         done = result.outcome == "completed"
         line += f"{more}{left}" if done else f": {result.explanation}"
         late = [obstacle_words(name, plan.map.word) for name in result.late or ()]

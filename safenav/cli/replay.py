@@ -161,7 +161,7 @@ def draw(
     from safenav.scenario.reading.map import form_of, load_map
 
     if (form := form_of(scenario)) is None:
-        if scenario.exists():  # its reader reports a file that is missing
+        if scenario.exists():  # the reader reports a missing file
             options.refuse("map files, not scenarios", "rows", "cols", "side", "share")
         plan = load_scenario(scenario)
     else:

@@ -131,13 +131,13 @@ def losing_play(
     walk = [begins[0]]
     goals = arena.meet_goals(walk)
     nearness: Nearness = near(goals[0]) if goals else (lambda _: 0.0)
-    passed = len(walk) - 1  # the last moment in which a goal was met
+    passed = len(walk) - 1  # the last moment at which a goal was met
     while arena.replies[walk[-1]]:
         node = arena.pursue(walk[-1], nearness)
         if node in walk[passed:]:
             cycle = walk[walk.index(node, passed) :]
             if len(cycle) == 1 and (rest := arena.to_an_end(node)):
-                walk += rest  # moves that show why it stays: they end the play
+                walk += rest  # these moves end the play: they show why the system stays
                 break
             walk = walk[: walk.index(node, passed)]
             goal = arena.never_met(cycle)

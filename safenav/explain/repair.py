@@ -85,7 +85,7 @@ def _resolvable(
         obstacle = Obstacle(kind, wall, True if kind.has_truth else None)
         helpers = []
         if len(kind.needs) > 1 or kind.needs[0].robots > 1:
-            continue  # it takes several actions or helpers
+            continue  # resolving it takes several actions or helpers
         for other in scenario.robots:
             if kind.needs[0].action not in other.capabilities:
                 continue

@@ -117,7 +117,7 @@ class Goals:
     def goal_ended(self, body: DrivenRobot, message: GoalEnded) -> None:
         task = body.task
         if task is None or message.number != task.goal:
-            return  # late, for an abandoned goal
+            return  # a late message about an abandoned goal
         moving = task.phase in (Phase.GOING, Phase.STOPPING, Phase.RETURNING)
         if moving and message.end is GoalEnd.SUCCEEDED:  # perhaps the goal ended before the stop
             self._look(body, task)

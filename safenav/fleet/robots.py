@@ -274,7 +274,7 @@ class TeamAction(Struct):
         if len(answers) < len(self.team):
             return False
         worst, obstacle = max(answers, key=WORST.index), self.on
-        if self.progress.need(obstacle) != self.need:  # other robots were faster
+        if self.progress.need(obstacle) != self.need:  # other robots fulfilled the need first
             self.advanced.add(obstacle.name)
             return True
         more = worst in GOOD and bool(self.progress.group(obstacle, self.robot.name, idle))

@@ -47,7 +47,7 @@ class FleetWorld:
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         self._take_all()
-        seen = self._sensing.at(region)  # shared by all robots
+        seen = self._sensing.at(region)  # sightings are shared by all robots
         return self._sensing.stray(robot, region) if seen is None else seen
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
@@ -55,7 +55,7 @@ class FleetWorld:
         self._take_all()
         body = self._bodies[robot.name]
         found = self.goals.pose_now(body)
-        if found is not None and found.region != body.pose.region:  # moved by something else
+        if found is not None and found.region != body.pose.region:  # not by its own command
             body.lost = frozenset((body.pose.region, found.region))
             return Lost(self.now(), robot.name, body.lost, self._moved(found), command=command)
         task = robots.FleetTask(command, body.pose, pose, robots.Phase.INSPECTING, known=known)
@@ -87,7 +87,7 @@ class FleetWorld:
             view = robots.View.SEEN
         elif self.now() - body.viewed > robots.STALE:
             view = None
-        if pose is not None and pose.region != task.start.region:  # moved by something else
+        if pose is not None and pose.region != task.start.region:  # not by its own command
             self.goals.lose(body, task, self._moved(pose))
             return
         if pose is None or view in (None, robots.View.DOUBT, robots.View.BEFORE):
@@ -155,7 +155,7 @@ class FleetWorld:
         body = self._bodies[robot.name]
         task = body.task
         self._untold.pop(robot.name, None)
-        if task is not None and task.phase is robots.Phase.INSPECTING:  # it has not departed
+        if task is not None and task.phase is robots.Phase.INSPECTING:  # the robot has not departed
             self.goals.end(body, Failed, task.start, "cancelled")
         elif task is not None and task.phase is robots.Phase.GOING:
             self.goals.stop(body, task, "cancelled")
@@ -246,7 +246,7 @@ class FleetWorld:
 
     def _located(self, body: robots.DrivenRobot, place: transport.Located, heard: float) -> None:
         if body.place is not None and place.stamp < body.place.stamp:
-            return  # it is late
+            return  # an older message
         body.place, body.heard = place, heard
         body.trail.append(robots.TrailPoint(heard, place, body.regions))
         while len(body.trail) > 2 and heard - body.trail[0].at > robots.PASSED + robots.STALE:

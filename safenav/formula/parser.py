@@ -204,7 +204,7 @@ class _Parser(FormulaParser[syntax.Formula]):
         **{word: f"write '{sign}'" for word, sign in _WORDS.items()},
         **{word.upper(): f"write '{sign}'" for word, sign in _WORDS.items()},
     }
-    deepest = 2 * MAX_DEPTH  # parentheses nest too, but are not operators
+    deepest = 2 * MAX_DEPTH  # parentheses also nest, but are not operators
     _inside_next = False
 
     def joined(
@@ -334,7 +334,7 @@ def _flaws(
             yield from _range(left, right, declared)
             yield from _range(right, left, declared)
         case Operation(Connective.NEXT, (operand,)) if not primes:
-            # Its column is not recorded; the column of its first name is near.
+            # The column of `next` is not recorded; that of its first name is near.
             column = next((name.column for name in syntax.names_of(operand)), 1)
             yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)
     for operand in syntax.operands_of(formula):

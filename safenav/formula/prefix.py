@@ -31,7 +31,7 @@ def to_infix(line: str, most: float = inf) -> str:
     try:
         formula = _Prefix(tokens, most).formula([])
     except (IndexError, ValueError, RecursionError):
-        return line  # neither: the caller reports the error
+        return line  # in neither notation: the caller reports the error
     return line if tokens else formula
 
 

@@ -181,7 +181,7 @@ def later_change(e: Line, s: State) -> float | None:
     times += [t for t in goes if t >= now]
     times = [one.at for one in s.scenario.changes if one.at > now] + times * (not s.external)
     for change in s.changes:
-        robot = s.robots[change.robot]  # a lost one does not return
+        robot = s.robots[change.robot]  # a lost robot does not return
         applied = change.objective is None and (robot.lost or change.active is not robot.out)
         times += [now] * (change.at == now and not applied)
     return min((float(t) for t in times if t <= s.limit), default=None)
@@ -215,7 +215,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
     if not {*stated.values()} <= {*range(e.objective.count)}:
         yield f"{e.robot} has no target {max(stated.values(), key=abs)}"
         return
-    # A strategy for targets in turn meets them from each, so its memory matters only elsewhere.
+    # Targets in turn are all met from any first one; otherwise the memory matters.
     refutes = e.objective.strict and e.form != "alternation" and e.verdict == "unrealizable"
     matters = e.objective.ends or refutes
     if duty or not stated:

@@ -260,7 +260,7 @@ def counts(e: Line, robot: Robot, live: bool) -> bool:
     if own.kind == "ltl":
         if e.goal >= own.count:
             return False
-        return robot.memories is None or bool(meeting(e, robot, live))  # None: it is not judged
+        return robot.memories is None or bool(meeting(e, robot, live))  # None: not judged
     return bool(e.goal < own.count and e.region in own.targets[e.goal])
 
 

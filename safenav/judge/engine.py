@@ -85,14 +85,14 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             s.restart(robot)
             robot.was_away, robot.away = False, not robot.given.serves(robot.own)
             robot.follow(s.inputs)
-            robot.progress.stayed += robot.stays  # immediately, and again in its turn
+            robot.progress.stayed += robot.stays  # now, and again in the robot's turn
         case "service":
-            if s.live or e.cause != "battery":  # in lockstep, that is before the changes of a tick
+            if s.live or e.cause != "battery":  # in lockstep a tick's changes follow
                 _find_changes(e, s)
             robot.out = not e.active
             robot.progress.stayed += s.live and robot.stays
             if e.active:
-                robot.given = robot.own  # until a line gives it a duty again
+                robot.given = robot.own  # until a line gives the robot a duty
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
                 s.restart(robot)
                 for one in s.obstacles.values():
@@ -223,7 +223,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             _due(e, one, s)
         case "request":
             _due(e, one, s)
-            one.shut = one.shut and one.resolved  # one that was given up is tried again
+            one.shut = one.shut and one.resolved  # the team tries a given-up obstacle again
         case "appeared":
             one.begin()
             one.since, one.begun, one.goes = e.tick, e.number, None
@@ -233,7 +233,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             s.dues.pop(one.name, None)
             listed = [each for each in s.coming if each.name == one.name]
             if one.ordered and (listed or e.cause != "world"):
-                _order(e, one, s)  # even if its line is missing, the order is due
+                _order(e, one, s)  # the order is due even if its line is missing
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
                 one.goes, one.truth = listed[0].goes, listed[0].traversable
@@ -268,7 +268,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             if one.name in s.flat:
                 drained = s.robots[s.flat.pop(one.name)]
                 drained.filled = True
-                if not drained.out:  # it was put back before
+                if not drained.out:  # an operator has already put it back
                     _fill(e, drained, s)
             if one.type != s.flat_type:
                 _restart_rounds(e, s)
@@ -309,7 +309,7 @@ def _restart_rounds(e: Line, s: State) -> None:
         if s.live or robot.moved >= s.tick:
             robot.progress.stayed += robot.stays
         own = s.is_planned(robot.name) or robot.given == robot.own
-        counts = robot.moved < s.tick or (robot.name == e.robot and own)  # its turn
+        counts = robot.moved < s.tick or (robot.name == e.robot and own)  # in its turn
         robot.progress.since = 0 if s.live else s.tick - counts
 
 
@@ -356,7 +356,7 @@ def judge(texts: Iterable[Text], rules: Iterable[Rule] = FACTS) -> Judgement:
     rules, state = [*rules], None
     for line in reader.lines(texts):
         state = state or State(line)
-        if line.kind == "outcome":  # the lines before it do not use up the limit of its proof
+        if line.kind == "outcome":  # earlier lines leave its proof the whole limit
             state.world.work = 0
         line.step = state.step(line)
         if line.kind not in by_kind:

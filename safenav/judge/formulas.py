@@ -98,7 +98,7 @@ class _Parser:
             while self.left[-1] == sign and (len(parts) < 2 or sign in "&|+"):
                 self.left.pop()
                 parts.append(self.read(strength + 1, prime, depth + 1))
-            takes = strength < _NOT  # truths; other signs take numbers
+            takes = strength < _NOT  # these take truth values, other signs take numbers
             self.require(all(each.truth is takes for each in parts), f"wrong operands of '{sign}'")
             levels = max(each.levels for each in parts) + 1
             self.require(levels < MOST_LEVELS, "too much nesting")
@@ -155,7 +155,7 @@ class Formulas:
         texts = {part: [*body.get(part, ())] for part in ("init", "safety", "liveness")}
         texts["safety"] += [f"region' = region | ({text})" for text in always]
         size = sum(len(_tokens(text)) for each in texts.values() for text in each)
-        # More variables than values have too many of these, and their product takes long.
+        # Further variables are not counted: the values are too many, and the product takes long.
         count = prod(map(len, ranges[: MOST_VALUES + len(self.fixed)]))
         self.work = size * count**2
         self.whole = count <= MOST_VALUES and self.work <= MOST_WORK

@@ -86,7 +86,7 @@ def _require(holds: object, problem: str) -> None:
         raise WrongError(problem)
 
 
-Fields = list[tuple[str, bool, str]]  # each with its name, whether it may be absent, and its type
+Fields = list[tuple[str, bool, str]]  # name, whether the field may be absent, type
 
 
 def _fields(text: str) -> Fields:
@@ -348,7 +348,7 @@ class Reader:
         return fact
 
     def _fact(self, data: dict[str, Any], kind: str) -> Line | None:
-        if kind not in KINDS or kind == "checkpoint":  # a state of earlier lines, for `resume`
+        if kind not in KINDS or kind == "checkpoint":  # checkpoints are for `resume` only
             return None
         line = read_object(KINDS[kind], data)
         line.kind, line.number, line.tick = kind, self.read, line.tick or 0

@@ -122,7 +122,7 @@ def pace(e: Line, s: State) -> Iterator[str]:
         yield "the scenario changes something after the first move of a tick"
     if s.live or e.kind not in ("move", "outcome"):
         return
-    whole = e.outcome == "tick_limit"  # other runs may end in mid-tick
+    whole = e.outcome == "tick_limit"  # runs with another outcome may end within a tick
     before = s.names if whole else s.names[: s.names.index(e.robot)] if e.kind == "move" else ()
     for name in s.names:
         if (moved := s.robots[name].moved) < e.tick - (name not in before):
@@ -193,7 +193,7 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
             yield f"{e.robot} enters its target {s.show(region)} out of turn"
     formulas = own.formulas
     if formulas is None or step.start == step.to or robot.bound is not None:
-        return  # a step that was begun may be ended under other rules
+        return  # a step may end under other rules than it began
     way = s.world.side(step.start, step.to) if robot.faces else None
     here = step.start, robot.pose[1]
     remembers = robot.memories is not None and robot.given.serves(robot.own)
@@ -304,7 +304,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     stand in its regions (simultaneously, if together). The last need reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
-    # Needs that no robot attends to may have been fulfilled before.
+    # Earlier needs may have been fulfilled without the team's knowledge.
     untold = s.external and (one.declared or one.shut or not one.known)
     if not one.there and not s.external:
         yield f"{one.name} is absent"

@@ -410,7 +410,7 @@ class State:
         for one in self.at.get(region, ()):
             if not one.there or robot not in one.blocks:
                 continue
-            known = not self.external or one.known  # else it may be absent
+            known = not self.external or one.known  # an unknown one may be absent
             if one.shut or (one.open and known and one.rest.closes(robot)):
                 yield one
 

@@ -117,7 +117,7 @@ class AxisTracker:
         step; ``low``, ``high`` (HORIZON): where the centre of the body may be. If the solver
         does not finish, the reference's own command is given.
         """
-        from daqp import solve  # only simulated flights need it
+        from daqp import solve  # only simulated flights need daqp
 
         model = axis_model()
         position, velocity = (free @ self.state for free in model.free)

@@ -58,7 +58,7 @@ def _header(trace: Trace, floor: MetricFloor) -> file.MotionHeader:
 
 def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
     """Raise UsageError if the trace itself breaks a rule: only valid runs have a motion."""
-    from safenav.run.checked import check_trace  # imported here: it is slow
+    from safenav.run.checked import check_trace  # imported here, since the judge is slow to load
 
     if found := check_trace(trace).findings:
         hint = f"all broken rules: safenav check --json {trace.source}"
@@ -175,7 +175,7 @@ class _Schedule:
     def _arrive(self, depart: records.Depart, arrive: records.Arrive) -> None:
         name, region = depart.robot, self._movers[depart.robot].region
         if arrive.at == depart.from_ == region:
-            return  # it stays at rest
+            return  # the robot stays at rest
         if depart.from_ != region:
             found = f"{name} departs from region {depart.from_}, but was in region {region}"
             raise self._refused(depart, f"{found}: no motion shows how it came there")
@@ -272,7 +272,7 @@ class _Schedule:
 
     def end(self) -> tuple[tuple[file.Line, ...], file.MotionOutcome]:
         """Let all robots come to rest, and rest until all of them do and the run has ended."""
-        for depart in self._departs.values():  # under way when the run ends
+        for depart in self._departs.values():  # steps under way when the run ends
             if depart.from_ == self._movers[depart.robot].region:
                 self._step(depart, None)
         tick = max((getattr(line, "tick", 0) for line in self._lines), default=0)

@@ -166,7 +166,7 @@ def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) ->
         if one.primitive == other.primitive == "fly" and abs(other.t0 - one.t1) < AT_ONCE:
             (a, b), (c, d) = _way(one), _way(other)
             first, second = hypot(a, b), hypot(c, d)
-            if first and second:  # if it returns, the two directions cancel out
+            if first and second:  # if the flyer returns, the two directions cancel out
                 speed = min(first / (one.t1 - one.t0), second / (other.t1 - other.t0)) / 2
                 speed *= width if abs(a * c + b * d) < AT_ONCE else 1.0
                 speeds[index] = (speed * (a / first + c / second), speed * (b / first + d / second))

@@ -64,7 +64,7 @@ def parts_done(trace: Trace) -> dict[int, PartDone]:
             case records.Part() | records.Resolved():
                 obstacle = obstacles[record.obstacle]
                 if isinstance(record, records.Resolved) and len(obstacle.needs) > 1:
-                    continue  # the line before has recorded its last need
+                    continue  # the previous line has recorded the last need
                 number = record.need if isinstance(record, records.Part) else 0
                 others = (record.robots or ()) if obstacle.needs[number].together else ()
                 team = tuple(dict.fromkeys((record.robot, *others)))

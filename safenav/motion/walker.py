@@ -233,7 +233,7 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
             line, nodes[: len(line)].tolist(), downs.tolist(), ups.tolist(), strict=True
         )
     )
-    if standing:  # its other foot is as far on the other side
+    if standing:  # the other foot is as far on its side
         aside = (first.x, -first.foot * offset, 0.0, -first.foot, 0.0, stride.lean)
         footholds = (Foothold(*aside), *footholds)
     swings = _swings(gait, line, footholds, stride.seconds, standing)
@@ -362,7 +362,7 @@ def fault_of(gait: Gait) -> str | None:
         made = [stop(gait, LEFT), walk(gait, LEFT, RIGHT)]
         for quarters in (0, LEFT, RIGHT):
             made += [walk(gait, quarters, LEFT), start(gait, quarters, LEFT)]
-    except ValueError:  # a step of an arc whose mass never gets over its foot
+    except ValueError:  # in a step of an arc, the mass never passes over the foot
         return "the mass would fall back on an arc"
     found = (words for each in made for _, _, words in walked(each, limits).broken)
     return next(found, None)

@@ -63,7 +63,7 @@ def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
         before = None
         for tick, pose in enumerate(zip(track.regions, track.headings, strict=True)):
             if run.seconds is not None and pose == before:
-                continue  # another robot's event
+                continue  # an event of another robot
             before = region, facing = pose
             centre = frame.centre(*run.map.position(region), run.map.rows)
             x, y = (round(value, _DECIMALS) for value in centre)

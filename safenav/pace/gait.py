@@ -200,7 +200,7 @@ def walking(gait: Gait, turn: int, foot: int) -> Stride:
     else:
         approach = gait.approach(1)
         if (approach % 2 == 0) != (foot == turn):
-            approach += 1  # the outer foot is to swing first on the arc
+            approach += 1  # so that the outer foot swings first on the arc
         _turned(line, gait, turn, approach)
     return Stride(tuple(line), _durations(gait, line))
 

@@ -19,7 +19,7 @@ KINDS: Mapping[str, Mapping[str, float]] = {
         **{"size": 0.6, "speed": 0.45},
         "height": 0.8,  # metres of the centre of mass
         "foot": 0.18,  # metres from the centre line to each foot
-        "clearance": 0.12,  # metres below a swinging foot
+        "clearance": 0.12,  # metres between a swinging foot and the ground
     },
     "flyer": {
         **{"size": 0.5, "speed": 1.0},
@@ -143,7 +143,7 @@ class Pace:
         """Return the time at which the robot can begin to act on an obstacle in ``region`` from
         region ``at``: at rest and facing it."""
         if at == region and self._short and now <= self._since + AT_ONCE:
-            return now  # it has not left the place where it acted before
+            return now  # still at the place of its last action
         begin = max(now, self._since + self._settling)
         if at == region:
             return begin
@@ -241,7 +241,7 @@ class GliderPace(Pace):
         """Return the seconds of the way back to the centre; a rover first turns to its path."""
         turn = self._turning(_between(self.facing, self._next)) if self._rover else 0.0
         room = self._side / 2 - self._figures.values["size"] / 2 - ROOM
-        return turn + self._figures.glide(max(0.0, room))  # a large one acts in the middle
+        return turn + self._figures.glide(max(0.0, room))  # a large robot acts in the middle
 
 
 def pace_of(
@@ -254,7 +254,7 @@ def pace_of(
     """Return the pace of a robot on regions of ``side`` metres. ``ticks``: its ticks per step."""
     if figures is not None and figures.kind in KINDS:
         kind = WalkerPace if figures.kind == "walker" else GliderPace
-        with suppress(UsageError):  # its motion is impossible there
+        with suppress(UsageError):  # its motion is impossible on such regions
             return kind(cols, side, heading, figures)
     return Pace(cols, side, heading, ticks)
 

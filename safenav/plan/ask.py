@@ -75,7 +75,7 @@ def ask(
         part, more = (replace(floor, rounds=(done + AHEAD + k,) * every) for k in (0, 1))
         found = _continued(part, joint, served, seed, check)
         if not isinstance(found, Found):
-            return found  # impossible for some rounds: impossible for all
+            return found  # what is impossible for some rounds is impossible for all
         if _goes_on(more, joint, found, seed, check):
             return replace(found, plan=replace(found.plan, part=True))
     return _continued(floor, joint, served, seed, check)
@@ -159,7 +159,7 @@ def _ask(
     assert isinstance(reached, Exhausted)
     stages = {each.stages for each in reached if floor.completed(each, frozenset())}
     ends, possible = [{*served}.difference(floor.open(each)) for each in stages], set[int]()
-    for g in served:  # in order: each is served if it can be with those before it
+    for g in served:  # in order: each is kept if earlier ones can still be served
         possible |= {g} if any({*possible, g} <= end for end in ends) else set()
     if ends:
         return Unserved(tuple(g for g in served if g not in possible))
@@ -211,7 +211,7 @@ def ask_charged(
     if _crowded(floor) is not None:
         return None
     sharing = [i for i in floor.robots if i in floor.team.sharing]
-    # Others complete their rounds by their strategies.
+    # Other robots complete their rounds by their strategies.
     helpers = frozenset[int]().union(*(_helpers(floor, joint, g) for g in floor.open(joint.stages)))
     robots = tuple(i for i in floor.robots if i in sharing or i in helpers)
     done = min((floor.rounds_done(i, joint.counts[i]) for i in sharing), default=0)
@@ -274,7 +274,7 @@ def _charged(
         # If a charger is near, short stops cost least; if it is far, few stops.
         ways = [(False, False), (False, True)] if begins is late else [(False, False)]
         ways += [(True, False), (True, True)] if begins is late and mixed else []
-        each = work * 2 // max(2, len(ways))  # as much in all as with one speed
+        each = work * 2 // max(2, len(ways))  # in total as much work as with one speed
         searches = [
             ChargedSearch(on, wanted, guide, start, seed, each, (lasting, full), check, brisk=brisk)
             for brisk, full in ways

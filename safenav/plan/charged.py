@@ -73,7 +73,7 @@ class ChargedSearch(Search):
         self._home: dict[int, Mask] = {}
         self._joint: Joint | None = None
         self._ways: dict[tuple[int, ...], Effect] = {}
-        # Without further goals, a robot waits elsewhere only with ample charge.
+        # A robot without further goals waits off the chargers only with ample charge.
         self._spare: dict[int, float] = {}
         for i, energy in self.energies.items() if super().goal(start) else ():
             if energy.battery.stay and not energy.charging(start.poses[i]):

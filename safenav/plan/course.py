@@ -44,7 +44,7 @@ def timed(
     actions ``acts``. ``ticks``: the joint states of the plan in an order of its steps."""
     arrives: list[list[float]] = [[0] for _ in times]
     met, opened = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
-    size, lockstep = floor.team.size, not floor.team.live  # then in turns
+    size, lockstep = floor.team.size, not floor.team.live  # in lockstep robots move in turn
     for before, joint in pairwise(ticks):
         last = 0.0
         moved = deque(i for i in floor.robots if before.poses[i] != joint.poses[i])

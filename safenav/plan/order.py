@@ -38,8 +38,8 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
     one at a time, in the plan's order."""
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
-    owed = defaultdict[int, set[tuple[int, int]]](set)  # before it leaves its place
-    for i in robots:  # resolutions at arrivals may make its goal count
+    owed = defaultdict[int, set[tuple[int, int]]](set)  # needs before a robot leaves
+    for i in robots:  # earlier resolutions may make its goal count
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
@@ -170,7 +170,7 @@ def next_step(team: Team, state: State, i: int) -> int | None:
     ):
         return None
     if over == waypoint.over and not _has_counted(team, i, robot.own, waypoint.progress):
-        return None  # it stays, and counts
+        return None  # the robot stays, and counts
     if is_charging(team, state, i, waypoint):
         return None
     return waypoint.pose if waypoint.pose % team.size not in closed(team, state, i) else None
@@ -201,7 +201,7 @@ def starving(team: Team, state: State) -> bool:
         if not blind(state) and next_step(team, state, i) is not None:
             continue
         late = plan is None or blind(state) or robot.charge < _foreseen(plan, state, i)
-        least = -_unit(team, i) if blind(state) else -_slack(team, i)  # it still gets to a charger
+        least = -_unit(team, i) if blind(state) else -_slack(team, i)  # a charger is still in reach
         if late and least <= spare <= EARLY:
             return True
     return False
@@ -278,7 +278,7 @@ def charges_now(team: Team, state: State) -> tuple[float, ...]:
 
 def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
     pursuit = team.members[i].pursuit
-    if pursuit.settles:  # it returns to its last target, and counts its rounds there
+    if pursuit.settles:  # the robot returns to its last target, and counts there
         return own.memory >= due[0]
     if pursuit.in_turn:
         return own.met >= due[1]

@@ -411,7 +411,7 @@ class Proposals:
     ) -> tuple[int, ...] | None:
         """Return the next poses; None if a robot can neither move nor stay. ``order``: the robots
         in the order of their choices; ``forced``: the poses that robots must take."""
-        if joint is not self._joint or order is not self._order:  # else another forced pose
+        if joint is not self._joint or order is not self._order:  # else only forced poses differ
             self._joint, self._order, self._poses = joint, order, joint.poses
             self._now: dict[int, list[int]] = {}
             for i in order:

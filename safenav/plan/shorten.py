@@ -87,14 +87,14 @@ def _shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) ->
         ends = [_moves(way)[1] for way in _ways(best.ticks)]
         order = sorted(floor.robots, key=lambda i: -ends[i])
         before, together = best, [order]
-        # also one by one: together they may disturb each other
+        # also one robot at a time: together they may disturb each other
         if len(order) <= FEW:
             together = [order, *([i] for i in order)]
         for group in together:
             if (ways := _rerouted(floor, best.ticks, group)) is not None:
                 best = _better(floor, best, ways, served) or best
             elif group is order:
-                break  # nor does one of them alone find a better route
+                break  # no single robot finds a better route either
         best = _without_loops(floor, best, served) or best
         least = LITTLE * before.cost[0] if len(order) > FEW else 0
         if best is before or before.cost[0] - best.cost[0] < least:
@@ -200,7 +200,7 @@ def _rerouted(
     size = floor.team.size
     for i in who:
         if any(behind is not None for *_, behind in floor.inside[i]):
-            continue  # it leaves an obstacle only to where it came from
+            continue  # the robot leaves an obstacle only the way it came
         way = _earliest(floor, best, ways, i, shared, course)
         if way is not None and _pays(way, ways[i]):
             crowd = floor.team.crowds[i]
@@ -291,7 +291,7 @@ def _earliest(
         masks = [0] * (last + 1)
     elif crowd is None:
         masks = [region_mask(ways[j][t] % size for j in rivals) for t in range(last + 1)]
-    else:  # disjoint regions: those of all, less its own
+    else:  # disjoint regions: those of all robots without its own
         if crowd not in shared:
             shared[crowd] = [region_mask(ways[j][t] % size for j in crowd) for t in range(last + 1)]
         pairs = zip(shared[crowd], ways[i], strict=True)

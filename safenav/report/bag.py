@@ -166,7 +166,7 @@ def _write(out: bytearray, kind: str, value: Any) -> None:
         values = value or [None] * int(length or 0)
         if not length:
             _write(out, "uint32", len(values))
-        if base == "int8":  # a map
+        if base == "int8":  # the cells of a map
             out += struct.pack(f"{len(values)}b", *values)
             return
         for each in values:

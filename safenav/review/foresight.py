@@ -119,7 +119,7 @@ def _unmet(scenario: Scenario, found: Foresight) -> tuple[str, ...]:
     ends = all(r.objective.settles for r in scenario.robots if r.name in found.stuck)
     often = "" if ends else " infinitely often"
     warnings = [f"{who} cannot meet {whose}{often}: {_NEEDED}"]
-    lacks = [each for each in found.lacks if not each.too_few]  # another warning reports those
+    lacks = [each for each in found.lacks if not each.too_few]  # another warning reports the rest
     return (*warnings, *(shortfall_words(each, word) for each in lacks))
 
 

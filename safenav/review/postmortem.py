@@ -55,7 +55,7 @@ def missing_actions(
             if len(able) >= need.robots or any(
                 skills < {*key} and obstacle in other.obstacles for key, other in found.items()
             ):
-                continue  # enough robots, or an earlier need requires more of the same ones
+                continue  # enough robots, or an earlier need requires more of them
             key = tuple(sorted(skills))
             having = tuple(model.name for model in known if skills <= model.capabilities)
             one = found.get(key, Missing(key, 0, False, (), (), able, having))
@@ -73,7 +73,7 @@ def missing_actions(
 def _needed(scenario: Scenario, seen: Foresight, encountered: Collection[str]) -> list[Obstacle]:
     """Return a minimal set of obstacles whose resolution lets every robot meet its objective."""
     never = {each.obstacle for each in seen.lacks}
-    if not seen.stuck:  # obstacles given up by the run may have appeared during it
+    if not seen.stuck:  # given-up obstacles may have appeared during the run
         return [o for o in scenario.obstacles if o.name in encountered]
     stays: set[str] = set()
     for name in sorted(never, key=lambda name: (name in encountered, name)):

@@ -107,7 +107,7 @@ class RunReader:
             exclusions=scenario.never_together,
             interrupts=None if scenario.flat is None else scenario.flat.name,
         )
-        # Several can appear in a region one after the other, in any order.
+        # Several obstacles can appear in a region in turn, in any order.
         for each in sorted(scenario.obstacles, key=lambda each: each.appears is not None):
             if each.name not in self.run.hidden:
                 self._add(each)
@@ -162,7 +162,7 @@ class RunReader:
                 self.run.events[-1] = replace(told, text=f"{told.text}; {instead}")
             case records.Act():
                 self._acts[line.command] = line.tick
-                kind = kind if line.obstacles else None  # else unknown to the team
+                kind = kind if line.obstacles else None  # else the team does not know it
             case records.ActionEnd():  # its results can name undiscovered obstacles
                 begun = self._acts.pop(line.command, line.tick)
                 for name in line.results:
@@ -253,15 +253,15 @@ class RunReader:
                 name = line.obstacle.name
                 if name not in run.hidden:
                     self._add(line.obstacle)
-                if OPERATOR_ACTION in run.hidden[name].actions:  # a failure
+                if OPERATOR_ACTION in run.hidden[name].actions:  # the obstacle represents a failure
                     self._status(line.tick, name, values.ObstacleStatus.HIDDEN)
             case records.Request():
                 helpers = line.helpers
                 if helpers:
                     self._status(line.tick, line.obstacle, values.ObstacleStatus.REQUESTED)
-                else:  # possibly an order
+                else:  # the request may be an order
                     self._seen(line.tick, self._known(line.obstacle))
-                # The helpers change with its next need, for example.
+                # The helpers of a request may change, for example with the next need.
                 rows = run.stack.now
                 mine = (
                     replace(row, helpers=helpers) if row.obstacle == line.obstacle else row
@@ -281,9 +281,9 @@ class RunReader:
                 hidden = self._known(line.obstacle)
                 hidden.met.put(line.tick, len(hidden.actions))
                 hidden.loads.put(line.tick, ())
-                if run.restarts_rounds(line.obstacle):  # they count from the last resolution
+                if run.restarts_rounds(line.obstacle):  # rounds count from the last resolution
                     self._restart(line.tick, run.robots)
-            case records.Appeared():  # it may have disappeared before
+            case records.Appeared():  # the obstacle may have disappeared before
                 self._known(line.obstacle).met.put(line.tick, 0)
             case records.Gone():
                 self._known(line.obstacle).loads.put(line.tick, ())
@@ -355,13 +355,13 @@ class RunReader:
         reached = values.RobotProgress(rounds, self._on_map(line.region))
         track.progress.append((line.tick, reached))
         stays = settles or (before.rounds and line.tick <= last + 1)
-        if stays and before.reached == line.region:  # a round per tick there is not an event
+        if stays and before.reached == line.region:  # each tick there is a round, but not an event
             return
         new = 0 if line.round == before.rounds else line.round  # reported with its last target
         shown, does = replace(line, round=0 if line.robot in self._modes else new), "reaches"
         if objective and settles and line.region in objective.targets[-1]:
             shown, does = replace(line, round=0), "holds"
-        elif isinstance(objective, Ltl):  # the step that leaves a region may meet it
+        elif isinstance(objective, Ltl):  # the step that leaves a region may meet the goal
             does = f"meets goal {line.goal + 1} of its formulas at"
         self._event(line, values.StoryKind.GOAL, self._wording.goal(shown, does), round=new)
 

@@ -165,7 +165,7 @@ class Run(Struct):
         goal, after, part = region, heading, 0.0
         step = track.transit(tick)
         if step is None and self.seconds is None and tick < self.last:
-            step = track.transit(tick + 1)  # it departs in this tick
+            step = track.transit(tick + 1)  # the robot departs in this tick
             goal, after, part = track.regions[tick + 1], track.headings[tick + 1], fraction
         if step is not None:
             there = min(step.last + 1, self.last)
@@ -178,7 +178,7 @@ class Run(Struct):
         degrees = None if heading is None else heading * 90.0
         if degrees is not None and after is not None:
             turn = (after * 90.0 - degrees + 180.0) % 360.0 - 180.0
-            degrees += turn * min(1.0, 2.0 * part)  # it has turned by half the step
+            degrees += turn * min(1.0, 2.0 * part)  # the turn is complete half-way
         return row + (to_row - row) * part, col + (to_col - col) * part, degrees
 
     def doing(self, objective: Objective | None) -> str:

@@ -231,7 +231,7 @@ class Wording(Struct, frozen=True):
 
     def _resolved(self, line: records.Resolved) -> str:
         text = f"{line.robot} at {self._at(line.at)} resolves {self.obstacle(line.obstacle)}"
-        if len(self.actions.get(line.obstacle, ())) < 2:  # else the line before names them
+        if len(self.actions.get(line.obstacle, ())) < 2:  # else the previous line names them
             text += self._with(line)
         if line.traversable is not None:
             text += ", which is traversable" if line.traversable else ", which is not traversable"

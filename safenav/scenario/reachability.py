@@ -86,7 +86,7 @@ def too_many(choices: Sequence[Collection[Region]]) -> list[int]:
 
     for one in range(len(choices)):
         tried = set[Region]()
-        if not place(one, tried):  # the others in the tried regions fit nowhere else
+        if not place(one, tried):  # the robots in the tried regions fit nowhere else
             return sorted({one, *(taken[region] for region in tried)})
     return []
 

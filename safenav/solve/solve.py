@@ -120,7 +120,7 @@ class Solver:
             rest = self._steps(now.after(step), then, wanted, (*before, step))
             found = None if rest is None else (step, *rest)
             if found is not None or step.lossless:
-                break  # the step lost nothing, so no other step helps
+                break  # after a lossless step, no other step helps either
         self._known[key] = found is not None
         return found
 
@@ -178,7 +178,7 @@ def _options(
             Step(g, group, tuple(places[i] for i in group), lossless),
         )
         if lossless and not late and (last == max(each) or number >= MOST_GROUPS):
-            return  # no other group is better, or they are too many
+            return  # no further group is better, or there are too many
     for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
         yield ((True, not lossless, times[i], g, i), Step(g, (i,), (places[i],), lossless))
@@ -214,7 +214,7 @@ def gathered(
         for j in group:
             crowd += [j] if members[j].rivals.issuperset(crowd) else []
         if too_many([[*bits(free[j])] for j in crowd]):
-            return None  # which the search would take long to find out
+            return None  # the search below would take long to find that out
     timed = when if len(group) <= MOST_TIMED else lambda *_: 0
     ranked = {
         i: sorted((timed(i, places[i] & floor.graphs[i].on({r})), r) for r in bits(free[i]))

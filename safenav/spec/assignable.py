@@ -146,7 +146,7 @@ def _remembered(memory: Mapping[str, int]) -> Remembered:
 def _assignable_regions(ground: _Ground) -> AssignableRegions:
     live = ground.live()
     states = {state for members, _ in live for state in members}
-    if states.isdisjoint(ground.begins()):  # it cannot meet its objective, or has too many memories
+    if states.isdisjoint(ground.begins()):  # the objective cannot be met, or memories are too many
         return AssignableRegions()
     reach: list[frozenset[Region]] = []  # the regions that each set can reach
     for members, beyond in live:

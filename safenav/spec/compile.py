@@ -122,7 +122,7 @@ def _motion(task: Task, world: RegionMap) -> Iterator[Constraint]:
         origin = Origin(known.item, known.reason, "paper, eq. (3)")
         formula = f"region' != {known.region}"
         if known.region == task.pose.region:
-            formula = f"region = {known.region} | {formula}"  # it may stay where it is
+            formula = f"region = {known.region} | {formula}"  # the robot may stay where it is
         yield Constraint(Section.SYS_TRANS, formula, origin, (known.region,))
     lost = Origin("coordination", "from there the team could not continue", "design, section 5")
     for pose in sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0)):
@@ -248,7 +248,7 @@ def _ltl(ltl: Ltl, item: str, task: Task) -> Iterator[Constraint]:
             value = values[name]
             formula = f"{name} = {value}" if bounds else (name if value else f"!{name}")
             yield Constraint(Section.SYS_INIT, formula, begin)
-    elif ltl.memory or task.pose == task.robot.start:  # conditions on the pose end with the start
+    elif ltl.memory or task.pose == task.robot.start:  # pose conditions hold at the start only
         for formula in ltl.init:
             yield Constraint(Section.SYS_INIT, formula, begin)
     always = Origin(item, "ltl: always", SOURCE_OBJECTIVE)

@@ -167,7 +167,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
 
     if (foreign := foreign_character(text)) is not None:
         raise flaw(foreign[0], f"not text: {foreign[2]}", HINT, foreign[1])
-    from safenav.formula.prefix import TooLongError, to_infix  # only files of users have it
+    from safenav.formula.prefix import TooLongError, to_infix  # only for users' files
 
     variables: dict[str, Variable] = {}
     constraints: list[Constraint] = []

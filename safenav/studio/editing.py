@@ -243,7 +243,7 @@ def move_robot(file: ScenarioText, edit: Operation) -> None:
     way = ("robots", edit["robot"])
     file.put((*way, "start"), flow(file.written(edit["region"], robot.get("start"))))
     held = file.at(*way, "objective", STAYING.kind)
-    if held is not None and file.region(held) == before:  # it held its start
+    if held is not None and file.region(held) == before:  # the robot held its start
         file.put((*way, "objective", STAYING.kind), flow(file.written(edit["region"], held)))
 
 

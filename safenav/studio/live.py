@@ -56,7 +56,7 @@ class StudioRun:
         self._steps = 0
         self._due = 0.0
         self._took = 0.0  # the length of the last tick, in ticks or seconds
-        self._pause = 0.0  # the pause after one without length, in seconds
+        self._pause = 0.0  # the pause after a tick without length, in seconds
 
     @property
     def phase(self) -> str:

@@ -256,7 +256,7 @@ def listening(port: int | None) -> socket.socket:
     on, else any. Raises UsageError if none is free."""
     failure: OSError | None = None
     for number in [port] if port is not None else [*range(PORT, PORT + PORTS), 0]:
-        try:  # it also listens: before that, another process can bind the same port
+        try:  # and listen: until then, another process can bind this port
             return socket.create_server(("127.0.0.1", number))
         except OSError as error:
             failure = error

@@ -163,7 +163,7 @@ def _bound(pid: int, output: int) -> None:
     if sys.platform == "linux":
         from resource import RLIMIT_FSIZE, prlimit
 
-        with contextlib.suppress(ProcessLookupError, PermissionError):  # it has ended
+        with contextlib.suppress(ProcessLookupError, PermissionError):  # the process has ended
             prlimit(pid, RLIMIT_FSIZE, (output, output))
 
 
@@ -199,7 +199,7 @@ def find_own_binary() -> Path | None:
 
 def _own_places() -> Iterator[Path]:
     yield _PACKAGE / _INSIDE_PACKAGE
-    # Imported here, since it is slow: it reads Python's build configuration.
+    # Imported here, since this is slow: it reads Python's build configuration.
     import sysconfig
 
     for scheme in ("platlib", "purelib"):

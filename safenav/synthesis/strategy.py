@@ -169,7 +169,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         for name, value in values.items():
             bits = self._field[name].encode(int(value))
             if bits is None:
-                return ()  # out of its range
+                return ()  # outside the variable's range
             wanted += bits
         nodes = range(len(self.states)) if among is None else among
         states = self.states

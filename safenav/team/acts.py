@@ -78,7 +78,7 @@ def participants(
     stage = state.obstacles[k].stage if later is None else now.Stage(later)
     if not team.obstacles[k].needs[stage.need].together:
         return (i,)
-    every = enumerate(state.obstacles)  # it may put another load down in this action
+    every = enumerate(state.obstacles)  # the robot may put down another load in this action
     carried = [h for h, each in every if h != k and i in (each.stage.group or ())]
     floor = acting_floor(team, state, (k, *carried))
     g, after = floor.gates.index(k), floor.acted(stages_of(floor, state), at, i)
@@ -147,7 +147,7 @@ def vain(
         if inside and (there.state is Is.SEEN or not there.known):
             yield now.Met(i, k, pose, stopped=True)
         if left and behind is not None and all(to % team.size != behind for to in steps):
-            yield now.Served(i, False, FAILURE)  # it cannot turn back
+            yield now.Served(i, False, FAILURE)  # the robot cannot turn back
 
 
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:

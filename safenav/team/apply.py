@@ -95,7 +95,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             region, mine = robot.next % team.size, team.members[i].objective
             here, behind, own = robot.pose % team.size, robot.behind, robot.own
-            if region != here:  # an obstacle that appeared around it lets it leave on any side
+            if region != here:  # a robot leaves an obstacle that appeared around it on any side
                 behind = None if is_shut(team, state, i, region) else here
             own = own._replace(held=own.held and mine.stays(own.memory, region))
             ended = {"pose": robot.next, "to": None, "due": None, "by": None, "failed": ()}
@@ -137,7 +137,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return _obstacle(_dropped(state, k), k, state=Is.SEALED, given_up=False)
         case now.Seen(k):
             match state.obstacles[k].state:
-                case Is.HIDDEN | Is.AWAY:  # robots may have fulfilled needs of it unknowingly
+                case Is.HIDDEN | Is.AWAY:  # robots may have fulfilled its needs unknowingly
                     return _obstacle(state, k, state=Is.SEEN)
                 case Is.OVER:
                     return replace(_with(state, k, ObstacleNow(Is.SEEN)), plan=None)
@@ -225,7 +225,7 @@ def _moved(team: Team, state: State, i: int) -> State:
 
 def _charged(team: Team, state: State, i: int, time: float) -> State:
     energy, robot = team.members[i].energy, state.robots[i]
-    if energy is None or not time or charged(team, state, i):  # off until it is back in service
+    if energy is None or not time or charged(team, state, i):  # unused until it is back in service
         return state
     on = energy.charging(robot.pose)
     return _robot(state, i, charge=energy.battery.stayed(robot.charge, time, charging=on))
@@ -399,7 +399,7 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
         memory = own.begin(robot.pose % team.size, robot.own.memory)
-        if memory != robot.own.memory:  # the target that it met last does not count twice
+        if memory != robot.own.memory:  # the last met target does not count twice
             met = max(0, robot.own.met - 1)
             robot = replace(robot, own=robot.own._replace(memory=memory, met=met))
     return robot

@@ -156,7 +156,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         if direct <= charge and not charging:
             return goal
         if battery.stay and far(goal, allowed)[pose] >= FAR:
-            return self.home(allowed) or goal  # it waits for a resolution
+            return self.home(allowed) or goal  # the robot waits for a resolution
         levels, reach = self._levels(allowed, goal, turn, lasting), dict[int, Mask]()
         mine = levels.get(pose, NEVER) if on else NEVER
         for c, level in levels.items() if not charging else ():

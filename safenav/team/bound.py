@@ -73,7 +73,7 @@ class Bound:
             if robot.to is not None:
                 self.ready[i] = max(self.ready[i] + 1, robot.due or 0)
         self.times: dict[int, tuple[int, ...]] = {}
-        for k, there in enumerate(state.obstacles):  # one that is given up may be requested again
+        for k, there in enumerate(state.obstacles):  # a given-up one may be requested again
             obstacle = team.obstacles[k]
             if (k in state.requests or there.given_up) and obstacle.source.goes is None:
                 met = there.stage.need
@@ -166,7 +166,7 @@ class Bound:
         fulfilled from turn ``since`` on; the robot may have done its part long before."""
         if self._leaving(i, need, since) < NEVER:
             return self._start(i)
-        # until it arrives elsewhere it can still act, also in a group
+        # until it arrives elsewhere the robot can still act, also in a group
         left = (self._turn(i, need, since) - i) // self.count + 1 - self.team.members[i].ticks
         places, found = self.team.members[i].graph.poses_on(need.regions), ByTick()
         for tick, poses in field.items():

@@ -65,7 +65,7 @@ class Obstacle(Struct, frozen=True, eq=False):
 
     def closes(self, i: int, now: ObstacleNow) -> bool:
         """Return whether a robot must not enter its region, in this state of the obstacle."""
-        if now.state is Is.SEALED:  # perhaps after its last need
+        if now.state is Is.SEALED:  # a sealed obstacle may have no need left
             return i in self.blocks
         return now.state not in (Is.AWAY, Is.OVER) and i in self.needs[now.stage.need].closed_to
 

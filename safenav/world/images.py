@@ -68,7 +68,7 @@ def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Reg
     """Return the regions that are walls. ``share`` of a region blocked, 0 to 1; 0: any of it."""
     free = ~blocked[::-1]  # from the south, where both start
     down, aside = (layout.height, layout.rows), (layout.width, layout.cols)
-    if layout.rows * free.shape[1] < layout.cols * free.shape[0]:  # fewer sums in between
+    if layout.rows * free.shape[1] < layout.cols * free.shape[0]:  # fewer sums in this order
         areas = _sums(_sums(free, *down).T, *aside).T[::-1]
     else:
         areas = _sums(_sums(free.T, *aside).T, *down)[::-1]

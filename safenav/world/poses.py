@@ -250,7 +250,7 @@ class PoseGraph:
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
         """Return the poses from which ``pose`` can be reached and that it can reach itself."""
-        return self.back(pose, self.closure(pose, allowed))  # a way back never leaves it
+        return self.back(pose, self.closure(pose, allowed))  # a path back never leaves this set
 
     @cached_method
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:

@@ -73,7 +73,7 @@ class SimulationTransport:
         located, ended = self.physics.told(name)
         self._post(located)
         if any(isinstance(each, transport.GoalEnded) for each in ended):
-            self._report(name)  # a scan at its destination
+            self._report(name)  # with a scan at the robot's destination
         for each in ended:
             self._post(each)
         if not looks or self.physics.moves(name):

@@ -168,7 +168,7 @@ class Taking(Listener):
         self._lock = Lock()
 
     def on_data_available(self, reader: Any) -> None:
-        if reader is None:  # not yet known, or closed; later calls take all messages
+        if reader is None:  # not yet created, or closed; a later call takes all messages
             return
         with self._lock:
             for message in reader.take(N=256):

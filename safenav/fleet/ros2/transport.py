@@ -235,7 +235,7 @@ class _Robot:
             return
         with self._lock:
             self._result.call(partial(self._ended, sent), goal_id=sent.uuid)
-            if sent.canceling:  # it was cancelled before the server accepted it
+            if sent.canceling:  # cancelled before the server accepted the goal
                 self._stop(sent)
 
     def _ended(self, sent: _Sent, reply: Any) -> None:
@@ -363,7 +363,7 @@ class Ros2Transport:
             self._post(found)
 
     def _transformed(self, frames: Transforms, message: Any, *, static: bool) -> None:
-        with self._lock:  # both topics of a robot have threads of their own
+        with self._lock:  # each of a robot's two topics has a thread
             found = frames.take(message, static=static)
         if found is not None:
             self._post(found)

@@ -32,8 +32,8 @@ if __name__ == "__main__":
         sys.exit(
             f"refused: Python may run {unread[0]} in place of a part of this checker: remove it"
         )
-    sys.dont_write_bytecode = True  # a bundle stays as it is
-    sys.path.append(str(own))  # last, so that no file of a bundle replaces a standard module
+    sys.dont_write_bytecode = True  # leave the bundle unchanged
+    sys.path.append(str(own))  # last, so that no file of the bundle hides a standard module
 
 try:
     from safenav.judge.bundle.evidence import Evidence

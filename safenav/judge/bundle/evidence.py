@@ -39,7 +39,7 @@ class Plan:
         require(way[index] == after, f"{robot} goes to {after}, not to {way[index]} as planned")
         for first, i, then, j in self.orders:
             if (then, j) == (robot, index):
-                to = s.robots[first].bound  # after its plan a strategy may drive it
+                to = s.robots[first].bound  # a strategy may drive that robot after its plan
                 there = self.at[first] - (to == self.ways[first][self.at[first]][0])
                 require(there >= i, f"{robot} does not wait until {first} is at its waypoint {i}")
         self.at[robot] = index
@@ -52,7 +52,7 @@ def plan_of(e: Line, s: State) -> Plan:
     for robot, way in e.robots.items():
         here, there = s.robots[robot].pose, s.destination(robot)
         require(way[:1] in ((here,), (there,)), f"the plan does not begin where {robot} is")
-        at[robot] = int(here != there and way[0] == here)  # it already takes its first step
+        at[robot] = int(here != there and way[0] == here)  # the robot already takes its first step
         require(not at[robot] or there in way[1:2], f"{robot} takes a step off its plan")
         for one, to in pairwise(way):
             legal = to in s.world.steps(s.robots[robot].faces, one)
@@ -103,7 +103,7 @@ def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
     for first, i, then, j in plan.orders:
         after[first, i].append((then, j))
     bits = {place: 1 << number for number, place in enumerate(places)}
-    later = dict.fromkeys(places, 0)  # the places after each place
+    later = dict.fromkeys(places, 0)  # the places certainly after each place
     try:
         for place in TopologicalSorter(after).static_order():  # the last first
             for other in after[place]:
@@ -140,7 +140,7 @@ class Evidence:
         self.files, self.named = files, set[str]()
         self.claims: list[dict[str, Any]] = []
         self.drives: dict[str, Drive] = {}
-        self.tasks: dict[tuple[str, bool], Task] = {}  # by the file of their proofs
+        self.tasks: dict[tuple[str, bool], Task] = {}  # by the file of the proof
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
         self.proven = set[int]()  # lines whose negatives the checker ignores
         self.plan: Plan | None = None
@@ -314,12 +314,12 @@ class Evidence:
         task, follows = drive.task, drive.task.graph.next
         here, there = (task.of_pose.get(pose, set()) for pose in (robot.pose, after))
         nodes = here if drive.nodes is None else drive.nodes
-        if s.live:  # it may have stayed any number of times
+        if s.live:  # the robot may have stayed any number of times
             nodes = closure(nodes, lambda k: here.intersection(follows[k]))
         answers = {n for k in nodes for n in follows[k] if task.observes(n, s)}
         fits = answers & there
         if by != "strategy" and not goes:
-            # It stayed while others moved: any node fits that has its pose and its knowledge.
+            # The robot stayed while others moved: each node with its pose and its knowledge fits.
             kept = {n for n in there if task.graph.names and task.observes(n, s)}
             fits = (nodes | kept | (fits if by == "backtrack" else set())) & there
         elif by == "strategy":

@@ -148,7 +148,7 @@ class Task:
             graph.columns.setdefault(name, [value] * graph.count)
         rows = graph.rows(known)
         self.poses = [(row[0], HEADINGS[row[1]] if self.faces else None) for row in rows]
-        self.of_pose: dict[Pose, set[int]] = {}  # the nodes that runs reach, by their pose
+        self.of_pose: dict[Pose, set[int]] = {}  # the reachable nodes by pose
         own, last, awaited = graph.rows(self.own), [0] * graph.count, [0] * graph.count
         # Without a memory of the next target, ``visit`` requires each target infinitely often.
         self.in_turn = self.objective.in_turn and (self.objective.settles or bool(self.memory))
@@ -195,9 +195,9 @@ class Task:
         due = not own.in_turn or awaited == len(own.targets) - 1
         held = own.settles and due and pose[0] in own.last
         moves = {pose} if held else {pose, *self.world.steps(self.faces, pose)}
-        left = {pose[0]} & {self.pose[0]}  # its start, if closed: it never returns
+        left = {pose[0]} & {self.pose[0]}  # the robot may leave a closed start, never return
         shut = {*(self.closed - left)}
-        if own.strict:  # none of the targets whose turn it is not
+        if own.strict:  # no target out of turn
             shut = shut.union(*(t for k, t in enumerate(own.targets) if k != awaited))
         free = self.world.free
         return {to for to in moves - self.forbidden if to[0] not in shut and to[0] in free}
@@ -401,7 +401,7 @@ class Others:
         """Refuse unless the robot's knowledge of other robots is true."""
         for name, value in self.first.items():
             where = self.whereabouts(name, value)
-            later = self.later(where) if s.tick else where  # it may have moved since then
+            later = self.later(where) if s.tick else where  # that robot may have moved since then
             holds = s.robots[name].holds & later
             require(holds, f"{self.line.robot} believes {name} to be where it is not")
 

@@ -54,7 +54,7 @@ class Bound:
 
     def round(self, name: str, goals: Iterable[frozenset[int]]) -> int:
         """Return the earliest tick by whose end a robot can have met some targets in sequence."""
-        arrives = self.s.robots[name].bound is not None or not self.tick  # or it starts
+        arrives = self.s.robots[name].bound is not None or not self.tick  # or the run starts
         seeds = self.start[name]
         for goal in goals:
             there = {p: t for p, t in seeds.items() if arrives and p[0] in goal}
@@ -139,7 +139,7 @@ class Bound:
                 arrivals += [min(turn, self._leaving(name, need, before))] * (name not in done)
             begun, arrivals = before, sorted(turn for turn in arrivals if turn < NEVER)
             missing = need.robots - len(done)
-            if missing > 0:  # else their action has failed, and the next one may fulfil it
+            if missing > 0:  # else their action failed, and the next one may succeed
                 before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER
             turns.append(before)
         return turns
@@ -172,7 +172,7 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
     """Yield the sequences of targets that a robot may still have to meet (in tick 0, all of them).
     A patrol may begin with any target, a literal patrol only with the target where it stands."""
     own, progress = robot.own, robot.progress if tick else Progress()
-    if own.settles:  # each tick at its last target is a round, and it must be there at the end
+    if own.settles:  # each tick at the last target is a round; the robot must end there
         away = robot.bound is not None or robot.pose[0] not in own.last
         stays = max(wanted - progress.rounds(own, tick), int(away))
         yield own.targets[progress.turn or 0 : -1] + [own.last] * stays

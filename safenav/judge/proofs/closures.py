@@ -122,7 +122,7 @@ class Case:
         for name in load.left[0].able:
             avoid = self.state.robots[name].own.avoid
             reached = self.world.reach(graph, [(self.at[name][0], None)], avoid)
-            left = avoid - load.left[0].regions  # regions that it may leave, never enter
+            left = avoid - load.left[0].regions  # regions that the robot may leave, but not enter
             regions = {region for region, _ in reached} - left
             if any(regions.isdisjoint(need.regions) for need in load.chain()):
                 yield name
@@ -261,7 +261,7 @@ def team_closure(
     left = opened
     while True:
         inside = {name: case.reach(name, start[name], left) for name in case.names}
-        full = case.full(one for one in left if one in opened)  # they carry their loads forever
+        full = case.full(one for one in left if one in opened)  # carriers of such loads forever
         each = (_furthest(case, one, inside, full, left) for one in opened)
         after = tuple(one for one in each if one.left)
         if after == left:

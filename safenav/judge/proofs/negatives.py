@@ -123,7 +123,7 @@ class Enumeration:
             )
             back = self.case.way_back(name, at[name], state.opened)
             if at[name] == self.case.leaving.get(name):
-                taken, back = frozenset(), None  # it arrives
+                taken, back = frozenset(), None  # the robot arrives
             for to in self.case.steps[name].get(at[name], ()):
                 if to[0] not in taken and (back is None or to[0] in (back, at[name][0])):
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
@@ -185,7 +185,7 @@ def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Re
             return one
         able = able_now(one, full or frozenset())
         group = [name for name in at if name in able and at[name] in need.regions]
-        if takes and not need.together:  # one after the other, in the order of their turns
+        if takes and not need.together:  # one by one, in the order of turns
             group = group[: need.robots - len(one.done)]
         if len(done := one.done.union(group)) < need.robots:
             return one if need.together else one._replace(done=done)
@@ -204,7 +204,7 @@ def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     if own.ordered:
         if covered == EITHER:
             covered = next((k for k, t in enumerate(targets) if pose in t), EITHER)
-        # Continue without goals left: when rounds restart, the next target is kept.
+        # Continue even without goals left: the next target survives a restart of rounds.
         while (goals or not own.ends) and covered != EITHER and pose in targets[covered]:
             last = own.ends and covered == count - 1
             goals, covered = max(goals - 1, 0), covered if last else (covered + 1) % count
@@ -372,7 +372,7 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         return Case(s, memory={name: 0}, never=never).can_continue(name, begins, ())
     if own.literal and own.strict and memory:
         return _keeps_order(robot, case, next(iter(memory.values())))
-    return True  # it can in the closure
+    return True  # the closure shows that it can
 
 
 def _rows(robot: Robot, memory: Mapping[str, int], s: State) -> set[int]:

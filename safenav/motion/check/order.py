@@ -135,7 +135,7 @@ def _actions(case: Examination, trace: Trace) -> None:
             what = f"acts on {wanted.obstacle}, but not at the same time as its partners"
             case.wrong(min(times)[0], wanted.robots[0], "action", what)
         for t0, t1 in times:
-            # A robot that stands there takes part in a joint action, even without a request.
+            # A robot that stands there takes part in a joint action even without a request.
             spans = (span for who, *span in acts if who & {*wanted.robots})
             if not any(begin < t0 + NEAR and t1 < end + NEAR for begin, end in spans):
                 what = f"acts on {wanted.obstacle} until {t1:.3f} s; in the trace at another time"

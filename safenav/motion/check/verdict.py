@@ -137,7 +137,7 @@ def _jumps(before: Curve | Moving, after: Curve | Moving) -> Iterator[str]:
     """Yield each sudden change between two pieces of motion, or two parts of one."""
     end, start = _state(before, last=True), _state(after, last=False)
     for what, ended in end.items():
-        if what not in start:  # a foot is either on the ground or in the air
+        if what not in start:  # a foot on the ground is not in the air
             yield f"{what} is lost"
         elif (jump := dist(ended, start[what])) > NEAR:
             yield f"{what} jumps by {jump:.4f} {UNITS.get(what, 'm')}"
@@ -181,7 +181,7 @@ def check_joins(case: Examination, robot: str) -> None:
     """Check that the pieces of one robot join, from the start to the makespan."""
     pieces = case.pieces[robot]
     if not pieces:
-        if case.makespan > NEAR:  # a run that took no time needs no motion
+        if case.makespan > NEAR:  # a run without duration needs no motion
             case.wrong(0.0, robot, "continuity", "no motion recorded for this robot")
         return
     first, last = pieces[0], pieces[-1]

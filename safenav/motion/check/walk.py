@@ -148,7 +148,7 @@ def _support(segment: Segment, limits: Limits) -> Iterator[Broken]:
     for phase in segment.phases:
         end = begin + phase.seconds
         down = [f for f in segment.feet if f.down <= begin + NEAR and f.up >= end - NEAR]
-        ends = {(phase.x, phase.y), (phase.to_x, phase.to_y)}  # the same while it rests
+        ends = {(phase.x, phase.y), (phase.to_x, phase.to_y)}  # one point while the centre rests
         off = max((_off(down, x, y, sole) for x, y in ends if down), default=inf)
         if begin and hypot(phase.x - last.to_x, phase.y - last.to_y) > NEAR:
             yield begin, "support", "the centre of pressure jumps"
@@ -242,7 +242,7 @@ def _swings(segment: Segment, speeds: Array, limits: Limits) -> Iterator[Broken]
             ("reaches", 1.0 - swing.u1, landed, swing.goal),
         ):
             if abs(above) > NEAR:
-                continue  # half-way at a walking pose: the next segment continues it
+                continue  # in mid-swing at a walking pose: the next segment continues it
             apart = min((hypot(f.x - state[0], f.y - state[1]) for f in feet), default=None)
             turned = min((abs(f.yaw - state[2]) for f in feet), default=0.0)
             if turned > NEAR or max(map(abs, state[3:6])) > NEAR:

@@ -102,12 +102,12 @@ class Story:
 
     def _end(self, event: Event) -> None:
         ending, word, why = self._run.ending, *event.text.partition(":")[::2]
-        if ending is None or ending.outcome is Outcome.ERROR:  # the caller reports it
+        if ending is None or ending.outcome is Outcome.ERROR:  # the caller reports an error
             return
         colour = "green" if ending.outcome is Outcome.COMPLETED else "red"
         self._line(event.tick, f"{click.style(word, fg=colour, bold=True)}:{why}")
         took = counted(ending.ticks, "tick")
-        if ending.makespan is not None:  # it may wait after the last command
+        if ending.makespan is not None:  # the run may wait after the last command
             over = max(ending.makespan, self._run.time(event.tick))
             took = f"{seconds_words(over)} on the clock of the run"
         syntheses = counted(ending.syntheses, "synthesis", "syntheses")

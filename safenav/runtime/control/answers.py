@@ -144,7 +144,7 @@ class Answers:
 
     def fresh(self) -> bool:
         """Return whether all answers have arrived since the last call."""
-        ready = self.ready  # once: an answer may come at any moment
+        ready = self.ready  # read once: an answer may arrive at any moment
         come, self._awaited = self._awaited and ready, not ready
         return come
 
@@ -171,7 +171,7 @@ class Answers:
     def _ask(self, key: Hashable, compute: Callable[[Check], Answer]) -> Answer:
         self._check()
         if not self.background:
-            if key not in self._recent:  # passes at one instant may ask the same again
+            if key not in self._recent:  # passes at one instant may repeat a question
                 self.busy = True
                 try:
                     answer = compute(self._check)

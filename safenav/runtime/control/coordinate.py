@@ -154,11 +154,11 @@ class Decision:
                 node = mine.node if mine is not None and new else robot.node
                 values = None if mine is None or planned else mine.values(node)
                 self._decide(now.Told(i, role.objective, node, values))
-                if mine and new and mine.form == "other_memory":  # else progress is restored
+                if mine and new and mine.form == "other_memory":  # else the progress is restored
                     self._decide(now.Turned(i, mine.task.memory.index))
         for i in told:
             robot, keeps = self.state.robots[i], team.members[i].planned or team.assignable(i)
-            begun = before.roles and keeps  # it counts in its turn, also on a duty
+            begun = before.roles and keeps  # the robot counts in its turn, also on a duty
             helped = before.roles and before.roles[i].helps is not None
             stays = robot.own.met or (helped and robot.own.held and stands(team, self.state, i))
             stays = stays and team.members[i].pursuit.settles and on_own(team, self.state, i)
@@ -199,7 +199,7 @@ class Decision:
             if not out:
                 never = ends.infeasible(plain, here, solve.around(floor, poses, stages))
             elif len(out) == len(poses) or any(_is_feasible(each) for each in (all_, rest)):
-                never = _without(team, state, out)  # only its absence stops other robots
+                never = _without(team, state, out)  # only absent robots stop the others
             else:  # with the whole team, or else without the robots out of service
                 lives = enumerate(solve.closure_of(all_).live)
                 lame = any(not live and i not in out for i, live in lives)
@@ -216,7 +216,7 @@ class Decision:
         for i, (role, mine) in enumerate(zip(roles, held, strict=True)):
             if i in lone:
                 asks = mine is None or outdated(team, state, i, role, mine)
-            else:  # a joint plan is its controller
+            else:  # a joint plan is the robot's controller
                 asks = not before.roles and not pursues(team, floor, here, i)
             if asks and state.robots[i].active:
                 asked[i] = role
@@ -226,10 +226,10 @@ class Decision:
             end = ends.no_strategy(team, state, failed, begun=bool(before.roles))
             helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
             idle = {i for i, _ in failed if roles[i].objective != team.members[i].objective}
-            served = {floor.gates[g] for g in found.served}  # perhaps it cannot wait for help
+            served = {floor.gates[g] for g in found.served}  # the robot may be unable to wait
             helped |= {k for k in served if idle.intersection(dict(state.obstacles[k].asked))}
             vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
-            if vain:  # formulas have memory that the decision ignores
+            if vain:  # the decision ignores the memory of formulas
                 kept = replace(before, question=None, failed=tuple(c for _, c in failed))
                 return replace(kept, vain=vain)
             proves = end.outcome == "operator_needed" and floor.open(stages)
@@ -307,7 +307,7 @@ class Decision:
         over = state.plan is None or (at_end(state, team.sharing) and not acts)
         due = over or stuck(team, state, helped)
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        returns = any(charged(team, state, i) for i in out)  # then they plan
+        returns = any(charged(team, state, i) for i in out)  # then they get a plan
         if returns or (not starves and not due):
             return None
         sharing = driven(team, state)
@@ -340,7 +340,7 @@ class Decision:
             floor = replace(floor, barred=floor.barred | only)
         better = blind(state) and not due
         answer = answers.plan(floor, joint, served, state, better=better)
-        if floor.team is not team and not isinstance(answer, Found):  # with any inputs
+        if floor.team is not team and not isinstance(answer, Found):  # impossible with any inputs
             floor = replace(floor, team=team, graphs=floor_now(team, state).graphs)
             joint = joint_now(state, floor)
             if open_ <= alone and floor.completed(joint, frozenset(), sharing):
@@ -349,7 +349,7 @@ class Decision:
         answers.examined = len(state.over)
         if better and not isinstance(answer, Found):
             answers.kept = state.plan
-            return None  # it follows the plan that it has
+            return None  # the team keeps its plan
         brings = replace(floor, rounds=(0,) * len(team.members))
         if answer is None and served:
             # The search took too long. The mission may not need requests of robots; an order may

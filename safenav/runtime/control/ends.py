@@ -65,7 +65,7 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
         floor = replace(floor, robots=here.robots, floors=within)
     found = around(floor, tuple(r.next for r in state.robots), floors.stages_of(floor, state))
     for i, robot in enumerate(state.robots):
-        if robot.to is not None and not team.live:  # it still acts in the region that it leaves
+        if robot.to is not None and not team.live:  # the robot still acts where it leaves
             found = found.placed(i, found.sets[i] | (1 << robot.pose))
     return found
 
@@ -123,7 +123,7 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
     objective = robot.objective
     if objective.formulas is not None:
         return f"{robot.name} cannot meet its formulas in the regions that it can reach"
-    if chosen:  # from its current pose it still can
+    if chosen:  # from its current pose the robot still can
         return f"{robot.name} could no longer {describe(objective, word)} after that"
     here = state.robots[i].pose % team.size
     for k, each in enumerate(state.obstacles):
@@ -274,7 +274,7 @@ class Request:
         able = floor.able(g, self.stages)
         absent = (i for i in self._skilled() if not self.state.robots[i].active)
         out = [i for i in absent if i not in able]
-        if len(able) + len(out) < missing:  # else it would be given up
+        if len(able) + len(out) < missing:  # otherwise the obstacle would be given up
             return self._loads()
         if len(able) < missing:
             return self._absent(out)

@@ -97,7 +97,7 @@ class Roles:
         other = member.robot.while_waiting
         if other is None or member.planned:
             return None
-        other = ruled(other, member.objective)  # its rules may have changed
+        other = ruled(other, member.objective)  # the robot's rules may have changed
         targets = graph.on_each(other.targets)
         return self._toward(i, targets, other) if self._goes_between(i, targets) else None
 
@@ -113,7 +113,7 @@ class Roles:
         if place != here and self._goes_between(i, (graph.on({place}),)):
             return self._toward(i, (graph.on({place}),), rules.waiting(frozenset({place})))
         if not self._may_stay(i, 1 << self.poses[i]):
-            there = rules.alternating(frozenset({here}), None)  # it leaves, and returns
+            there = rules.alternating(frozenset({here}), None)  # the robot leaves, and returns
             return self._toward(i, (graph.on({here}),), there)
         return Role(rules.waiting(frozenset({here})))
 
@@ -163,7 +163,7 @@ class Roles:
     def _goes_between(self, i: int, targets: tuple[Mask, ...]) -> bool:
         graph, safe = self.floor.graphs[i], self.found.safe[i]
         allowed = self.floor.allowed(i, self.stages) & (-1 if safe is None else safe)
-        # It can leave a closed region, but not enter it again unless a target is there.
+        # A robot can leave a closed region, but reenter it only if a target is there.
         inside = sum(1 << pose for _, _, pose, _ in self.floor.inside[i])
         again = allowed if any(each & inside for each in targets) else allowed & ~inside
         return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, again))

@@ -120,7 +120,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
     """Yield the tasks for a role, the strongest form first."""
     member, robot, assigned = team.members[i], state.robots[i], team.assignable(i)
     if assigned:
-        role = Role(member.objective)  # with any assignment
+        role = Role(member.objective)  # the strategy serves all assignments
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
     walls = walls_of(team, state, i, role.avoid)
     turn = robot.own.turn(role.objective.pursuit) if own else 0
@@ -170,7 +170,7 @@ def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
     ):
         return False
     if objective.strict or objective.literal:
-        return False  # it may have another form
+        return False  # the objective may have another form
     graph, start = floor.graphs[i], 1 << state.robots[i].next
     live = floor.live(i, floor.allowed(i, stages_of(floor, state)))
     here = start & live
@@ -184,7 +184,7 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
     walls or forbidden poses."""
     robot = state.robots[i]
     if not controller.realizable or (robot.node is None and robot.to is None):
-        return True  # it has no strategy, or has left it
+        return True  # the robot has no strategy, or has left it
     if team.assignable(i):
         role = Role(team.members[i].objective)
     if controller.task.objective.relaxed() != role.objective.relaxed():
@@ -305,7 +305,7 @@ def commanded(
         return found.step(node, others | {"assigned": place}, team.size)
 
     free = member.floor & ~graph.on(shut) & (-1 if safe is None else safe)
-    free_or_here = free | 1 << robot.pose  # it may stand in an obstacle
+    free_or_here = free | 1 << robot.pose  # the robot may stand in an obstacle
     goal = _goal(team, state, i, role) & free_or_here
     if own and (not shut or goal >> robot.pose & 1):
         return under(none, node)

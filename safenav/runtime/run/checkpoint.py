@@ -123,7 +123,7 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     lines = trace.records[: max(0, count - 1)]
     recorded = replace(trace.header.scenario, limits=scenario.limits)
     header = replace(trace.header, scenario=recorded)
-    first = text_of(header)  # it may have other limits
+    first = text_of(header)  # the scenario may have other limits
     begun = (
         sealed(each, first) if isinstance(each, records.Checkpoint) else each for each in lines
     )

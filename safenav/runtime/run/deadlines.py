@@ -78,7 +78,7 @@ class Ledger:
         match event:
             case now.Time(at):
                 self.tick, self.had = int(at), 0
-                for of, due in self._open():  # it was due in the tick before this one
+                for of, due in self._open():  # due in the previous tick, and not met
                     if due.tick < self.tick:
                         self.dues[of] = replace(due, past=True)
                         verdict = DeadlineVerdict.EXCUSED if due.excused else DeadlineVerdict.LATE
@@ -96,7 +96,7 @@ class Ledger:
             case now.Counted(i, ticks):
                 for _, whole, _ in goals(team, before, i, ticks, duty=False):
                     round_ = self.dues.get((ROUND, i))
-                    if round_ is not None and whole > round_.done:  # the goal completes it
+                    if round_ is not None and whole > round_.done:  # the goal completes the round
                         if not round_.past:
                             self._tell(team, (ROUND, i), round_, DeadlineVerdict.KEPT)
                         self._begins(team, i, whole)
@@ -200,7 +200,7 @@ def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> O
     """Return the targets that a robot must still meet in sequence for its round, or for ``most``
     rounds: several lists while it may begin with any target, or with the one where it stands."""
     member, robot, own = team.members[i], state.robots[i], state.robots[i].own
-    fixed = own.last < 0 and not (member.planned or robot.fresh)  # by its strategy
+    fixed = own.last < 0 and not (member.planned or robot.fresh)  # its strategy fixes the order
     free = member.objective.strict and own.met == 0 and not fixed
     here = (k for k, t in enumerate(member.targets) if member.either or t >> robot.pose & 1)
     begun = [own._replace(memory=k) for k in {own.memory, *here}] if free else [own]
@@ -287,7 +287,7 @@ def _orders(team: Team, member: Member, pose: int) -> Orders:
         others = range(1, len(masks))
         firsts += [k for k in others if not objective.literal or masks[k] >> pose & 1]
     orders = [_goals_left(member, Count(first), team.rounds) for first in firsts]
-    for order in orders if objective.settles else ():  # it stays at its last target
+    for order in orders if objective.settles else ():  # the robot stays at its last target
         order += masks[-1:] * (len(masks) + team.rounds - 1 - len(order))
     return [order[order[0] >> pose & 1 :] for order in orders]
 

@@ -90,7 +90,7 @@ def successor(run: Situation, i: int) -> Proposal | None:
     if controller is None or robot.node is None or not controller.realizable:
         return None
     safe, graph = None, team.members[i].graph
-    if run.control.found.safe:  # else the team can never continue
+    if run.control.found.safe:  # otherwise the team can never continue
         safe = run.control.found.safe[i]
     if controller.task.assignable:
         step = commanded(team, state, i, run.control.roles[i], controller, safe)

@@ -252,7 +252,7 @@ class Run(Situation):
                 if isinstance(event, now.Acted) and keeps and robot.idle:
                     self.happens(now.Counted(i, duty=False))
                 return
-            was = before.robots[i]  # a new objective was counted by the decision
+            was = before.robots[i]  # the decision has already counted a new objective
             same = robot.fresh or (robot.objective == was.objective and not was.fresh)
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 at_once = self.world.live and isinstance(event, now.Turn)

@@ -256,14 +256,14 @@ class Mission:
             part()
             end = self._run.over()
             if end is None:
-                self._check()  # nothing may have happened
+                self._check()  # even if no event came
         except Stopped as stopped:
             end = stopped.end
         except KeyboardInterrupt:
             self._end(End(Outcome.INTERRUPTED, "stopped by the user"))
             return
         except SafenavError as error:
-            with suppress(SafenavError):  # writing the trace may be what failed
+            with suppress(SafenavError):  # perhaps it was the trace that could not be written
                 self._end(End(Outcome.ERROR, str(error)))
             self.result = None
             raise

@@ -138,7 +138,7 @@ class Operator:
             brought = self._change(run, wanted)
             try:
                 next(brought)
-            except UsageError as error:  # it has become impossible meanwhile
+            except UsageError as error:  # the change has become impossible meanwhile
                 yield now.Late("intervention", str(error))
                 continue
             if wanted.kind == "give_up":
@@ -296,7 +296,7 @@ class Operator:
         away = {each.obstacle for each in self.asked if each.kind in ("resolved", "open")}
         for k in _known(run):
             obstacle, state = run.team.obstacles[k], run.state.obstacles[k]
-            own = stands_for(obstacle.source, name)  # it is no longer lost
+            own = stands_for(obstacle.source, name)  # a placed robot is no longer lost
             if own or obstacle.region != region or obstacle.name in away:
                 continue
             if obstacle.closes(i, state):

@@ -280,7 +280,7 @@ class Recorder:
             for number in parts(k):
                 need = obstacles[k].needs[number]
                 able = need.action in self.team.members[i].robot.capabilities
-                if able and need.regions >> at & 1:  # else fulfilled before the team knew of it
+                if able and need.regions >> at & 1:  # else fulfilled before the team knew it
                     what = self._name(k), number, need.action, self._robot(i), at
                     group = self._group(before, k, number, i) if need.together else None
                     left = need.robots - len(stages[k].done) if number == stages[k].need else None
@@ -312,7 +312,7 @@ class Recorder:
         if need.together:
             size = self.team.size
             at = standing(self.team, state, moving=not (self.team.live and self.simulated))
-            pairs = zip(state.robots, at, strict=True)  # some may be without charge by now
+            pairs = zip(state.robots, at, strict=True)  # some may have no charge by now
             at = [r.pose % size if r.acting == i else region for r, region in pairs]
             group = [*participants(self.team, state, at, i, k, later)]
             acting = [j for j in group if state.robots[j].acting == i]

@@ -270,7 +270,7 @@ class World:
         if self.simulated and not run.team.worksites >> there.pose % run.team.size & 1:
             return None  # most turns
         if self.truth is not None:
-            self.truth.excuse(run.state.robots)  # some may have returned in this instant
+            self.truth.excuse(run.state.robots)  # robots may have returned in this instant
         among = self._acts(run, i)
         expected = self._changes(run, i, among)
         asks = (self.truth is not None and not self.live) or i not in self._asked
@@ -313,14 +313,14 @@ class World:
         )
         reported = {k: result for k, result in reported.items() if k not in again}
         among = self._acts(run, i)
-        if begun:  # meanwhile it may have been sent for another load
+        if begun:  # the robot may now be sent for another load
             loads = [k for k in begun if run.state.obstacles[k].known and _takes(run, k)]
             among = [k for k in among if not _takes(run, k)] + loads
         stages = {k: stage for k, stage in self._changes(run, i, among) if k not in again}
         ready = {k for k, stage in stages.items() if team.obstacles[k].next(stage) is None}
         if self.live:  # other robots came meanwhile
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
-        there = run.state.obstacles  # one that is over disappeared in this instant
+        there = run.state.obstacles  # an obstacle that is over disappeared in this instant
         if self.truth is not None:
             stages = {k: stages[k] for k in stages if k in ready} | {
                 n: stage
@@ -344,7 +344,7 @@ class World:
         self._opened |= dict.fromkeys(over, self.commands.now())
         failed = tuple(k for k in failed if k not in truths and k not in gone)
         undone = {*failed, *gone} - truths.keys()
-        if any(i in (there[k].stage.group or ()) for k in failed):  # it still carries that load
+        if any(i in (there[k].stage.group or ()) for k in failed):  # it still carries the load
             open_ = [k for k in stages if k not in truths]
             needs = {k: team.obstacles[k].needs[there[k].stage.need] for k in open_}
             undone |= {k for k, need in needs.items() if need.takes and not need.same}

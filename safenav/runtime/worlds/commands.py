@@ -280,7 +280,7 @@ class Commands:
                 raise TypeError(f"it returned {event!r}, neither None nor an event")
         except Exception as error:
             if type(self.world) is LiveSimulation:
-                raise  # a defect, not a failure of the robot
+                raise  # a defect of safenav, not a failure of the robot
             reason = f"{'act' if target is None else 'start'}: {error}"
             who = self.now(), robot.name, here
             event = protocol.Failed(*who, reason, True, command=command.command)

@@ -164,7 +164,7 @@ def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
         if not item.style and text.count("(") > text.count(")"):
             message = f"{what}: '{clipped(text)}' ends within parentheses"
             reading.add(item, message, "within brackets a comma ends a formula: put it in quotes")
-            break  # the rest of the formula follows
+            break  # the next items are the rest of the formula
         label = text if name is None else name.text
         if label in found:
             reading.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")

@@ -92,7 +92,7 @@ def _item(
     if not kind.open:
         node, meant = as_meant(node, what, known, kind.elsewhere, findings)
     of, inside = _filled(kind.label, what, node), {key.text: inner for key, inner in node.entries}
-    for word, key in known.items():  # in the order of the class, not of the stages
+    for word, key in known.items():  # in the order of the class's fields, not of the stages
         if key.required and word not in inside and word not in meant:
             findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
     values: dict[str, Any] = {}
