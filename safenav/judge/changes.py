@@ -9,8 +9,8 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world, the scenario lists the obstacle, or it is to appear by now, without an
-    end or a deadline of its own. Types with one name are equal."""
+    """An unlisted obstacle has no end or deadline of its own and, in a simulated world, appears by
+    now. Types with one name are equal."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind:
         yield f"the scenario has another type {kind.name}"

@@ -86,8 +86,8 @@ def goal(e: Line, s: State) -> Iterator[str]:
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
-    can meet it. An obstacle's is excused once it need not be resolved, a round's if the robot
-    pursued something else in it or in the previous round."""
+    can meet it. An obstacle's deadline is excused once the obstacle need not be resolved, a round's
+    if the robot pursued something else in this or the previous round."""
     due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
     one = s.robots.get(e.of) or s.obstacles.get(e.of)
     if (one.within if one else s.by if e.of == "mission" else None) is None:

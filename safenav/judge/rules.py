@@ -79,7 +79,7 @@ def placed(e: Line, s: State) -> Iterator[str]:
 def mobility(e: Line, s: State) -> Iterator[str]:
     """A robot stays or steps to a free neighbouring region. A robot with a heading never steps
     backwards. A step ends where it leads or, interrupted in a live run, where it began. Only in a
-    world of the user's may a step fail, or end elsewhere."""
+    user's world may a step fail, or end elsewhere."""
     robot, step = s.robots[e.robot], e.step
     side, bound = s.world.side(step.start, step.to), robot.bound
     if (e.result == "lost") is not bool(e.regions):
@@ -113,8 +113,8 @@ def mobility(e: Line, s: State) -> Iterator[str]:
 @rule("move", "outcome", "appeared", "gone", "objective", "service", "inputs", *RESULTS)
 def pace(e: Line, s: State) -> Iterator[str]:
     """In lockstep each robot has one move per tick, in the header's order and after the scenario's
-    changes; a step takes the ticks that its model states. Nothing of a turn follows a lost
-    deadline."""
+    changes; a step takes the ticks that its model states. After a lost deadline, nothing of that
+    turn follows."""
     if e.kind in RESULTS and s.over == e.tick:
         yield "a lost deadline is recorded before the end of a turn"
     listed = e.cause == "scenario" or (e.kind == "inputs" and not (e.user or s.external))
@@ -232,8 +232,8 @@ def charge(e: Line, s: State) -> Iterator[str]:
 
 @rule("act", "acted", "part", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
-    """In simulated worlds, only robots in service resolve obstacles. In a live run they act
-    and are not in transit. No action fails in a simulated world."""
+    """Robots that begin an action are in service and not in transit. In a simulated world, only
+    robots in service (live: that act) resolve obstacles, and no action fails."""
     robot = s.robots[e.robot]
     if e.kind == "act":
         for name in e.robots:
