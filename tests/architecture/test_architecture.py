@@ -86,7 +86,7 @@ def test_imports_go_downwards_between_packages_and_inside_them() -> None:
         assert networkx.is_directed_acyclic_graph(needs), networkx.find_cycle(needs)
 
 
-def test_views_read_no_records() -> None:
+def test_views_import_no_records_and_test_no_clock() -> None:
     """They stand on the run model, which alone knows records and the clock of a run."""
     views = [name for name in MODULES if name.startswith("safenav.report.")]
     assert views
@@ -101,7 +101,7 @@ HOMES = ("scenario.objective", "scenario.model", "world.poses", "team.battery", 
 """Where the types of features are defined: objectives, needs, mobilities, batteries."""
 
 
-def test_no_branch_tests_the_type_of_a_feature() -> None:
+def test_no_model_code_tests_the_type_of_a_scenario_value() -> None:
     """A feature is data or a method of its value. The page lists the exceptions."""
     classes = (n for home in HOMES for n in nodes(f"safenav.{home}"))
     types = {node.name for node in classes if isinstance(node, ast.ClassDef)}

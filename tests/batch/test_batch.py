@@ -100,7 +100,7 @@ def test_an_interrupted_batch_resumes_with_the_missing_cases(
 
 
 @pytest.mark.parametrize("cut", [1, 200])
-def test_a_truncated_result_costs_one_case(write: Write, slugs: SlugsLog, cut: int) -> None:
+def test_a_truncated_result_is_run_again(write: Write, slugs: SlugsLog, cut: int) -> None:
     for letter in "abc":
         write(f"{letter}.yaml")
     safenav(".", "--out", "out")

@@ -96,7 +96,7 @@ def test_a_full_disk_is_reported_and_leaves_no_file(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_page_groups_the_claims_and_leads_to_their_evidence() -> None:
+def test_the_page_groups_the_claims_and_links_their_evidence() -> None:
     bundle = shipped("case_study_3")
     text = (bundle / "index.html").read_text()
     for link in re.findall(r'href="(.*?)"', text):

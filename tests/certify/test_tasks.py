@@ -132,7 +132,7 @@ def planted(spec: Specification, what: dict[str, Any]) -> Specification:
 
 
 @pytest.mark.parametrize("name", PLANTED["errors"])
-def test_a_planted_error_is_caught(name: str, tmp_path: Path) -> None:
+def test_a_specification_with_a_planted_error_is_refused(name: str, tmp_path: Path) -> None:
     error = PLANTED["errors"][name]
     data = {"safenav": 1, "robots": error["robots"], "catalogue": PLANTED["catalogue"]}
     data["map"] = {"grid": PLANTED["grids"][error.get("grid", "open")].split()}

@@ -107,7 +107,7 @@ def test_fields_agree_with_the_definitions_of_another_library() -> None:
 
 
 @pytest.mark.parametrize("name", DEFINED["kinds"], ids=lambda name: name.split("/")[-1])
-def test_bytes_equal_those_of_another_serializer(name: str, values: int = 200) -> None:
+def test_messages_have_the_bytes_of_another_serializer(name: str, values: int = 200) -> None:
     """A request or reply begins with its header, after which CDR restarts its count by 8."""
     rng = random.Random(name)
     kind = node.message(DEFINED["kinds"][name])

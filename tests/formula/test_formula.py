@@ -111,7 +111,7 @@ def test_any_text_gives_a_formula_or_an_error_with_a_position(text: str) -> None
 
 
 @pytest.mark.parametrize(("alias", "plain"), from_yaml(beside(__file__, "same.yaml")))
-def test_aliases_mean_the_same(alias: str, plain: str) -> None:
+def test_an_alias_of_an_operator_has_its_meaning(alias: str, plain: str) -> None:
     assert read(alias) == read(plain) == plain
 
 
@@ -183,7 +183,7 @@ def test_operators_have_their_truth_tables(text: str, expected: Callable[..., bo
     assert [truth(text)(v, v) for v in VALUES] == [bool(expected(**v)) for v in VALUES]
 
 
-def test_long_chains_are_flat() -> None:
+def test_a_chain_of_thousands_of_operands_is_not_too_deep() -> None:
     """Generated files have disjunctions of hundreds of literals; nesting is limited."""
     chain = " | ".join(["x = 1"] * 5000)
     assert holds(chain, x=1) and not holds(chain, x=0)

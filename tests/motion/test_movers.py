@@ -117,7 +117,7 @@ def test_a_walker_keeps_its_limits_on_regions_of_any_size(side: float) -> None:
     assert wrong == []
 
 
-def test_segments_of_equal_shape_move_alike_and_each_number_belongs_to_the_shape() -> None:
+def test_segments_of_one_shape_move_alike_and_any_other_number_changes_the_shape() -> None:
     """The check solves and judges one of them."""
     limits = limits_on(2.7)
     known: dict[bytes, Any] = {}

@@ -172,7 +172,7 @@ def lost(earliest: int | None) -> list[damage.Line]:
         ([LEFT, CAME | {"reason": "slips"}], "quad is at 8, after another attempt (slips)"),
     ],
 )
-def test_failures_name_their_reason_once(
+def test_the_event_of_a_failure_names_its_reason_once(
     lines: list[damage.Line], said: str, tmp_path: Path
 ) -> None:
     """And no lacking capability."""

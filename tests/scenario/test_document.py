@@ -55,7 +55,7 @@ def test_without_libyaml_the_same_errors_are_reported(
         document.read_document(text)
 
 
-def test_without_libyaml_the_errors_of_scenarios_are_as_announced(
+def test_without_libyaml_an_invalid_scenario_reports_its_listed_errors(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(document, "_LOADER", yaml.SafeLoader)

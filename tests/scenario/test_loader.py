@@ -65,7 +65,7 @@ def test_line_ends_and_byte_order_marks_of_other_systems_are_read(tmp_path: Path
 
 
 @pytest.mark.parametrize("file", INVALID, ids=[file.stem for file in INVALID])
-def test_exactly_the_announced_errors_are_reported(file: Path) -> None:
+def test_an_invalid_scenario_reports_exactly_its_listed_errors(file: Path) -> None:
     refuse_as_announced(file)
 
 

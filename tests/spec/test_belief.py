@@ -183,7 +183,7 @@ def test_the_other_robot_is_always_in_its_believed_region(
         own, state = after, following
 
 
-def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
+def test_after_a_jump_out_of_sight_a_robot_may_be_in_any_cell() -> None:
     world = RegionMap.from_grid(["......"])
     here = watch(world, in_order([[0, 1, 2], [3, 4, 5]]), 2.0)
     assert here.look(1, 5, 1) == {0, 1}

@@ -46,14 +46,14 @@ def test_searches_with_charges_end_when_their_check_raises() -> None:
         ask_charged(floor, start, (), 1, (30.0,) * 3, 0, lambda: next(left))
 
 
-def test_a_proof_for_a_few_robots_does_not_leave_another_one_in_their_zone() -> None:
+def test_a_proof_for_a_few_robots_does_not_assume_that_another_stays_in_their_zone() -> None:
     team = team_of(load_scenario_text(ZONE))
     state = initial(team)
     floor = floor_now(team, state)
     assert lost(floor, joint_now(state, floor), [0, 1]) is None
 
 
-def test_robots_that_have_done_their_part_and_those_out_of_service_are_named() -> None:
+def test_reasons_name_robots_that_are_out_of_service_or_did_their_part() -> None:
     """What else keeps robots from an obstacle: ``cli/transcripts/reasons.txt``."""
     out = [Helper(each, Hindrance.OUT_OF_SERVICE) for each in "ab"]
     beyond = Helper("c", Hindrance.GATES, ("crate@2",))
