@@ -41,7 +41,7 @@ class Verdict(StrEnum):
 
     @property
     def proven(self) -> bool:
-        """Whether it holds regardless of the limits."""
+        """Whether the verdict holds regardless of the limits."""
         return self in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
 
 
@@ -203,7 +203,7 @@ def install_command(extra: str = "") -> str:
 @contextmanager
 def needing(user: str, extra: str, package: str = "") -> Iterator[None]:
     """Raise UsageError if a package that this context imports is missing: ``user`` (a feature)
-    needs it, from an extra. ``package``: its name, if that of the module differs."""
+    needs it, from an extra. ``package``: its name, if not that of the module."""
     try:
         yield
     except ImportError as error:

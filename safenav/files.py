@@ -34,7 +34,7 @@ bytes."""
 def read_input(
     path: str | Path, most: int = MOST_BYTES, *, named: bool = False, values: float = MOST_VALUES
 ) -> bytes:
-    """Return the content of a file; of standard input for ``-``, unless it is ``named`` by a file.
+    """Return the content of a file, or of standard input for ``-`` unless a file ``named`` it.
 
     Raises InputError if it cannot be read, has more than ``most`` bytes (a device may have no end)
     or more than this many ``values``.

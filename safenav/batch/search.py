@@ -141,8 +141,8 @@ class _Search:
         return name
 
     def _references(self, scenario: Path, text: str, settings: Settings) -> str:
-        """Return a digest of the files that a scenario names, with the settings applied; empty if
-        it names none."""
+        """Return a digest of the files that a scenario names, with the settings applied; empty
+        without such files."""
         root = self._root(text)
         if root is None:
             return ""
@@ -152,7 +152,7 @@ class _Search:
 
     @cached_method
     def _text(self, path: Path) -> str | None:
-        """Return the text of a file; None if it cannot be read, which its run reports."""
+        """Return the text of a file; None if it cannot be read: its run reports that."""
         return read_source(path, Findings(str(path)))
 
     @cached_method
@@ -166,7 +166,7 @@ class _Search:
 
 
 def _is_scenario(text: str | None) -> bool:
-    """Return whether a file that a search found is meant as a scenario. If in doubt it is: a broken
+    """Return whether a file that a search found is meant as a scenario. In doubt, True: a broken
     scenario must not vanish from the batch."""
     if text is None or kind_of(text) == "scenario":
         return True

@@ -99,7 +99,7 @@ def leave(batch: str) -> None:
 class Worker:
     """One process, used for many cases; one thread at a time may ``run`` a case.
 
-    It has a session of its own: Ctrl-C at the terminal reaches only the batch, which then ends it.
+    It has its own session: Ctrl-C at the terminal reaches the batch, which ends the process.
     """
 
     def __init__(self) -> None:

@@ -229,8 +229,8 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 
 def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
-    """Return the measures for the edges of nodes. If a strategy has no measure for a goal, a
-    constant one takes its place."""
+    """Return the measures for the edges of nodes. Where no measure exists for a goal, a constant
+    takes its place."""
     graph = task.graph
     edges = graph.edges(nodes)
     goals, assumed = task.met(edges)

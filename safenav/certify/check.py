@@ -61,7 +61,7 @@ def _referenced(text: str, folder: Path, taken: list[str]) -> Iterator[tuple[str
 
 
 def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
-    """Return how the scenario of a trace's header differs from its source; None if it does not.
+    """Return the first difference between the scenario in a trace's header and its source, or None.
     The seed and the clock are those of the run."""
     told = "no file in it is a scenario"
     for name, data in sources.items():

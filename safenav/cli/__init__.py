@@ -67,7 +67,7 @@ Commands:
 
 
 def main() -> None:
-    """Run the ``safenav`` command. SIGTERM and SIGHUP end it as Ctrl-C does: with its
+    """Run the ``safenav`` command. SIGTERM and SIGHUP end the command as Ctrl-C does: with its
     subprocesses, without its temporary files."""
     try:
         _open_closed_streams()
@@ -142,7 +142,7 @@ def _open_closed_streams() -> None:
 
 class _Pipe(io.FileIO):
     """Output that is discarded once its reader has closed it (``safenav ... | head``): the command
-    continues, and its exit code is that of its result."""
+    continues, and its exit code depends on its result alone."""
 
     def write(self, data: Any) -> int:
         try:

@@ -18,7 +18,7 @@ POLL = 0.05
 
 def attended(wanted: bool, plan: Scenario, as_json: bool) -> bool:
     """Return whether an operator is prompted: if ``wanted``, or if a user can answer at a terminal.
-    Raises UsageError if one is wanted in a run that never waits."""
+    Raises UsageError if an operator is wanted in a run that never waits."""
     live = plan.clock is Clock.LIVE
     if wanted and not live:
         raise UsageError("--operator requires a live run; add '--clock live'")
@@ -63,8 +63,8 @@ class _Terminal:
 
 
 def _ask(mission: Mission, terminal: _Terminal) -> None:
-    """Prompt for interventions until an empty line, or the end of the input, follows at least one.
-    If the input ends before any intervention, give up the run."""
+    """Prompt for interventions until an empty line, or the end of the input, follows an
+    intervention. If the input ends before any intervention, give up the run."""
     from safenav.runtime.run.operator import LINES
 
     conclusion = mission.waiting

@@ -121,7 +121,7 @@ def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
 
 
 def refuse(required: str, *names: str) -> None:
-    """Raise UsageError if the command line has one of these parameters, which nothing would read.
+    """Raise UsageError if the command line has one of these parameters, which would be ignored.
     ``required``: the options or inputs that they require."""
     context = click.get_current_context()
     for param in context.command.params:
@@ -240,7 +240,7 @@ NoMap = Annotated[bool, "Do not print the initial map."]
 Operator = Annotated[bool, "Prompt for interventions in a live run, also without a terminal."]
 Robot = Annotated[str | None, "--robot NAME", "Only this robot."]
 Rows = Annotated[int | None, COUNT, "--rows N", "Rows of a map file."]
-Share = Annotated[float | None, range_of("x", 0, 1), "Maximum blocked share of a free region."]
+Share = Annotated[float | None, range_of("x", 0, 1), "Blocked share that makes a wall."]
 Side = Annotated[float | None, range_of("m", 0, 1e6, beyond=True), "Side of a region in metres."]
 TimeLimit = Annotated[float | None, SECONDS, "Time limit in seconds (live: on its clock)."]
 Trace = Annotated[Lines, "Write the trace (JSON Lines)."]

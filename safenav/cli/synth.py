@@ -43,8 +43,7 @@ An unrealizable one gets the environment's strategy, as R.counterstrategy.json, 
 
 
 class Synthesized(Struct, frozen=True):
-    """A specification with its result, whose strategy is the environment's if it is
-    unrealizable."""
+    """A specification with its result. If unrealizable, its strategy is the environment's."""
 
     spec: Specification
     result: SynthesisResult

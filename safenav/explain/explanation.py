@@ -101,7 +101,7 @@ class Core(Struct, frozen=True):
 
     @property
     def alone(self) -> bool:
-        """Whether its members conflict even with a cooperating environment."""
+        """Whether the members conflict even with a cooperating environment."""
         return self.together is False
 
     @property
@@ -117,7 +117,7 @@ class Core(Struct, frozen=True):
 
 
 def with_guarantees(whole: Specification, guarantees: Iterable[Constraint]) -> Specification:
-    """Return ``whole`` with all its assumptions, but these guarantees only."""
+    """Return ``whole`` with all its assumptions, but only with these guarantees."""
     return whole.without(filter(is_guarantee, whole.constraints)).with_more(*guarantees)
 
 
@@ -368,7 +368,7 @@ def _crossing(task: Task, world: RegionMap) -> Target | None:
 
 
 def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
-    """Return one sentence on why ``robot`` cannot fulfil ``task``, if the map proves it."""
+    """Return a sentence on why ``robot`` cannot fulfil ``task``, as far as the map proves it."""
     why = why_words(diagnose(task, world), task, world)
     return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
 

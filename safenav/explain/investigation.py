@@ -319,7 +319,7 @@ def _regions_of(goal: Constraint, core: Specification, world: RegionMap) -> list
 def _dilemmas(
     core: Specification, play: LosingPlay, task: Task, world: RegionMap
 ) -> Iterator[Dilemma]:
-    """Yield for each move of its mobility the guarantee that it would break."""
+    """Yield for each move of the robot's mobility the guarantee that the move would break."""
     now, inputs = play.walk[-1], dict(play.pressure)
     heading = Heading(now["heading"]) if "heading" in now else None
     promised = clauses(core, Section.SYS_TRANS)
@@ -372,8 +372,8 @@ def explain_lines(spec: Specification, synthesizer: Synthesizer) -> LineExplanat
 
 
 def _helpful(spec: Specification, ask: Questions) -> Iterator[str]:
-    """Yield assumptions that one Boolean input is on, or off, infinitely often, where this makes
-    the specification realizable and does not let the system win by breaking it."""
+    """Yield assumptions that one Boolean input is on, or off, infinitely often, if this makes the
+    specification realizable and the system cannot win by violating it."""
     inputs = [v.name for v in spec.owned(Owner.INPUT) if v.bounds is None]
     lines = [line for name in inputs for line in (f"{name}'", f"!{name}'")][:MOST_ASSUMPTIONS]
     fair = {line: Constraint(Section.ENV_LIVENESS, line, _TRIED) for line in lines}

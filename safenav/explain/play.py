@@ -236,7 +236,7 @@ def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
 
 
 def _lasting(replies: Mapping[int, Sequence[int]]) -> dict[int, float]:
-    """Return for each node how many moments a play from it can last."""
+    """Return for each node the maximum number of moments of a play from there."""
     before: dict[int, list[int]] = {}
     for node, following in replies.items():
         for after in following:
@@ -274,7 +274,7 @@ class Cause(StrEnum):
 class Vacuity(Struct, frozen=True):
     """A way in which a system could win without doing anything.
 
-    ``path``: the shortest path in its strategy to the node where it happens. ``origins``: the
+    ``path``: the shortest path in its strategy to the node where it wins. ``origins``: the
     assumptions that fail."""
 
     cause: Cause

@@ -54,7 +54,7 @@ def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
 
 def _single_walls(problem: RepairProblem) -> list[Region]:
     """Return the walls between a reachable region and another one, ordered by the length of the
-    path across them to the targets."""
+    path through the wall to the targets."""
     world, task, found = problem.scenario.map, problem.task, problem.diagnosis
     targets = found.lost or task.targets
     from_start = world.distances([task.pose.region])

@@ -135,8 +135,8 @@ class Following:
         self._inner.follow(follower.name, follower.reference)
 
     def _resynchronized(self, follower: Follower) -> str:
-        """Continue the plan from the robot's position, if it deviates. Return the reason if that is
-        impossible, else an empty text."""
+        """Continue the plan from the robot's position if the robot deviates. Return the reason if
+        that is impossible, else an empty text."""
         at = follower.place
         assert at is not None
         off = _off(self._places.frame.in_world(*follower.mover.place), at)

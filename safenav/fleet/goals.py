@@ -253,8 +253,7 @@ class Goals:
     def end(
         self, body: DrivenRobot, kind: Callable[..., protocol.WorldEvent], *about: object
     ) -> None:
-        """End a command by an event of this kind; the robot gets the pose of the event, if that has
-        one."""
+        """End a command by an event of this kind; the robot gets the event's pose, if any."""
         assert body.task is not None
         event = kind(self.now(), body.robot.name, *about, command=body.task.command)
         body.pose, body.task = getattr(event, "pose", body.pose), None

@@ -140,8 +140,8 @@ class DrivenRobot(Struct):
         return (task.start if task.back else task.to).region
 
     def stood(self, stamp: float) -> Located | None:
-        """Return the robot's position at rest at a stamp of its clock; None if it moved then, or if
-        no odometry from before and after that time agrees on it."""
+        """Return the robot's position at rest at a stamp of its clock; None if the robot moved
+        then, or if odometry from before and after that time does not agree."""
         newer: Located | None = None
         for point in reversed(self.trail):
             at = point.place
@@ -179,14 +179,14 @@ def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
 
 
 class FleetProgress:
-    """Progress in resolving the obstacles that a fleet knows, by the team's model."""
+    """Progress in resolving the obstacles that a fleet knows, computed by the team's model."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._team = team_of(scenario)
         self._stages: dict[str, Stage] = {}
 
     def need(self, obstacle: Obstacle) -> int:
-        """Return the number of an obstacle's next need."""
+        """Return the number of the next need of an obstacle."""
         return self._stage(obstacle).need
 
     def forget(self, obstacle: Obstacle) -> None:
@@ -286,7 +286,7 @@ class TeamAction(Struct):
 
     @property
     def resolved(self) -> Obstacle | None:
-        """The obstacle that the last answers have resolved; None if it is still present."""
+        """The obstacle that the last answers have resolved; None if that is still present."""
         gone = self.on is not None and self.results.get(self.on.name, ActResult.FAILED)
         return self.on if self.on is not None and gone is not ActResult.FAILED else None
 

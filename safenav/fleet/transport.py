@@ -175,12 +175,12 @@ class Transport(Protocol):
         """Send a robot to a goal; GoalEnded follows, once for each goal."""
 
     def cancel(self, robot: str) -> None:
-        """Stop a robot where it is, as soon as it can; its goal ends by GoalEnded."""
+        """Stop a robot where it is, as soon as possible; its goal ends by GoalEnded."""
 
     def follow(self, robot: str, reference: Setpoints) -> None:
         """Stream a reference to a robot that tracks it, ``Setpoints.ahead`` 20 times per second,
-        until the next one or ``close``; no message follows. Its times are those of ``now``. A robot
-        must stop by itself when its stream ends."""
+        until the next one or ``close``; no message follows. Its times are on the clock of ``now``.
+        A robot must stop by itself when its stream ends."""
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         """Let a robot act on an obstacle from its present position; Performed follows, once."""

@@ -36,8 +36,8 @@ def to_infix(line: str, most: float = inf) -> str:
 
 
 class _Prefix:
-    """Translation of the tokens of one line, the last one first. ``left``: number of characters
-    that it may still write."""
+    """Translation of the tokens of one line, the last one first. ``left``: number of further
+    characters that it may write."""
 
     def __init__(self, tokens: list[str], left: float) -> None:
         self._tokens = tokens

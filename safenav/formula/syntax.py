@@ -126,8 +126,8 @@ def variables(formula: Formula) -> frozenset[str]:
 def resolve_constants(
     formula: Formula, meaning: Callable[[Name, Comparison], Collection[int] | None]
 ) -> Formula:
-    """Return the formula with names in comparisons replaced by their numbers, if they have any. To
-    equal a name of several numbers is to equal one of them."""
+    """Return the formula with names in comparisons replaced by their numbers, if they have any. A
+    comparison with a name of several numbers allows each of them."""
 
     def numbers(part: Term, within: Comparison) -> list[Number]:
         if not isinstance(part, Name) or part.primed:
@@ -209,7 +209,7 @@ _RELATIONS = dict(zip(Relation, (eq, ne, lt, le, gt, ge), strict=True))
 
 
 def predicate(formula: Formula) -> Predicate:
-    """Return a function of a state and the next one that returns whether the formula holds. It
+    """Return a function of a state and its successor that decides whether the formula holds. It
     raises KeyError for a variable without a value."""
     match formula:
         case Constant(value):

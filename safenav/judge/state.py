@@ -106,12 +106,12 @@ class Robot:
 
     @property
     def faces(self) -> bool:
-        """Whether it has a heading."""
+        """Whether the robot has a heading."""
         return bool(self.data.mobility == "heading")
 
     @property
     def stays(self) -> bool:
-        """Whether it is in service at its last target, where it may stay."""
+        """Whether the robot is in service at its last target, where it may stay."""
         own = self.own
         if not own.settles or (own.ends and not self.progress.ended(own)):
             return False
@@ -165,7 +165,7 @@ class Rest(NamedTuple):
     barred: frozenset[str] = frozenset()
 
     def closes(self, robot: str) -> bool:
-        """Return whether a robot must not enter its region."""
+        """Return whether a robot must not enter the obstacle's region."""
         return robot in self.blocks and not (len(self.left) == 1 and robot in self.enters)
 
     def chain(self) -> tuple[Need, ...]:
@@ -173,18 +173,18 @@ class Rest(NamedTuple):
         return tuple(takewhile(lambda need: need.same, self.left[1:]))
 
     def takes(self) -> bool:
-        """Return whether the robots that fulfil the next need then carry a load."""
+        """Return whether the robots that fulfil the next need carry a load afterwards."""
         return bool(self.chain()) and not self.left[0].same
 
     def laden(self) -> frozenset[str]:
-        """Return the robots that carry it, or a part of it, and so can take no other load: they
+        """Return the robots that carry the load, or a part of it, and can take no other load: they
         fulfilled the last need and must fulfil the next one, or have done their part."""
         if self.left and self.left[0].same:
             return self.left[0].able
         return self.done if self.takes() and not self.left[0].together else frozenset()
 
     def advanced(self, group: Iterable[str]) -> Rest:
-        """Return the rest after a group, with those that have done their part, fulfils a need."""
+        """Return the rest after a group and the robots that have done their part fulfil a need."""
         left, met = self.left[1:], self.done.union(group)
         if left and left[0].same:
             left = (left[0]._replace(able=left[0].able & met), *left[1:])
@@ -241,7 +241,7 @@ class Obstacle:
 
     @property
     def permanent(self) -> bool:
-        """Whether it was found untraversable, or declared: one given up may yet be resolved."""
+        """Whether it was found untraversable, or declared: a given-up one may yet be resolved."""
         return self.there and self.shut and (self.resolved or self.declared)
 
     def begin(self) -> None:
@@ -384,12 +384,12 @@ class State:
         return any(avoids)
 
     def _kept_out(self, robot: str, other: str, holds: frozenset[int]) -> frozenset[int]:
-        """Return the regions that a robot must not enter while another one occupies some."""
+        """Return the regions that a robot must not enter while another occupies some."""
         shared = (zone for who, zone in self.zones if {robot, other} <= who and zone & holds)
         return (holds if other in self.rivals[robot] else frozenset()).union(*shared)
 
     def step(self, e: Line) -> Step | None:
-        """Return the step of a line, or where an operator puts a robot; None: it moves none."""
+        """Return the step of a line, or where an operator puts a robot; None: no robot moves."""
         robot, strays = self.robots.get(e.robot), e.result not in (None, "arrived")
         if robot is None:
             return None

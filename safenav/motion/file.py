@@ -83,7 +83,7 @@ def described(robot: Robot) -> dict[str, object]:
 
 
 class Foothold(Struct, frozen=True, array_like=True):
-    """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left one, -1 the right."""
+    """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left foot, -1 the right."""
 
     x: float
     y: float
@@ -118,8 +118,8 @@ class PressurePhase(Struct, frozen=True, array_like=True):
 
 
 class Moving(Struct, frozen=True):
-    """A piece of motion, which defines its robot's position at every instant; successive ones leave
-    no gaps."""
+    """A piece of motion, which defines its robot's position at every instant; successive pieces
+    leave no gap."""
 
     robot: str
     tick: int

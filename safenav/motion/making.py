@@ -211,8 +211,8 @@ class _Schedule:
         return mover.time
 
     def _act(self, act: records.Act, acted: records.ActionEnd) -> None:
-        """Carry out the actions of a command one after the other, as soon as the robots of each are
-        at rest and face its obstacle; the last action until the end of the command."""
+        """Carry out the actions of a command one after the other, each as soon as its robots are at
+        rest and face the obstacle; the last one lasts until the end of the command."""
         actions = self._actions.get(acted.command, [])
         idle = self._movers.keys() - self._departs.keys()
         unasked = sorted(idle & {name for one in actions for name in one.robots} - {*act.robots})

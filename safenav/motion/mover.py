@@ -40,7 +40,7 @@ class Mover(ABC):
     @abstractmethod
     def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:
         """Move to the region ``to``, which lies beside its own, from now on. ``short``: an obstacle
-        stands across the centre of ``to``, and the robot is to resolve it there, so it stays in the
+        stands across the centre of ``to``, which the robot will resolve there, so it stays in the
         first half of the region."""
 
     @abstractmethod
@@ -60,7 +60,7 @@ class Mover(ABC):
         return []
 
     def resume(self, tick: int) -> list[Moving]:  # noqa: ARG002
-        """Continue to the robot's usual place of rest, after an action short of it."""
+        """Continue to the robot's usual place of rest, after an action before it."""
         return []
 
 

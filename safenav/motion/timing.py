@@ -102,7 +102,8 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
 
 
 def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
-    """Return the actions of each command, those on obstacles that robots then carry last."""
+    """Return the actions of each command; actions after which robots carry the obstacle come
+    last."""
     found: dict[int, list[TimedAction]] = {}
     carried = {(action.command, action.obstacle): action.takes for action in actions}
     for action in sorted(actions, key=lambda a: (carried[a.command, a.obstacle], a.obstacle)):
@@ -123,8 +124,7 @@ def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
 
 
 def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
-    """Return the lines of a trace as those of a run with a clock, each with its time, in the order
-    of the trace."""
+    """Return the lines of a trace in their order, each with a time as in a run with a clock."""
     if trace.header.live:
         return trace.records
     done = parts_done(trace)
@@ -250,8 +250,8 @@ class _SerialRun:
         self._tell(end, records.Arrive(move.tick, *place))
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
-        """Yield the times at which other robots leave the regions that this one must not share with
-        them: the region that it enters, and those of an exclusion."""
+        """Yield the times at which other robots leave the regions that this robot must not share
+        with them: the region that it enters, and regions of an exclusion."""
         mine = self._robots[name]
         for other, robot in self._robots.items():
             if other == name:

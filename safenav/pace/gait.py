@@ -146,7 +146,7 @@ def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
 
 
 def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
-    """Add a quarter turn: straight steps, an arc, and a tail to the walking pose beside it."""
+    """Add a quarter turn: straight steps, an arc, and a tail to the next walking pose."""
     _straight(line, gait, approach, line[0].speed)
     first = line[-1]
     half, length = gait.side / 2, gait.length

@@ -141,7 +141,7 @@ class Pace:
 
     def ready(self, now: float, at: int, region: int) -> float:
         """Return the time at which the robot can begin to act on an obstacle in ``region`` from
-        region ``at``: at rest and facing it."""
+        region ``at``: at rest and facing the obstacle."""
         if at == region and self._short and now <= self._since + AT_ONCE:
             return now  # still at the place of its last action
         begin = max(now, self._since + self._settling)
@@ -191,8 +191,8 @@ class Pace:
 
 
 class WalkerPace(Pace):
-    """Pace of a walker: it does not stop if its next step is decided on arrival; else it stops,
-    stands and starts."""
+    """Pace of a walker: it walks on if its next step is decided on arrival; else it stops, stands
+    and starts."""
 
     def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
         super().__init__(cols, side, heading or "east")

@@ -84,8 +84,8 @@ def ask(
 def _continued(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
-    """Return the answer; in a plan, robots whose rounds have a deadline continue after their last
-    one until all robots have completed theirs, for as many rounds as delay no other robot."""
+    """Return the answer; in a plan, robots whose rounds have a deadline continue after the last one
+    until all robots have completed their rounds, but delay no other robot."""
     found = _ask(floor, joint, served, seed, check)
     timed = [i for i in floor.robots if floor.team.members[i].robot.within is not None]
     if not timed or not isinstance(found, Found) or found.first:
@@ -245,8 +245,8 @@ def _charged(
     check: Callable[[], None],
     how: tuple[bool, bool],
 ) -> Course | None:
-    """Return such a plan; if soon found, one with charge for a further stay. ``how``: whether it
-    may complete fewer rounds, and whether these are all rounds of the mission."""
+    """Return a plan as above; if soon found, one with charge for a further stay. ``how``: whether
+    it may complete fewer rounds, and whether these are all rounds of the mission."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
@@ -288,7 +288,7 @@ def _charged(
 
 
 def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
-    """Return a robot that sealed obstacles keep from a target that it has still to meet."""
+    """Return a robot that sealed obstacles keep from a remaining target."""
     for i in floor.robots:
         member, free = floor.team.members[i], floor.floors[i]
         if free == member.floor or floor.is_done(i, joint.counts[i]):
@@ -302,8 +302,8 @@ def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
-    """Return the proof that some robots cannot complete the mission, even with all that could help
-    them, if it is found soon."""
+    """Return the proof, if found soon, that some robots cannot complete the mission, even with all
+    robots that could help."""
     helpers = (_helpers(floor, joint, g) for g in floor.open(joint.stages))
     return _proof(floor, joint, tuple(sorted({*robots}.union(*helpers))))
 
@@ -392,7 +392,7 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
 
 def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
     """Return two or three robots that could not complete the mission even without all others: a
-    proof for the team, since these only restrict them."""
+    proof for the team, since others only restrict them."""
     sharing = [i for i in floor.robots if floor.team.members[i].partners]
     for size in [size for size in (2, 3) if size < len(floor.robots)]:
         groups = [

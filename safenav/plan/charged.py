@@ -90,8 +90,8 @@ class ChargedSearch(Search):
             yield joint.charges[i] >= need + spare
 
     def courses(self, states: list[Joint], spent: int) -> Iterator[Course]:
-        """Yield the executions of these states and of those of further searches; ``spent``: the
-        work for the first."""
+        """Yield the executions of these states and of the states of further searches; ``spent``:
+        the work for the first."""
         enough = self.work - max(BETTER, spent)
         known = [states]
         yield from self.course(states)
@@ -163,8 +163,8 @@ class ChargedSearch(Search):
                 yield after
 
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
-        """Return whether a state is worth examining: no known state has at least the same charges
-        in the same place."""
+        """Return whether a state is worth examining: no known state with the same poses and
+        progress has at least the same charges."""
         best = self._best.setdefault(after[:3], [])
         return after not in before and not dominated(after.charges, best)
 

@@ -177,8 +177,8 @@ def next_step(team: Team, state: State, i: int) -> int | None:
 
 
 def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
-    """Return whether a robot waits for charge before a step, on a charger or because it has none
-    left."""
+    """Return whether a robot waits for charge before a step, on a charger or because its charge is
+    used up."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None:
         return False
@@ -220,8 +220,8 @@ def _foreseen(plan: Plan, state: State, i: int) -> float:
 
 
 def _spare(team: Team, state: State, i: int) -> float | None:
-    """Return the charge that a robot off the chargers has beyond that for its path to one, and for
-    a few steps more; None if it needs no charge to wait, or no path leads to a charger."""
+    """Return the spare charge of a robot off the chargers, beyond its path to a charger and a few
+    further steps; None if it needs no charge to wait, or no path leads to a charger."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None or not energy.battery.stay or energy.charging(robot.pose):
         return None

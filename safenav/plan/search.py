@@ -32,7 +32,7 @@ EXTRA, TRIES = 20_000, 3
 
 
 class Exhausted(list[Joint]):
-    """All joint states that can be reached: none of them is a goal."""
+    """All reachable joint states, none of which is a goal."""
 
 
 Answer = list[Joint] | Exhausted | None
@@ -283,7 +283,7 @@ class Search:
         return self._guided[joint.stages]
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
-        """Return the poses that a robot visits first for a goal. ``own``: whether it is next."""
+        """Return the poses that a robot visits first for a goal. ``own``: it is the next target."""
         del joint, i, own
         return goal
 

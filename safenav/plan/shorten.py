@@ -150,7 +150,7 @@ def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list
 def _disturbed(
     floor: Floor, ways: list[list[int]], i: int, group: Sequence[int], begin: int, end: int
 ) -> bool:
-    """Return whether a robot outside ``group`` needs the region of this one from ``begin`` to
+    """Return whether a robot outside ``group`` needs the region of a robot from ``begin`` to
     ``end``."""
     member, size = floor.team.members[i], floor.team.size
     place, times = ways[i][begin] % size, range(begin, end + 1)
@@ -250,8 +250,8 @@ def _times(floor: Floor) -> Sequence[float]:
 
 
 def _time(floor: Floor, plan: Plan, ticks: Sequence[Joint]) -> float:
-    """Return the cost of the execution of a plan, without that of actions. ``ticks``: its joint
-    states if each step takes one tick."""
+    """Return the cost of the execution of a plan, without its actions. ``ticks``: its joint states
+    if each step takes one tick."""
     times = _times(floor)
     if {*times} == {1}:
         return len(ticks)
@@ -361,7 +361,7 @@ def _back(
 
 def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]) -> list[Via]:
     """Return the poses through which a robot must go in turn: where it counts goals, and where it
-    acts; and the ``stops``: the place in its path, and how many ticks."""
+    acts; and its ``stops``: the place in its path, and the number of ticks."""
     place, since, graph, size = 0, 0, floor.graphs[i], floor.team.size
     found: list[Via] = [(1 << ticks[0].poses[i], 0, True)] * stops.get(0, 0)
     for t in range(1, len(ticks)):

@@ -122,8 +122,8 @@ class Postmortem(Struct, frozen=True):
 def explain_run(
     scenario: Scenario, models: Mapping[str, RobotModel], synthesizer: Callable[[], Synthesizer]
 ) -> Postmortem:
-    """Run a scenario; if it needs an operator, explain why and search for repairs. ``models``:
-    those of robots that could be added."""
+    """Run a scenario; if the run needs an operator, explain why and search for repairs. ``models``:
+    models of robots that could be added."""
     begun = time.monotonic()
     mission = Mission(scenario, synthesizer())
     result = uninterrupted(mission.run())
@@ -229,7 +229,7 @@ def _start(model: RobotModel, region: Region, heading: Heading | None) -> Pose:
 
 
 def _starts(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that start a robot with the action in a region where it is needed."""
+    """Yield repairs that start a robot with the missing action in a region where it is needed."""
     for lacks in failed.lacks:
         for helper in lacks.helpers:
             if helper.hindrance not in (Hindrance.GATES, Hindrance.WALLS):
@@ -315,7 +315,7 @@ def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Rep
 
 def _walls(failed: _Failure) -> Iterator[Repair]:
     """Yield repairs that remove a wall between a robot's reachable regions and its target; for
-    robots that block each other, a wall beside them, to give way."""
+    robots that block each other, a wall beside these robots, so that they can give way."""
     world, scenario = failed.scenario.map, failed.scenario
     if not failed.lacks:
         yield from map(failed.without, _beside(failed))

@@ -215,8 +215,8 @@ class RunReader:
         return region
 
     def _instant(self, time: float | None) -> int:
-        """Return the ordinal of an instant of a live run; at a new one all robots stay until a line
-        moves them."""
+        """Return the ordinal of an instant of a live run; at a new instant all robots stay until a
+        line moves them."""
         seconds = self.run.seconds
         assert seconds is not None
         if time is not None and time > seconds[-1] + SAME:

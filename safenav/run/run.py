@@ -27,7 +27,7 @@ TURNED_BACK = 0.4
 
 class Run(Struct):
     """A run up to the last complete tick of its trace. ``hidden``: obstacles by name; ``ending`` is
-    None until it ends, and for a trace that was cut off."""
+    None until the run ends, and for a cut-off trace."""
 
     name: str
     map: RegionMap
@@ -61,7 +61,7 @@ class Run(Struct):
 
     @property
     def told(self) -> list[Event]:
-        """The events, without notes."""
+        """The events without notes."""
         return [event for event in self.events if event.kind is not StoryKind.NOTE]
 
     # Time.

@@ -98,7 +98,7 @@ class RobotTrack(Struct):
         self.put(at, heading)
 
     def put(self, region: Region, heading: str | None) -> None:
-        """Place it in a region."""
+        """Place the robot in a region."""
         self.regions[-1], self.headings[-1] = region, _facing(heading)
 
 

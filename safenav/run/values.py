@@ -35,7 +35,7 @@ class Changes(list[tuple[int, T]]):
         return self[-1][1]
 
     def put(self, tick: int, value: T) -> None:
-        """Change the value, unless it is the same."""
+        """Change the value, unless the new one is equal."""
         if value != self.now:
             self.append((tick, value))
 
@@ -117,8 +117,8 @@ class Event(Struct, frozen=True):
 
 
 class RobotBelief(Struct, frozen=True):
-    """Knowledge of a robot about another one: ``seen`` in the single region of ``regions``, or
-    believed to be in any of them."""
+    """Knowledge of a robot about another one: ``seen`` in the only region of ``regions``, or
+    believed to be in one of them."""
 
     seen: bool
     regions: frozenset[Region]

@@ -66,7 +66,7 @@ class MapKeys(Item, frozen=True):
     rows: int | None = key("Rows of regions that divide an image or a MovingAI map.", least=1)
     cols: int | None = key("Columns of regions that divide an image or a MovingAI map.", least=1)
     share: float | None = key(
-        "A region is a wall if more than this share of it is blocked. Default: 0.", least=0, most=1
+        "A region is a wall if this share of it is blocked. Default: 0, any part.", least=0, most=1
     )
     resolution: float | None = key(
         "Side of a region in metres.", least=values.LEAST_SIDE, most=values.MOST_SIDE

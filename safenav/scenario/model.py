@@ -56,7 +56,7 @@ class Input(Part, frozen=True):
     )
 
     def is_on(self, tick: int) -> bool:
-        """Return whether a simulation has it on in a tick."""
+        """Return whether a simulation turns the input on in a tick."""
         return any(first <= tick <= last for first, last in self.spans)
 
 
@@ -300,7 +300,7 @@ class RobotModel(Part, frozen=True):
 
     @property
     def figures(self) -> Figures | None:
-        """Its kind of motion with all parameters; None if it has none."""
+        """The kind of motion with all parameters; None if the model has none."""
         from safenav.pace.robot import resolved
 
         return resolved(self.motion, self.size, self.speed, self.layer)
@@ -375,13 +375,13 @@ class Need(Part, frozen=True):
 
     @property
     def places(self) -> frozenset[Region]:
-        """The regions that it names."""
+        """The regions that the place names."""
         return self.at if isinstance(self.at, frozenset) else frozenset()
 
 
 def actions_of(needs: Sequence[Need], number: int) -> frozenset[str]:
-    """Return the actions that a robot must have for a need: that of the need, and those of the
-    needs that the same robots must fulfil after it."""
+    """Return the actions that a robot must have for a need: its action, and the actions of later
+    needs that the same robots must fulfil."""
     chain = [needs[number], *takewhile(lambda need: need.same, needs[number + 1 :])]
     return frozenset(need.action for need in chain)
 
@@ -470,7 +470,7 @@ class Obstacle(Struct, frozen=True):
 
     def shuts_in(self, robot: Robot) -> bool:
         """Return whether a robot starts in the region of this obstacle, which is closed to it and
-        present from the beginning. One that appears later waits until no robot is there."""
+        present from the beginning. A later obstacle appears only when no robot is there."""
         here = self.appears is None and self.region == robot.start.region
         return here and self.closed_to(robot)
 

@@ -52,7 +52,7 @@ class Pursuit(NamedTuple):
         return here & 1 << memory if self.in_turn else here
 
     def awaited(self, memory: int) -> int:
-        """Return the targets, one of which must be reached next."""
+        """Return the targets of which one must be reached next."""
         return 1 << memory if self.in_turn else (1 << self.targets) - 1 & ~memory
 
     def step(self, memory: int, here: int) -> tuple[int, int]:
@@ -70,7 +70,7 @@ class Pursuit(NamedTuple):
         return 0 if last else memory + 1, 1
 
     def rounds(self, met: int) -> int:
-        """Return the rounds that this number of counts of ``step`` completes."""
+        """Return the number of rounds in this number of counts (see ``step``)."""
         return met // self.targets if self.in_turn and not self.settles else met
 
     def reached(self, memory: int, met: int) -> int:
@@ -114,12 +114,12 @@ class Objective:
 
     @classmethod
     def timed(cls) -> bool:
-        """Return whether its rounds can have a deadline in ticks."""
+        """Return whether rounds of this objective can have a deadline in ticks."""
         return cls.in_turn and not cls.settles
 
     @classmethod
     def ordered(cls) -> bool:
-        """Return whether its next target is always known."""
+        """Return whether the next target is always known."""
         return cls.in_turn or cls.one
 
     @classmethod
@@ -134,7 +134,7 @@ class Objective:
         return f"{self.kind} " + ", ".join(map(word, self.targets))
 
     def relaxed(self) -> Objective:
-        """Return plain alternation if it is strict and not ``literal``, else itself."""
+        """Return plain alternation if strict and not ``literal``, else the objective itself."""
         weaker = self.strict and not self.literal
         return alternation(self.targets, self) if weaker else self
 

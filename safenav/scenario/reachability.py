@@ -50,7 +50,7 @@ class Reachability:
 
 
 def without_room(robots: Sequence[Robot]) -> Iterator[tuple[Robot, ...]]:
-    """Yield groups of robots whose last targets are fewer regions than these robots, each robot in
+    """Yield groups of robots that outnumber the regions of their last targets, each robot in
     conflict with all others of its group; at most one group for each maximal set of such robots."""
     stay = [robot for robot in robots if robot.objective.settles]
     seen = list[set[str]]()

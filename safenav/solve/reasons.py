@@ -181,7 +181,7 @@ def without_room(now: Sets, word: Word) -> list[str]:
 
 
 def crowd_words(floor: Floor, near: Mapping[int, Mask], word: Word) -> str:
-    """Return a sentence: robots cannot act together in the poses that each of them reaches."""
+    """Return in words that robots cannot act together in the poses that each reaches."""
     names, regions = [floor.team.members[i].name for i in near], set[int]()
     for i, there in near.items():
         regions.update(bits(floor.graphs[i].regions_of(there)))

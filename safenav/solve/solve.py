@@ -192,7 +192,7 @@ def _attainable(g: int, helpers: tuple[int, ...], now: Sets) -> bool:
 
 def time_of(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> float:
     """Return a robot's bid: the time (ticks; live: seconds) to one of the need's regions, and on to
-    those of the needs that it must fulfil next, on a shortest path."""
+    regions of the later needs that it must fulfil, on a shortest path."""
     floor, graph, allowed = now.floor, now.floor.graphs[i], now.floor.allowed(i, now.stages)
     later = floor.gate(g).needs[now.stages[g].need + 1 :]
     goals = (graph.poses_on(need.regions) for need in takewhile(lambda need: need.same, later))
@@ -361,8 +361,8 @@ def settle(
     aside: frozenset[int],
     careful: frozenset[int],
 ) -> Settlement:
-    """Return the duties at these poses. ``aside``: gates that no joint plan serves; ``careful``:
-    the robots whose strategies must know which poses are safe."""
+    """Return the settlement, with the duties at these poses. ``aside``: gates that no joint plan
+    serves; ``careful``: the robots whose strategies must know which poses are safe."""
     floor, now = solver.floor, around(solver.floor, poses, stages)
     if not solver.feasible(now):
         return Settlement(hopeless=True)

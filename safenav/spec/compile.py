@@ -86,7 +86,7 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
 
 
 def _assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumptions about the robots that it tracks or avoids, and about inputs."""
+    """Yield the assumptions about the robots that this robot tracks or avoids, and about inputs."""
     yield from belief.assumptions(task, world)
     if task.avoids:
         yield from _nearby_assumptions(task, world)
@@ -94,7 +94,7 @@ def _assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _environment(task: Task) -> Iterator[Constraint]:
-    """Yield the present values of the inputs, and those assumed to recur infinitely often."""
+    """Yield the present values of the inputs, and the values assumed to recur infinitely often."""
     for each, on in task.inputs:
         origin = Origin(f"inputs.{each.name}", "as it is now")
         yield Constraint(Section.ENV_INIT, each.name if on else f"!{each.name}", origin)

@@ -52,7 +52,7 @@ class Variable(Struct, frozen=True):
 
     @property
     def range(self) -> range:
-        """All its values, ascending."""
+        """All values of the variable, ascending."""
         low, high = self.bounds or (0, 1)
         return range(low, high + 1)
 
@@ -82,8 +82,8 @@ class Origin(Struct, frozen=True):
 
 
 class Constraint(Struct, frozen=True):
-    """One line of a section. ``formula`` is structured-slugs text without line breaks;
-    ``regions`` are those that it is about (walls, targets), for explanations."""
+    """One line of a section. ``formula`` is structured-slugs text without line breaks; ``regions``:
+    the constrained regions (walls, targets), for explanations."""
 
     section: Section
     formula: str

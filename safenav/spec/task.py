@@ -89,12 +89,12 @@ class Task(Struct, frozen=True):
 
     @property
     def item(self) -> str:
-        """The scenario item of the robot, for origins."""
+        """The robot's item in the scenario, for origins."""
         return f"robots.{self.robot.name}"
 
     @property
     def remembers(self) -> bool:
-        """Whether its specification needs a variable for the next target. A strategy takes its
+        """Whether the specification needs a variable for the next target. A strategy takes its
         goals in their order, but skips goals that one step meets together, and loses its place in
         the order where goals are assigned at runtime."""
         objective, targets = self.objective, self.targets

@@ -66,7 +66,7 @@ class ScenarioText:
 
     def written(self, region: Region, like: Any = None) -> Any:
         """Return a region in the notation of ``like``: its name if ``like`` is a text or None and
-        it has one, a number, else [row, column]. Raises UsageError for a region off the map."""
+        there is one, a number, else [row, column]. Raises UsageError for a region off the map."""
         if not 0 <= region < self.world.size:
             raise UsageError(f"{region} is not a region of the map")
         if (isinstance(like, str) or like is None) and region in self.world.named:

@@ -105,7 +105,7 @@ class Cache:
         return self.directory / name[:2] / name
 
     def _read(self, name: str) -> bytes | None:
-        """Return the entry in a file; None if it is damaged: then a new one replaces it."""
+        """Return the entry in a file; None for a damaged file, which a new one replaces."""
         if self.directory is None:
             return None
         try:

@@ -49,7 +49,7 @@ def _initial(member: Member) -> RobotNow:
 
 
 def _values(member: Member, pose: int, inputs: frozenset[str]) -> now.Values:
-    """Return the values of formulas at their beginning: the memory in a state that has it, and the
+    """Return the values of formulas at their beginning: the memory in a state with memory, and the
     ``inputs`` that are on."""
     formulas = member.objective.formulas
     heard = formulas.heard(inputs) if formulas else {}
@@ -256,7 +256,7 @@ def _stepped(
     team: Team, state: State, i: int, pose: int, values: now.Values | None
 ) -> dict[str, object]:
     """Begin a step or a stay of a robot; formulas count the goals that it meets. ``values``: memory
-    and inputs by its strategy there; None: its memory stays, or is that of its state."""
+    and inputs by its strategy there; None: the memory stays, or is that of the robot's state."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
         return {}
@@ -456,8 +456,8 @@ def done(team: Team, state: State, i: int) -> bool:
 
 
 def stands(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot is where its own objective settles; True if it settles nowhere. A lost
-    robot may be in several regions."""
+    """Return whether a robot is where its own objective settles; True if that settles nowhere. A
+    lost robot may be in several regions."""
     member, robot = team.members[i], state.robots[i]
     if not member.pursuit.settles:
         return True

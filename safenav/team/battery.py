@@ -47,8 +47,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def needs(self, allowed: Mask) -> tuple[dict[int, float], ...]:
-        """Return for each next target the least charge of each pose with which it can meet all
-        targets forever: the greatest fixpoint. Poses where no charge suffices are left out."""
+        """Return for each next target the least charge of each pose with which the robot can meet
+        all targets forever: the greatest fixpoint. Poses where no charge suffices are left out."""
         least: dict[int, float] = dict.fromkeys(bits(allowed), 0)
         if self.returns:
             at = dict.fromkeys(bits(self.chargers & allowed), 0.0)
@@ -69,7 +69,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def suffices(self, allowed: Mask, turn: int, goals: int) -> dict[int, float]:
-        """Return the least charge of each pose with which it alone can meet this number of
+        """Return the least charge of each pose with which the robot alone can meet this number of
         goals."""
         then: Mapping[int, float] = dict.fromkeys(bits(allowed), 0)
         for k in range(goals - 1, -1, -1):
@@ -79,7 +79,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def _leg(
         self, allowed: Mask, goal: Mask, then: Mapping[int, float], *, direct: bool = False
     ) -> dict[int, float]:
-        """Return the least charge of each pose with which it reaches a goal with the charge
+        """Return the least charge of each pose with which the robot reaches a goal with the charge
         ``then``, with stops at chargers or ``direct``."""
         battery, before = self.battery, self._before(allowed)
         best, queue = dict[int, float](), list[tuple[float, int]]()

@@ -131,7 +131,7 @@ class Bound:
 
     def _needs(self, k: int) -> list[int]:
         """Return the earliest turn of each need of an obstacle, in sequence: several may be
-        fulfilled in one turn. That of a fulfilled need is the present turn."""
+        fulfilled in one turn. For a fulfilled need, the present turn."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
         found, done, since = [self.now] * stage.need, stage.done, self.now + 1
         begins = {i: self._start(i) for i in stage.group or ()}

@@ -237,7 +237,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def moved(self, joint: Joint, poses: tuple[int, ...]) -> Joint:
         """Return the joint state after robots have gone to their ``poses``, all have acted, and
         goals have counted. If a resolution restarts rounds, or a need chooses robots for the next
-        one, they go one at a time, as in a plan's execution."""
+        one, the robots go one at a time, as in a plan's execution."""
         moved = {i for i in self.robots if poses[i] != joint.poses[i]}
         after = self.settled(poses, joint.counts, joint.stages, moved)
         if len(moved) > 1 and (
@@ -307,8 +307,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def awaited(self, i: int, count: tuple[int, int]) -> Mask:
-        """Return the poses of a robot's next target; if its rounds are completed, those where it
-        must end."""
+        """Return the poses of a robot's next target; if its rounds are completed, the poses where
+        it must end."""
         member = self.team.members[i]
         if not self.is_done(i, count):
             return member.awaited(count[0])
@@ -426,8 +426,8 @@ def inside(team: Team, state: State) -> frozenset[Inside]:
 
 
 def turns_back(team: Team, state: State, i: int, k: int) -> bool:
-    """Return whether a robot that has entered an obstacle to resolve it leaves it to where it came
-    from: it has failed, or an operator has declared the obstacle permanent."""
+    """Return whether a robot that has entered an obstacle to resolve it must back out: it has
+    failed, or an operator has declared the obstacle permanent."""
     each, obstacle = state.obstacles[k], team.obstacles[k]
     failed = each.known and i in obstacle.blocks and (i, k) in barred(team, state)
     return failed or (each.state is Is.SEALED and obstacle.lets_in(i, each))

@@ -134,8 +134,8 @@ class StateGraph(PoseGraph):
         return super().pose(number % self._span)
 
     def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
-        """Return this graph without the steps into a pose, for every memory. From there, runs of
-        the robot may lead only to the region behind it."""
+        """Return this graph without the steps into a pose, for every memory. From there, steps may
+        lead only to the region behind the robot."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, self._on, shut)
 

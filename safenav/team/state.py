@@ -62,12 +62,12 @@ class ObstacleNow(Struct, frozen=True):
 
     @property
     def known(self) -> bool:
-        """Whether the team knows it as unresolved, so that robots act on it."""
+        """Whether the team knows the obstacle as unresolved, so that robots act on it."""
         return self.state in (Is.OPEN, Is.SEEN) or self.given_up
 
     @property
     def stands(self) -> bool:
-        """Whether it was encountered or ordered, and is still present."""
+        """Whether the obstacle was encountered or ordered, and is still present."""
         return self.state in (Is.OPEN, Is.SEALED)
 
 
@@ -265,7 +265,7 @@ class Failed(Ended, frozen=True):
 
 
 class Lost(Ended, frozen=True):
-    """A robot is in one of these regions, but in which is unknown."""
+    """A robot is in one of these regions; nothing shows in which."""
 
     regions: frozenset[int]
     why: str = ""

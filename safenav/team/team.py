@@ -43,7 +43,7 @@ class Need(Struct, frozen=True):
 
     @property
     def takes(self) -> bool:
-        """Whether the robots that fulfil it carry a load from then on."""
+        """Whether the robots that fulfil the need carry a load from then on."""
         return self.chosen and not self.same
 
 
@@ -64,7 +64,7 @@ class Obstacle(Struct, frozen=True, eq=False):
         return self.source.ordered
 
     def closes(self, i: int, now: ObstacleNow) -> bool:
-        """Return whether a robot must not enter its region, in this state of the obstacle."""
+        """Return whether a robot must not enter the region, in this state of the obstacle."""
         if now.state is Is.SEALED:  # a sealed obstacle may have no need left
             return i in self.blocks
         return now.state not in (Is.AWAY, Is.OVER) and i in self.needs[now.stage.need].closed_to
@@ -102,12 +102,12 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def planned(self) -> bool:
-        """Whether joint plans drive it: it has rivals, shares a zone, or has a battery."""
+        """Whether joint plans drive the robot: it has rivals, shares a zone, or has a battery."""
         return bool(self.rivals or self.zones) or self.energy is not None
 
     @property
     def partners(self) -> frozenset[int]:
-        """The robots for which it may have to wait."""
+        """The robots for which this robot may have to wait."""
         return self.rivals.union(*(others for others, _ in self.zones))
 
     def shut(self, at: Sequence[Mask]) -> Mask:
@@ -132,21 +132,21 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def ticks(self) -> int:
-        """Ticks of its slowest step."""
+        """Ticks of the robot's slowest step."""
         return self.robot.model.timing
 
     @property
     def either(self) -> bool:
-        """Whether it may begin with any target, as strict objectives allow."""
+        """Whether the robot may begin with any target, as strict objectives allow."""
         return self.objective.strict and not self.objective.literal
 
     @property
     def aims(self) -> tuple[Mask, ...]:
-        """The targets that it meets forever."""
+        """The targets that the robot meets forever."""
         return self.targets[-1:] if self.pursuit.settles else self.targets
 
     def awaited(self, memory: int) -> Mask:
-        """Return the poses of its targets, one of which it must reach next."""
+        """Return the poses of the targets of which the robot must reach one next."""
         found = 0
         for target in bits(self.pursuit.awaited(memory)):
             found |= self.targets[target]

@@ -122,7 +122,7 @@ class Automaton:
         return path_to(node, self._before)
 
     def _evaluator(self, block: slice) -> Evaluator:
-        """Return the evaluator of formulas on some of the edges."""
+        """Return an evaluator of formulas on some of the edges."""
         width = len(self.strategy.states[0])
         blocks = [end[block] for end in self.edges.ends]
         ends = [b"".join(map(self._digits.__getitem__, end)) for end in blocks]

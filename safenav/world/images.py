@@ -65,7 +65,7 @@ class Layout(Struct, frozen=True):
 
 
 def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Region]:
-    """Return the regions that are walls. ``share`` of a region blocked, 0 to 1; 0: any of it."""
+    """Return the regions that are walls. ``share``: least blocked part of a wall; 0: any."""
     free = ~blocked[::-1]  # from the south, where both start
     down, aside = (layout.height, layout.rows), (layout.width, layout.cols)
     if layout.rows * free.shape[1] < layout.cols * free.shape[0]:  # fewer sums in this order

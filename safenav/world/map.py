@@ -109,7 +109,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @property
     def placement(self) -> tuple[float, float, float]:
-        """x and y in metres of its south-western corner, and its rotation."""
+        """x and y in metres of the map's south-western corner, and the rotation."""
         return (0.0, 0.0, 0.0) if self.frame is None else (*self.frame.origin, self.frame.yaw)
 
     @property

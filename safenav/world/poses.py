@@ -39,12 +39,12 @@ class Pose(Struct, frozen=True):
 
     @property
     def facing(self) -> str | None:
-        """The name of its heading, as traces have it."""
+        """The name of the pose's heading, as in traces."""
         return None if self.heading is None else self.heading.label
 
     @property
     def place(self) -> tuple[Region, str | None]:
-        """Its region and the name of its heading, as traces have them."""
+        """The pose's region and the name of its heading, as in traces."""
         return self.region, self.facing
 
 
@@ -249,7 +249,7 @@ class PoseGraph:
         return self._grown(self.backward, goal, allowed, back=True)
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
-        """Return the poses from which ``pose`` can be reached and that it can reach itself."""
+        """Return the poses reachable from ``pose`` and from which ``pose`` is reachable."""
         return self.back(pose, self.closure(pose, allowed))  # a path back never leaves this set
 
     @cached_method

@@ -61,7 +61,7 @@ class LabObstacle(Struct, eq=False):
 
     @property
     def solid(self) -> bool:
-        """Whether it has a body."""
+        """Whether the obstacle has a body."""
         return not self.obstacle.type.has_truth and self.obstacle.type.blocks != frozenset()
 
 
@@ -94,7 +94,7 @@ def body_of(robot: Robot) -> Dimensions:
 
 class Handling(Struct):
     """The action with this ``number``, under way on ``obstacle`` (None: nothing to act on);
-    ``until``: time from which it may end, in seconds."""
+    ``until``: earliest end of the action, in seconds."""
 
     action: str
     number: int
@@ -187,8 +187,8 @@ class Physics:
     # Commands
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Replace the goal of a robot by a reference, straight to it, from rest to rest, at the
-        robot's speed on average."""
+        """Replace the goal of a robot by a straight reference, from rest to rest, at the robot's
+        speed on average."""
         body = self._bodies[robot]
         start, kind = self._at(body), body.kind
         yaw = start[2] if goal.yaw is None else start[2] + turned(goal.yaw - start[2])
@@ -216,7 +216,7 @@ class Physics:
         body.acts = Handling(action, number, found, self.now + ACTING)
 
     def due(self, name: str) -> str:
-        """Return the action that an obstacle needs next; empty if it is absent."""
+        """Return the action that an obstacle needs next; empty if the obstacle is absent."""
         one = self.standing.get(name)
         return "" if one is None else self._need(one).action
 
@@ -298,7 +298,7 @@ class Physics:
             body.goal = None
 
     def _give_up(self, body: SimulatedBody, end: GoalEnd) -> None:
-        """End the goal of a robot, and let it rest where it is."""
+        """End the goal of a robot, and let the robot rest where it is."""
         self._end(body, end)
         at = self._at(body)
         body.reference = straight(self.now, at, at)
@@ -307,7 +307,7 @@ class Physics:
 
     def _show(self, one: LabObstacle) -> None:
         """Put the box of an obstacle at its place, with the contact bits of the robots that must
-        not enter its region now; or below the floor, if it does not stand."""
+        not enter its region now; or below the floor, if the obstacle is not present."""
         if one.geom is None:
             return
         stage = self._progress.need(one.obstacle)
@@ -318,8 +318,8 @@ class Physics:
         self._model.geom_pos[one.geom.id][2] = TALL / 2 if there else BELOW
 
     def _change(self, now: float) -> None:
-        """Let obstacles appear and disappear at their times. None appears in a region in which a
-        robot is, or to which it is in transit."""
+        """Let obstacles appear and disappear at their times. None appears in a region that a robot
+        occupies or is in transit to."""
         for one in [*self.standing.values()]:
             if one.obstacle.goes is not None and one.obstacle.goes <= now:
                 self._remove(one)

@@ -224,7 +224,7 @@ class Client:
 
     def call(self, take: Callable[[Any], None], **fields: Any) -> None:
         """Send a request, unless a server of other middleware would receive it; ``take`` is called
-        with its reply, once, in another thread."""
+        once with the reply, in another thread."""
         number = next(self._numbers)
         if not self.foreign:
             self._calls[number] = take

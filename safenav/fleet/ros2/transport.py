@@ -184,7 +184,7 @@ class _Sent(Struct):
 
 
 class _Robot:
-    """The clients of one robot. Methods are called by the mission's thread and by cyclonedds'."""
+    """The clients of one robot. The threads of the mission and of cyclonedds call its methods."""
 
     def __init__(
         self, name: str, station: Station, node: Participant, post: Callable[[Message], None]
@@ -226,7 +226,7 @@ class _Robot:
                 self._stop(self._current)
 
     def _stop(self, sent: _Sent) -> None:
-        """Cancel a goal. The reply has no meaning: the goal's result shows whether it ended."""
+        """Cancel a goal. The reply is ignored: the goal's result shows whether the goal ended."""
         self._cancel.call(lambda _: None, goal_info=ros.GoalInfo(sent.uuid, ros.Time()))
 
     def _answered(self, sent: _Sent, reply: Any) -> None:
@@ -357,7 +357,7 @@ class Ros2Transport:
     def _stamped(
         self, meaning: Callable[[str, float, Any], Message | None], name: str, message: Any
     ) -> None:
-        """Pass on a measurement of a robot, if it is meaningful."""
+        """Pass on a measurement of a robot if it is valid."""
         found = meaning(name, seconds_of(message.header.stamp), message)
         if found is not None:
             self._post(found)

@@ -119,7 +119,7 @@ def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
 
 
 def proof_file(e: Line) -> str:
-    """Return the file of the proof for a synthesis. Lines about the same task share one."""
+    """Return the name of the proof file of a synthesis. Lines about the same task share a file."""
     return f"proofs/{hashlib.sha256(e.text.encode()).hexdigest()}.json"
 
 
@@ -249,8 +249,8 @@ class Evidence:
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
-        """Return whether a robot has no strategy for its own objective: it was proven to have none
-        in the present circumstances."""
+        """Return whether a robot has no strategy for its own objective: a proof shows that, in the
+        present circumstances."""
         if (robot, spec) not in self.hopeless:
             return False
         (task, line), own = self.hopeless[robot, spec], s.robots[robot].own

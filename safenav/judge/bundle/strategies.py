@@ -68,7 +68,7 @@ class Strategy:
             raise TooLargeError(f"{size} edges; this checker accepts {MOST_EDGES}")
 
     def rows(self, names: Sequence[str]) -> list[Row]:
-        """Return each node's values of some variables. Refuse unless it has them."""
+        """Return each node's values of some variables. Refuse if one is missing."""
         missing = sorted({*names} - {*self.columns})
         require(not missing, f"variables missing in the strategy: {', '.join(missing)}")
         columns = [self.columns[name] for name in names]
@@ -168,8 +168,8 @@ class Task:
         self.goals_met = cache(self._goals_met)
 
     def _awaited(self, last: int, pose: Pose) -> int:
-        """Return the target that a robot awaits, given the remembered one: the target after that if
-        the robot is at it."""
+        """Return the target that a robot awaits: the remembered one or, if the robot is there, the
+        target after that."""
         targets = self.objective.targets
         turn, count = last + (pose[0] in targets[last]), len(targets)
         return min(turn, count - 1) if self.objective.settles else turn % count
@@ -267,7 +267,7 @@ class Task:
         return list(self.formulas.holds("liveness", pose, old, to, new))
 
     def _assumed(self, row: Row) -> list[bool]:
-        """Return for each assumption whether it is met at a step."""
+        """Return for each assumption whether a step meets it."""
         on = dict(zip(self.heard, self._heard(row), strict=True))
         return [on[name] == value for name, value in self.assumptions]
 
@@ -409,7 +409,7 @@ class Others:
 def sees(world: World, a: int, b: int, radius: float | None, closed: Collection[int]) -> bool:
     """Return whether region b is in sight from a. The distance of the centres is at most the
     radius; the segment between them passes through the interior of no wall or closed region, and
-    not between two of them that touch at a corner."""
+    not between two such regions that touch at a corner."""
     (row, col), (row_b, col_b) = divmod(a, world.cols), divmod(b, world.cols)
     down, right = row_b - row, col_b - col
     if radius is not None and down * down + right * right > radius * radius:

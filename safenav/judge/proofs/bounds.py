@@ -147,7 +147,7 @@ class Bound:
     def _seeds(
         self, one: Rest, number: int, name: str, former: Ticks, begun: int, before: int
     ) -> Ticks:
-        """Return the poses from which a robot may go to a need after its part in the need before;
+        """Return the poses from which a robot may go to a need after its part in the previous need;
         none if it took no part."""
         earlier, index = one.left[number - 1], self.names.index(name)
         part_at = before if earlier.together else begun + (index - begun) % self.count

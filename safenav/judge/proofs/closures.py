@@ -94,7 +94,7 @@ class Case:
 
     def _came(self, robot: Robot) -> int | None:
         """Return the region from which a robot enters its own, or that of its arrival; None: an
-        obstacle appears around it there."""
+        obstacle appears around the robot there."""
         if robot.bound is None:
             return robot.came
         there = self.state.at.get(robot.bound, ())
@@ -180,8 +180,8 @@ class Case:
                 yield group
 
     def _fits(self, group: tuple[str, ...], at: Sets) -> bool:
-        """Return whether a group can stand at some of their poses simultaneously: rivals apart, and
-        no two robots of a zone in it."""
+        """Return whether a group can stand at poses of its robots simultaneously: rivals apart, and
+        no two robots of a zone in that zone."""
         s, crowd = self.state, [name for name in group if {*self.state.mates[name]} & {*group}]
         for regions in product(*({pose[0] for pose in at[name]} for name in crowd)):
             self.world.spend()
@@ -272,8 +272,8 @@ def team_closure(
 def _furthest(
     case: Case, one: Rest, inside: Sets, full: frozenset[str], walls: tuple[Rest, ...]
 ) -> Rest:
-    """Return an obstacle with each need advanced that enough robots can reach. Needs of the same
-    robots must be reachable one from the other."""
+    """Return an obstacle with each need advanced that enough robots can reach. The same robots must
+    reach each such need from the previous one."""
     sets = inside
     while one.left:
         at = case.actors(one, sets, full)
@@ -307,8 +307,8 @@ def _options(
     case: Case, sets: Sets, opened: tuple[Rest, ...]
 ) -> Iterator[tuple[tuple[Sets, tuple[Rest, ...]], bool]]:
     """Yield what follows if a group fulfils the next need of an obstacle, or a robot does its part
-    of it: where the robots may be, and the open obstacles; and whether it loses nothing, since all
-    can return from there."""
+    of it: where the robots may be, and the open obstacles; and whether nothing is lost, since all
+    these robots can return from there."""
     full = case.full(opened)
     for k, one in enumerate(opened):
         at, alone = case.actors(one, sets, full), one.left[0].together or one.left[0].robots == 1

@@ -164,8 +164,8 @@ class Enumeration:
             yield _State(state.poses, tuple(now), opened)
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
-        """Return the obstacles after all actions. Loads are taken last, begun ones before others,
-        by robots that can carry one more."""
+        """Return the obstacles after all actions. Loads are taken last, begun loads first, by
+        robots that can carry a further load."""
         flat = {one.name for one in opened}.intersection(self.case.flat.values())
         pairs = zip(self.robots, places, strict=True)
         at = {name: place for name, place in pairs if self.case.flat.get(name) not in flat}
@@ -258,8 +258,7 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def _without_room(robots: list[str], s: State) -> bool:
-    """Return whether the last targets of some robots, all in conflict, are fewer regions than these
-    robots."""
+    """Return whether some robots, all in conflict, outnumber the regions of their last targets."""
     owns = [s.robots[name].own for name in robots]
     if not all(own.settles for own in owns):
         return False

@@ -117,8 +117,8 @@ class Examination:
     def limit(
         self, robot: str, times: Array, found: Array, most: float, rule: str, words: str
     ) -> None:
-        """Report that a rule is broken if values at some times exceed ``most``, the largest one in
-        ``words``."""
+        """Report a broken rule if values at some times exceed ``most``; ``words`` describe the
+        largest one."""
         worst = int(found.argmax())
         if found[worst] > most:
             self.wrong(float(times[worst]), robot, rule, words.format(found[worst], most))

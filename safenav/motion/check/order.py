@@ -72,8 +72,8 @@ def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding
 
 
 def _steps(case: Examination, trace: Trace) -> None:
-    """Check that the pieces of each robot that cross a border are its steps, one by one and at
-    their times."""
+    """Check that the pieces of each robot that cross a border are the robot's steps, in order and
+    at their times."""
     steps: dict[str, list[Step]] = {name: [] for name in case.trace.robots}
     for depart, arrive in trace.steps:
         if arrive is None or arrive.at != depart.from_:

@@ -224,8 +224,8 @@ def _steps(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 
 def _swings(segment: Segment, speeds: Array, limits: Limits) -> Iterator[Broken]:
-    """Check that a foot in the air is not too fast, leaves the ground and reaches it at rest on its
-    footholds, and is in the air at an end of the segment only where another one continues it."""
+    """Check that a foot in the air is not too fast, leaves and reaches the ground at rest on its
+    footholds, and is in the air at an end of the segment only if the next one continues it."""
     for swing, speed in zip(segment.swings, speeds.max(axis=1).tolist(), strict=True):
         if speed > limits["swing"] + NEAR:
             what = f"a foot swings at {speed:.2f} m/s, more than {limits['swing']:g}"

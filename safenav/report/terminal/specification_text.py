@@ -44,7 +44,7 @@ def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
 
 
 def _without_the_middle(lines: Sequence[str]) -> Sequence[str]:
-    """Return the lines; if there are too many, the number of the middle ones instead."""
+    """Return the lines; of too many, the first and last, with the number of the others between."""
     half, more = _SHOWN // 2, len(lines) - _SHOWN
     return lines if more <= 0 else [*lines[:half], f"... {more} more", *lines[-half:]]
 

@@ -162,8 +162,8 @@ WALL, FREE, TARGET, CLOSED = "██", " ·", " o", "▒▒"
 
 
 def signs_of(robots: Iterable[RobotTrack]) -> dict[Region, str]:
-    """Return the two characters of robots at their present poses: a label, with the heading if it
-    has one character; of several in one region, the last characters of two labels."""
+    """Return the two characters of robots at their present poses: a label, with the heading if the
+    label has one character; for several robots in one region, the last characters of two labels."""
     found: dict[Region, list[RobotTrack]] = {}
     for track in robots:
         found.setdefault(track.pose[0], []).append(track)

@@ -82,7 +82,7 @@ class Decision:
         self.decided: list[Decided] = []
 
     def control(self, before: Control) -> Control:
-        """Return the intentions that follow from those before."""
+        """Return the intentions that follow from the previous ones."""
         control = replace(before, new=(), thinks=False, failed=(), vain=())
         question, begun, state = _question(self.team, self.state), len(self.decided), self.state
         if question != before.question:

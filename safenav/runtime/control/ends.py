@@ -337,8 +337,7 @@ class Request:
         return [i for i in self.floor.candidates(self.g, self.stages) if i not in done]
 
     def _loads(self) -> str | None:
-        """Return in words the loads of robots that cannot take another one; None if there are
-        none."""
+        """Return in words the loads of robots that cannot take another one; None without loads."""
         floor, parts = self.floor, []
         carrying = floor.carriers(self.stages) if self.need.takes else frozenset()
         for i in carrying.intersection(floor.skilled(self.g, self.stages)):

@@ -76,7 +76,8 @@ class Roles:
         return can and not self._in_turn(i, duty.goal, left, after)
 
     def _in_turn(self, i: int, at: Mask, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
-        """Return the poses in which a robot can meet the last of these targets, from ``at``."""
+        """Return the poses in which a robot can meet the last of these targets, in turn from
+        ``at``."""
         for target in targets:
             at = self.floor.graphs[i].closure(at, allowed) & target
         return at
@@ -132,8 +133,8 @@ class Roles:
         return found[:1]
 
     def _own(self, i: int) -> Role | None:
-        """Return its own objective, around the open obstacles if it can; None if it cannot pursue
-        it now."""
+        """Return the robot's own objective, around open obstacles if possible; None if
+        impossible."""
         member, floor, state = self.team.members[i], self.floor, self.state
         shut = self._shut(i)
         must = frozenset(k for k in state.requests if i in dict(state.obstacles[k].asked))

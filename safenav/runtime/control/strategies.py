@@ -37,7 +37,7 @@ Step = tuple[int, int]
 
 class Controller(Struct, frozen=True, eq=False):
     """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``node``:
-    the first one."""
+    the first node."""
 
     task: tasks.Task
     asked: Objective

@@ -76,7 +76,7 @@ def _digest(run: Mapping[str, object], first: bytes) -> str:
 
 
 def text_of(header: records.Header) -> bytes:
-    """Return the first line of a trace, as a writer writes it."""
+    """Return the first line of a trace, as the trace writer writes it."""
     return json_line(as_data(header)).strip().encode()
 
 

@@ -145,8 +145,8 @@ def broken(run: Situation, i: int) -> tuple[str, ...]:
 
 
 def closing(run: Situation, i: int, pose: int) -> int | None:
-    """Return the known obstacle that a robot would enter by a move to a pose, or in which it stands
-    and that it would leave on another side than that of its entry."""
+    """Return the known obstacle that a robot would enter by a move to a pose, or in which the robot
+    stands and that it would leave on another side than it entered."""
     team, state = run.team, run.state
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size

@@ -21,8 +21,8 @@ from safenav.world.map import RegionMap
 def move_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
-    """Return the line in lockstep of a robot's turn, in which it moves, stays or is in transit;
-    None if it departs and arrives in this turn."""
+    """Return the lockstep line of a turn in which a robot moves, stays or is in transit; None if it
+    departs and arrives in this turn."""
     result = None
     match event:
         case now.Goes(i):

@@ -100,8 +100,8 @@ class Run(Situation):
         self.settle()
 
     def step(self) -> None:
-        """Run a pass: a tick, or a moment at which something happens. The team makes one decision
-        for all changes of this moment."""
+        """Run a pass: a tick or, live, a moment at which something happens. The team makes one
+        decision for all changes of this moment."""
         changed = happened = False
         strayed = list[int]()
         for event in self.world.wait(self, self.still()):  # reports of the world, and turns
@@ -216,7 +216,7 @@ class Run(Situation):
 
     def act(self, i: int, action: Action | None = None) -> None:
         """Let a robot resolve what it can where it stands, requested or not (lines 17 and 18).
-        ``action``: its results, if it has begun."""
+        ``action``: the results of an action that has begun."""
         action = self.action(i) if action is None else action
         if action is not None:
             for event in action:
@@ -234,7 +234,7 @@ class Run(Situation):
 
     def action(self, i: int) -> Action | None:
         """Return the action of a robot where it stands. While the team waits for an operator, only
-        robots that may continue have one."""
+        robots that may continue act."""
         pause = self.world.pause(self)
         may = pause is None or pause[1] is not None or decide.continues(self, i)
         return self.world.act(self, i) if may else None
@@ -405,8 +405,8 @@ class Run(Situation):
 
 
 def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
-    """Return the robot that may have other paths on the map after an event: it has other rules, was
-    put elsewhere, or leaves a region that it avoids."""
+    """Return the robot whose paths on the map an event may change: it has other rules, was put
+    elsewhere, or leaves a region that it avoids."""
     if isinstance(event, now.Assigned | now.Placed):
         return event.robot
     if not isinstance(event, now.Departed | now.Ended):

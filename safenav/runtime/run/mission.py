@@ -249,7 +249,7 @@ class Mission:
             raise Stopped(End(Outcome.TIME_LIMIT, why))
 
     def _guarded(self, part: Callable[[], None]) -> None:
-        """Execute a part of the run; end the run if it is over, or if the part raises an
+        """Execute a part of the run; end the run when its end is due, or if the part raises an
         exception."""
         self._thread = get_ident()
         try:

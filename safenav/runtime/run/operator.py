@@ -89,7 +89,7 @@ SWITCHES = {"active": {"out": False, "back": True}, "on": {"on": True, "off": Fa
 
 class Operator:
     """The operator of a run. ``asked``: changes that are not applied yet; ``inputs``: inputs that
-    it set; ``truth``: the simulated world (None: there is none)."""
+    the operator has set; ``truth``: the simulated world, if any."""
 
     def __init__(
         self, scenario: Scenario, truth: SimulatedWorld | None, commands: Commands | Lockstep
@@ -150,8 +150,8 @@ class Operator:
             raise Stopped(end)
 
     def selected(self, run: Situation) -> Iterator[now.Assigned]:
-        """Yield the objectives of robots that follow from the inputs, if they differ from those
-        before."""
+        """Yield the objectives of robots that follow from the inputs, if they differ from the
+        present ones."""
         for i, (robot, member) in enumerate(zip(run.state.robots, run.team.members, strict=True)):
             given = dict(member.robot.when)
             mode = next((name for name in given if name in run.state.inputs), None)

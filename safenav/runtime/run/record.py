@@ -237,7 +237,7 @@ class Recorder:
                 self.plan = plan
 
     def _plan_reached(self, state: State) -> None:
-        """End the plan if every robot has completed its path in it."""
+        """End the plan if every robot has completed its path."""
         if at_end(state, self.team.sharing):
             self._plan_ends(PlanEndReason.REACHED)
 
@@ -383,8 +383,8 @@ class Recorder:
                 self._entry(records.Pop, entry)
 
     def _stack(self, state: State, control: Control) -> None:
-        """Record requests that get new helpers, or lose them by being set aside, and a push for
-        each requester."""
+        """Record requests that get new helpers, or lose helpers because they are set aside, and a
+        push for each requester."""
         for k in state.requests:
             each = state.obstacles[k]
             helping = tuple(

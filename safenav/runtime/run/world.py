@@ -261,8 +261,8 @@ class World:
             yield from self._arrived(run, i, ended)
 
     def act(self, run: Situation, i: int) -> Iterator[now.Event] | None:
-        """Command an action if a robot may change something where it stands. Return its results, or
-        the event that it is under way; None if the robot changes nothing."""
+        """Command an action if a robot may change something where it stands. Return the results, or
+        the event that the action is under way; None if the robot changes nothing."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
         absent = not there.active or (self.live and there.to is not None)
         if absent or not robot.capabilities or there.acting is not None:
@@ -286,7 +286,7 @@ class World:
         return self._results(run, i, event) if told else None
 
     def _results(self, run: Situation, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
-        """Yield the results of an action that has just begun; None: it is under way."""
+        """Yield the results of an action that has just begun (None: the action is under way)."""
         works = tuple(k for k, _ in self._changes(run, i))
         if event is None or self.live:
             command = self.commands.number(run.team.members[i].name)
@@ -295,8 +295,8 @@ class World:
             yield from self._acted(run, i, event)
 
     def _acted(self, run: Situation, i: int, event: protocol.Acted) -> Iterator[now.Event]:
-        """Yield the results of an action: earlier needs follow from where robots stand, the last
-        one only from what the world reports."""
+        """Yield the results of an action: those of earlier needs follow from the robots' poses,
+        that of the last need only from the world's report."""
         begun = run.state.robots[i].works
         for obstacle, _ in event.found:
             yield from acts.joined(run.team, run.state, obstacle)

@@ -38,9 +38,9 @@ system."""
 
 
 class Lockstep:
-    """The commands of a run to a blocking world: each has ended when it returns, except steps of
-    several ticks: a simulation makes them as they end, other worlds as they begin. Raises
-    WorldError for impossible results."""
+    """The commands of a run to a blocking world: each command has ended when the call returns,
+    except steps of several ticks: a simulation makes them at their end, other worlds at their
+    beginning. Raises WorldError for impossible results."""
 
     live = simulated = pauses = idle = False
     zero = 0.0
@@ -237,7 +237,7 @@ class Commands:
 
     def hear(self, due: float | None, changed: bool) -> bool:
         """Receive events. If there are none and nothing has ``changed``, wait for one until ``due``
-        (None: no limit). Return whether there is something to do."""
+        (None: no limit). Return whether the run has something to do."""
         heard = self._drain() or changed
         times = [due, *(time for _, time in self._overdue())]
         due = min((time for time in times if time is not None), default=None)
@@ -327,8 +327,8 @@ class Commands:
     def _checked(
         self, event: protocol.WorldEvent, open_: OpenCommand, wrong: str | None
     ) -> protocol.WorldEvent:
-        """Return the event; if it cannot be true, a failed action or a lost robot, since the pose
-        in the report is unreliable. ``wrong``: the reason why it is malformed."""
+        """Return the event or, if it cannot be true, a failed action or a lost robot, since the
+        reported pose is unreliable. ``wrong``: the reason why the event is malformed."""
         name, here, at = open_.robot.name, open_.start, self.zero + self.now()
         if open_.target is None:
             wrong = wrong or protocol.wrong_result(event)

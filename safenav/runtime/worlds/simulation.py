@@ -109,7 +109,7 @@ class SimulatedWorld:
 
     def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
         """Return the obstacles of which a robot can fulfil a need where it stands, with the robots
-        that take part; those whose load it takes come last."""
+        that take part; obstacles whose load it takes come last."""
         i, found = self._number[robot.name], list[tuple[Obstacle, tuple[str, ...]]]()
         for k in sorted((k for k, _ in self._changes(i)), key=self._as_moved):
             group = participants(self._team, self._state, self._present(), i, k)
@@ -180,7 +180,7 @@ class SimulatedWorld:
         self.place(obstacle, Is.AWAY)
 
     def place(self, obstacle: Obstacle, state: Is = Is.OPEN) -> None:
-        """Add an obstacle; by default it appears now, also where a robot stands."""
+        """Add an obstacle, which by default appears now, also where a robot stands."""
         self._team = introduced(self._team, obstacle)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
         self.truths.setdefault(obstacle.name, obstacle.traversable)

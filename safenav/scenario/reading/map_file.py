@@ -61,8 +61,8 @@ def read_pixels(node: Scalar, findings: Reading) -> Image | None:
 def with_walls(
     blocked: Blocked, layout: Layout, share: float, node: Node, findings: Findings
 ) -> RegionMap | None:
-    """Return the map of a layout over the pixels. ``share``: a region is a wall if more than this
-    share of it is blocked. None after an error was reported."""
+    """Return the map of a layout over the pixels. ``share``: a region is a wall if at least this
+    share of it is blocked (0: any part). None after an error was reported."""
     if layout.rows * layout.cols > MOST_REGIONS:
         found, hint = too_large(layout.rows, layout.cols)
         findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")

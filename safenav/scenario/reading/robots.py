@@ -68,8 +68,8 @@ def _robot(name: str, item: language.RobotKeys, reading: Reading) -> Robot | Non
 def _while_waiting(
     item: language.RobotKeys, own: Objective | None, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
-    """Return the objective while it waits for help. With ``ltl`` there is none: the robot stays,
-    which keeps its safety formulas."""
+    """Return the objective while the robot waits for help. With ``ltl`` there is none: the robot
+    stays, which keeps its safety formulas."""
     if item.while_waiting is None:
         return None
     found = resolve_objective(item.while_waiting, mobility, reading)
@@ -99,7 +99,7 @@ def _when(
 def _heading(
     item: language.RobotKeys, model: RobotModel | None, reading: Reading
 ) -> Heading | None:
-    """Return the heading; report it if heading mobility lacks it, and note one without effect."""
+    """Return the heading; report a missing one, and note one without effect."""
     missing = item.at("heading") is None
     if missing and model is not None and model.mobility is Mobility.HEADING:
         found = f"robot {item.of.removeprefix('of ')}: the key 'heading' is missing"

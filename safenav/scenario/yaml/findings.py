@@ -30,7 +30,7 @@ class Findings:
         self._texts: dict[str, list[str]] = {}
 
     def beside(self, file: str) -> Self:
-        """Return the findings of a file that this one refers to; both are raised together."""
+        """Return the findings of a file to which this one refers; both are raised together."""
         other = copy(self)
         other.file = file
         self._files.append(file)
@@ -42,7 +42,7 @@ class Findings:
 
     @property
     def lines(self) -> list[str]:
-        """The lines of this file."""
+        """The lines of the file."""
         return self._texts.get(self.file, [])
 
     def add(self, where: Node | Place | None, found: str, hint: str = "") -> None:
@@ -293,8 +293,8 @@ def _refuse_outside(path: Path, reach: Path) -> None:
 
 
 def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
-    """Return the YAML document in a text; report its errors. None if it is not readable.
-    ``expected``: its kind of file."""
+    """Return the YAML document in a text; report its errors. None if that is unreadable.
+    ``expected``: the kind of file."""
     try:
         check_kind(text, expected, findings.file)
     except InputError as error:

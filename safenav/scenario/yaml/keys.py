@@ -80,7 +80,7 @@ class Key(Struct, frozen=True, eq=False):
 
     @property
     def described(self) -> str:
-        """Its meaning, with its default."""
+        """The meaning of the key, with its default."""
         value = str(self.default).lower() if isinstance(self.default, bool) else self.default
         plain = isinstance(value, str | int | float) and value != ""
         default = f"Default: {f'{value:g}' if isinstance(value, float) else value}."
