@@ -240,10 +240,10 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
     orders, later = (s.obstacles[name] for name in sorted(s.orders)), later_change(e, s)
     undone = [one.name for one in orders if one.open and not one.declared]
     if undone and later is not None:
-        yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
+        yield f"{undone[0]} is still open, and the scenario changes something at {later:g}"
     to_come = [one for one in s.coming if one.ordered and one.appears <= s.limit]
     if to_come and not s.external:
-        yield f"{to_come[0].name} is still to be ordered"
+        yield f"{to_come[0].name} has not been ordered yet"
 
 
 def _proven(problems: Iterator[str]) -> Iterator[str]:

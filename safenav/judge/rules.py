@@ -100,7 +100,7 @@ def mobility(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} moves while in transit"
     if not robot.faces:
         if step.heading is not None:
-            yield f"{e.robot} has no heading, but then faces {step.heading}"
+            yield f"{e.robot} has no heading, but faces {step.heading}"
         return
     faced = robot.pose[1]
     if faced is not None and side == opposite(faced):

@@ -63,7 +63,7 @@ class World:
         """Count the states of a proof. Raises TooLargeError."""
         self.work += states
         if self.work > MOST_STATES:
-            raise TooLargeError(f"its proofs visit more than {MOST_STATES:,} states")
+            raise TooLargeError(f"proofs visit more than {MOST_STATES:,} states")
 
     def closure(self, starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> set[Any]:
         """Return all states to which some steps lead. Raises TooLargeError."""

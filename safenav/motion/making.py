@@ -178,10 +178,10 @@ class _Schedule:
             return  # the robot stays at rest
         if depart.from_ != region:
             found = f"{name} departs from region {depart.from_}, but was in region {region}"
-            raise self._refused(depart, f"{found}: no motion shows how it came there")
+            raise self._refused(depart, f"{found}: no motion shows how the robot got there")
         if arrive.at != depart.to:
             found = f"{name} was sent to region {depart.to}, but arrives in region {arrive.at}"
-            raise self._refused(arrive, f"{found}: no motion shows how it came there")
+            raise self._refused(arrive, f"{found}: no motion shows how the robot got there")
         begin, end = time_of(depart), time_of(arrive)
         natural = self._step(depart, end)
         if natural > end + SLACK:

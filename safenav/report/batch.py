@@ -103,7 +103,7 @@ def _sum(report: Report) -> str:
     parts = [f"{count} {word.replace('_', ' ')}" for word, count in counts(report).items()]
     text = f"{', '.join(parts)} in {report.seconds:.1f} s"
     if report.resumed:
-        text += f" ({report.resumed} of them done before)"
+        text += f" ({report.resumed} of them from earlier runs)"
     text = click.style(text, fg="green" if report.as_expected else "red", bold=True)
     if report.interrupted:
         text += "; interrupted"
@@ -167,7 +167,7 @@ def result_lines(result: Result) -> list[str]:
         over = result.makespan
         ticks = counted(result.ticks or 0, "tick")
         time = ticks if over is None else f"{over:g} s on the clock of the run"
-        lines.append(f"it ended after {time}: {result.explanation}")
+        lines.append(f"the run ended after {time}: {result.explanation}")
     if result.settings:
         lines.append("settings: " + ", ".join(f"{k}={v}" for k, v in result.settings.items()))
     lines += [f"see {artifact}" for artifact in result.artifacts]

@@ -327,7 +327,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
 def _sight(model: Model, item: str) -> Iterator[Constraint]:
     """Constrain observations: the other robot is observed only while in sight."""
     name, size, visibility = model.other.variable, model.size, model.watch.visibility
-    origin = Origin(item, f"{model.other.name} is seen only where it is in sight", SOURCE)
+    origin = Origin(item, f"{model.other.name} is observed only while in sight", SOURCE)
     alike: dict[Mask, Mask] = {}
     for own in bits(_own_regions(model)):
         sight = visibility.mask(own)

@@ -123,7 +123,7 @@ def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
             if line.strip():
                 reader.take(number, line)
         except (WrongError, RecursionError) as error:
-            words = error.args if isinstance(error, WrongError) else ("it is too deeply nested",)
+            words = error.args if isinstance(error, WrongError) else ("it is nested too deeply",)
             if len(found) < _DIAGNOSTIC_LIMIT:
                 found.append(Diagnostic(source, number, 1, *words))
             else:
@@ -182,7 +182,7 @@ class _Reader:
         """Take a line. Raises WrongError, with a hint if the file is not a trace."""
         hint = () if self.header else (_WRITTEN,)
         if len(content) > MOST_OF_A_LINE:
-            raise WrongError(f"it is longer than {MOST_OF_A_LINE // 1_000_000} MB", *hint)
+            raise WrongError(f"the line is longer than {MOST_OF_A_LINE // 1_000_000} MB", *hint)
         try:
             data = read_json(content)
         except ValueError as error:

@@ -94,7 +94,7 @@ def test_an_interrupted_batch_resumes_with_the_missing_cases(
     slugs.path.unlink()
     resumed = safenav(*words, "--resume")
     assert resumed.returncode == 0
-    assert "8 passed in" in resumed.stdout and "(3 of them done before)" in resumed.stdout
+    assert "8 passed in" in resumed.stdout and "(3 of them from earlier runs)" in resumed.stdout
     assert len(slugs.pids) == 5
     assert len(state.read_text().splitlines()) == 8
 
@@ -106,7 +106,7 @@ def test_a_truncated_result_is_run_again(write: Write, slugs: SlugsLog, cut: int
     safenav(".", "--out", "out")
     results = Path("out/results.jsonl")
     results.write_bytes(results.read_bytes()[: -1 - cut])
-    assert "(2 of them done before)" in safenav(".", "--out", "out", "--resume").stdout
+    assert "(2 of them from earlier runs)" in safenav(".", "--out", "out", "--resume").stdout
     assert len(slugs.pids) == 4
     assert len(results.read_text().splitlines()) == 3
 

@@ -95,7 +95,7 @@ def test_an_interruption_or_a_lost_cluster_ends_the_work_and_keeps_the_results(
         write("b.yaml", "quick")
         done = safenav(*words, "--resume")
         assert done.returncode == 0
-        assert "2 passed" in done.stdout and "(1 of them done before)" in done.stdout
+        assert "2 passed" in done.stdout and "(1 of them from earlier runs)" in done.stdout
 
 
 def test_an_address_where_nothing_answers_is_bad_input(write: Write) -> None:

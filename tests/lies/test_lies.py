@@ -65,7 +65,7 @@ def test_the_source_of_another_mission_is_refused(beside: bool) -> None:
     (name,) = (name for name in files if name.startswith("source/"))
     text = files[name].replace(b"rounds: 2", b"rounds: 9").replace(b"[7, 10]", b"[8, 9]")
     kept = {"source/the_same.yaml": files[name]} if beside else {}
-    assert "another scenario" in refused({**files, name: text, **kept})
+    assert "not the scenario of the trace" in refused({**files, name: text, **kept})
 
 
 ALONE = """name: alone

@@ -139,7 +139,7 @@ MALFORMED: list[tuple[str, Callable[[Arrived], Any], str]] = [
     ("late", lambda e: Sensed(e.at, "door"), "`obstacle` must be an object"),  # type: ignore[arg-type]
     ("late", lambda _: Sensed(NOW, Obstacle(DOOR, 29), there=False), "its time is 'now'"),
     ("late", lambda _: "arrived", "'arrived' is not an event"),
-    ("late", lambda e: Arrived(e.at, "a"), "it names no command (command=, the number"),
+    ("late", lambda e: Arrived(e.at, "a"), "the event names no command (command=, the number"),
     ("late", lambda e: Arrived(e.at, "a", command=str(e.command)), "`command` must be a whole"),  # type: ignore[arg-type]
 ]
 
@@ -285,7 +285,7 @@ def test_a_world_that_repeats_a_result_is_not_commanded_forever(result: ActResul
     assert run.outcome["outcome"] == "completed"
     assert 0 < len(asked) <= 2 * len(run.all("arrive")) + 2 * len(scenario.robots)
     told = {line["reason"] for line in run.all("late")}
-    assert told == {f"it adds nothing to the knowledge (gate@18: {result.value})"}
+    assert told == {f"the result adds nothing to the team's knowledge (gate@18: {result.value})"}
     assert len(run.all("resolved")) == (result in (ActResult.DONE, ActResult.UNTRAVERSABLE))
 
 

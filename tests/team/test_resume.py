@@ -102,7 +102,7 @@ def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
         resumption(replace(trace, records=(*trace.records, newer)), hello)
     lines = path.read_text().splitlines()
     path.write_text("".join(line + "\n" for line in lines if '"checkpoint"' not in line))
-    with pytest.raises(UsageError, match="it ends before its first checkpoint"):
+    with pytest.raises(UsageError, match="the trace ends before its first checkpoint"):
         resumption(read_trace(path), hello)
     with TraceWriter(path) as writer:
         Mission(hello, listeners=[writer], checkpoints=True).run()

@@ -124,7 +124,7 @@ class Task:
     leads."""
 
     def __init__(self, document: Any, e: Line, s: State) -> None:
-        require(e.region is not None, "its circumstances are missing")
+        require(e.region is not None, "the synthesis states no pose")
         if e.places is not None:
             raise TooLargeError("goals that are assigned at run time ('assignable')")
         robot = s.robots[e.robot]
@@ -340,7 +340,7 @@ class Others:
         require(whole or not known, "the cells of beliefs leave out a free region")
         slow = not self.live and s.robots[e.robot].data.timing > 1
         require(not (known and slow), "between its turns, other robots take more than one step")
-        require(set(known) <= {*s.robots} - {e.robot}, "it knows of robots that do not exist")
+        require(set(known) <= {*s.robots} - {e.robot}, "the strategy knows unknown robots")
         self.first = {name: self.number(name, what) for name, what in known.items()}
 
     def number(self, name: str, known: int | Iterable[int]) -> int:

@@ -229,7 +229,7 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
     elif not is_hopeless(case := case_now(s)):
         yield from _lost_problems(e, case)
     elif e.cause not in (causes := _causes(case)):
-        yield f"its cause is {e.cause}, but {causes[0]} is proven"
+        yield f"the stated cause is {e.cause}, but {causes[0]} is proven"
 
 
 def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
@@ -246,7 +246,7 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
             return
         numbers[name] = min(known)
     if e.cause != "deadlock":
-        yield f"its cause is {e.cause}, but deadlock is proven"
+        yield f"the stated cause is {e.cause}, but deadlock is proven"
     if not robots:
         yield "the proof names no robot"
     elif not _without_room(robots, s):
@@ -329,7 +329,7 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
     stated = e.unrealizable or {}
     if not all(_continues(s.robots[n], case, s.failed.get((n, stated[n]))) for n in stated):
         if e.cause != "unrealizable":
-            yield f"its cause is {e.cause}, but unrealizable is proven"
+            yield f"the stated cause is {e.cause}, but unrealizable is proven"
         return
     for name in stated:
         if _is_a_game(s.robots[name], s):

@@ -230,7 +230,7 @@ def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
     word = team.world.word
     for obstacle, each in zip(team.obstacles, state.obstacles, strict=True):
         if obstacle.ordered and each.state is Is.AWAY:
-            yield f"{obstacle_words(obstacle.name, word)} is still to be ordered"
+            yield f"{obstacle_words(obstacle.name, word)} has not been ordered yet"
     for k in state.requests:
         what = obstacle_words(team.obstacles[k].name, word)
         names = [team.members[i].name for i, _ in state.obstacles[k].asked]

@@ -98,7 +98,7 @@ def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
     """Return the number of lines before the last checkpoint of a trace, and its state."""
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
     if not found:
-        none = "it ends before its first checkpoint; run the scenario again, with --trace"
+        none = "the trace ends before its first checkpoint; run the scenario again, with --trace"
         raise UsageError(f"{trace.source}: {none}")
     for line in found:
         if line.run.get("sha256") != _digest(line.run, trace.first):

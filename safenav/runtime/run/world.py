@@ -379,7 +379,7 @@ class World:
                 echoes.append(words)
         for why, found in (
             ("other needs are still open", early),
-            ("it adds nothing to the knowledge", echoes),
+            ("the result adds nothing to the team's knowledge", echoes),
         ):
             if found and isinstance(self.commands, Commands):
                 self.commands.dropped.append((event, f"{why} ({', '.join(found)})"))

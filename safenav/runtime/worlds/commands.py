@@ -309,7 +309,7 @@ class Commands:
             self.sensed.append(event)
             return
         if open_ is None:
-            self.dropped.append((event, "it ends no open command"))
+            self.dropped.append((event, "the event ends no open command"))
             return
         del self._open[open_.robot.name]
         took = max(0.0, self.now() - open_.since)

@@ -215,7 +215,7 @@ def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
         raise ValueError(f"its time is {event.at!r}, not seconds")
     if event.command is None and not isinstance(event, Sensed):
         told = "command=, the number that start or act was given"
-        raise ValueError(f"it names no command ({told})")
+        raise ValueError(f"the event names no command ({told})")
     try:
         report: WorldEvent = replace(fitted(replace(event, at=0.0), type(event)), at=event.at)
     except ValueError as error:
@@ -245,12 +245,12 @@ def wrong_step(
             return None
         case Lost(regions=regions):
             if not regions:
-                return "it names no region in which the robot may be"
+                return "the event names no region in which the robot may be"
             wrong = [region for region in regions if not world.is_free(region)]
             if not wrong:
                 return None
             where = "a wall" if 0 <= wrong[0] < world.size else "off the map"
-            return f"it cannot be lost in region {wrong[0]}, {where}"
+            return f"the robot cannot be lost in region {wrong[0]}, {where}"
         case Blocked(pose=pose) if pose.region != here.region:
             return f"blocked, but not back in region {here.region}"
         case Blocked(obstacle=Obstacle(name=name, region=region)) if region != target.region:

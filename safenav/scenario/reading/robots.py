@@ -26,7 +26,7 @@ def resolve_robots(
 ) -> None:
     """Add the readable robots to ``reading``; report errors in the other entries."""
     if team == {} and not entries_of(node):
-        reading.add(node, "there are no robots", "a scenario has at least one")
+        reading.add(node, "there are no robots", "write at least one robot")
     if len(team or ()) > MOST_ROBOTS:
         reading.add(node, f"{len(team or ())} robots; the maximum is {MOST_ROBOTS}")
     items = {key.text: item for key, item in (team or {}).items()}

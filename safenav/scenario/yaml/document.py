@@ -277,7 +277,7 @@ class _Builder:
                 hint = f"keys are words; a list needs brackets: [{shown}]"
             self.flaws.append((key.place, f"the key {shown} is not a word", hint))
         elif key.value in entries:
-            hint = f"it is already in line {entries[key.value][0].place.line}"
+            hint = f"the first one is in line {entries[key.value][0].place.line}"
             self.flaws.append((key.place, f"duplicate key '{clipped(key.value)}'", hint))
         else:
             entries[key.value] = key, node
