@@ -53,7 +53,7 @@ def timed(
             place, came = len(arrives[i]), arrives[i][-1]
             waypoint = plan.ways[i][place]
             if any(len(arrives[j]) <= other for j, other in waypoint.after):
-                moved.append(i)  # that robot has to leave first
+                moved.append(i)  # robot j has to leave first
                 continue
             waits = [arrives[j][other] - (j < i and lockstep) for j, other in waypoint.after]
             waits += [met.get(need, 0) for need in waypoint.needs]
@@ -199,7 +199,7 @@ def course_of(floor: Floor, states: Sequence[Joint], *, exact: bool) -> Course |
             battery = course.energies[key[0]].battery
             spare = min(planned[key], need + AMPLE * battery.capacity * (battery.stay > 0))
             least[key] = min(battery.capacity, max(need, spare))
-            if key[0] in course.failed:  # it waits on the charger instead
+            if key[0] in course.failed:  # the robot waits on the charger instead
                 later[key] = ready
         course = Course(floor, states, plan, least, later)
     return best or (Course(floor, states, plan, planned, since) if exact else None)

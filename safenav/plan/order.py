@@ -38,7 +38,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
     one at a time, in the plan's order."""
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
-    owed = defaultdict[int, set[tuple[int, int]]](set)  # needs before a robot leaves
+    owed = defaultdict[int, set[tuple[int, int]]](set)  # before it leaves
     for i in robots:  # earlier resolutions may make its goal count
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:

@@ -315,7 +315,7 @@ class Search:
         fields = self.fields(start)
         wanting = [i for i in self.floor.robots if _misses(fields[i], start.poses[i])]
         self.random.shuffle(wanting)
-        members = self.floor.team.members  # a robot that stays at its target is soon in the way
+        members = self.floor.team.members  # robots that stay at their targets go last
         wanting.sort(key=lambda i: members[i].pursuit.settles)
         vain = 0
         for i in wanting:

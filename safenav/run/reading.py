@@ -163,7 +163,7 @@ class RunReader:
             case records.Act():
                 self._acts[line.command] = line.tick
                 kind = kind if line.obstacles else None  # else the team does not know it
-            case records.ActionEnd():  # its results can name undiscovered obstacles
+            case records.ActionEnd():  # the results can name undiscovered obstacles
                 begun = self._acts.pop(line.command, line.tick)
                 for name in line.results:
                     self._seen(begun, self.run.hidden.get(name))
@@ -355,9 +355,9 @@ class RunReader:
         reached = values.RobotProgress(rounds, self._on_map(line.region))
         track.progress.append((line.tick, reached))
         stays = settles or (before.rounds and line.tick <= last + 1)
-        if stays and before.reached == line.region:  # each tick there is a round, but not an event
+        if stays and before.reached == line.region:  # a round of each tick is not an event
             return
-        new = 0 if line.round == before.rounds else line.round  # reported with its last target
+        new = 0 if line.round == before.rounds else line.round  # reported at the last target
         shown, does = replace(line, round=0 if line.robot in self._modes else new), "reaches"
         if objective and settles and line.region in objective.targets[-1]:
             shown, does = replace(line, round=0), "holds"

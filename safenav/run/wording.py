@@ -152,7 +152,7 @@ class Wording(Struct, frozen=True):
         if line.action == OPERATOR_ACTION:
             if line.obstacle.startswith(f"lost_{line.robot}@"):
                 return f"{who} is lost: it may also be at {self._at(line.proposed)}"
-            if line.obstacle.startswith("unknown_"):  # its steps failed, or it was stopped
+            if line.obstacle.startswith("unknown_"):  # the robot's steps failed, or it was stopped
                 unknown = self.obstacle(line.obstacle)
                 found = f"cannot enter {self._at(line.proposed)}, which counts as {unknown}"
             return f"{who} {found}: only an operator can resolve it"

@@ -131,7 +131,7 @@ class Tracker:
         for cell, regions in enumerate(self._masks):
             if not reach & regions:
                 continue
-            overseen = self._free  # regions from which all reached regions of the cell are visible
+            overseen = self._free  # regions that see all reached regions of the cell
             for region in bits(reach & regions):
                 overseen &= self.visibility.mask(region)
                 if not overseen:

@@ -115,7 +115,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
                     found[step].append(pose)
         return found
 
-    # The first destination.
+    # The next destination.
 
     @cached_method
     def _direct(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, float]:

@@ -184,7 +184,7 @@ def _png(data: bytes) -> Image:
         raise
     except UnidentifiedImageError:
         raise InputError([flaw("a broken image: not the header of a PNG", _CONVERT)]) from None
-    except Exception as error:  # its readers raise errors of any kind
+    except Exception as error:  # Pillow raises errors of any kind
         reason = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
         raise InputError([flaw(f"a broken image: {reason}", "save it again")]) from None
 

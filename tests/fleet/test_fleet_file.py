@@ -113,7 +113,7 @@ def loaded(text: str, folder: Path, scenario: Scenario | None = None) -> fleet_f
     return fleet_file.load_fleet(folder / "fleet.yaml", scenario or load_scenario(CASE))
 
 
-def test_own_keys_override_defaults(tmp_path: Path) -> None:
+def test_keys_of_a_robot_override_the_defaults_of_the_fleet(tmp_path: Path) -> None:
     fleet = loaded(json.dumps(FILES["own"]), tmp_path)
     assert fleet.transport is fleet_file.TransportKind.ROS2
     assert fleet.network == fleet_file.Network(7, "wlan0", ("10.0.0.7",))

@@ -174,7 +174,7 @@ def test_cancelled_robots_end_their_step_and_others_get_goals(hall: Hall) -> Non
     assert hall.passes("quad", 6.0) == [GoalEnded("quad", 2, GoalEnd.SUCCEEDED)]
 
 
-def test_a_robot_without_curves_is_refused(hall: Hall) -> None:
+def test_a_robot_that_cannot_follow_references_is_refused(hall: Hall) -> None:
     box = "catalogue: {robots: {box: {mobility: free, layer: ground, capabilities: []}}}\n"
     scenario = load_scenario_text(TEXT.replace("model: spot", "model: box") + box, "hall.yaml")
     with pytest.raises(UsageError, match="'box' has no motion"):

@@ -153,7 +153,7 @@ def test_a_proof_that_visits_too_many_states_is_reported_as_not_judged() -> None
     assert any("proofs visit more than 1,000,000 states" in one.explanation for one in found.notes)
 
 
-def test_lossless_choices_are_not_tried_in_each_order() -> None:
+def test_lossless_choices_are_not_tried_in_every_order() -> None:
     """Nine orders beside a one-way choice: no limit is exceeded."""
     header, *lines = GOOD["one_way"]()
     team, obstacles = header["scenario"]["robots"], header["scenario"]["obstacles"]

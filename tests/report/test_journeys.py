@@ -98,7 +98,7 @@ def _texts_are_readable(browser: Browser, page: Path, scheme: str) -> None:
         assert (light + 0.05) / (dark + 0.05) >= 4.5, f"{words!r}: {ink} on {behind}"
 
 
-def test_events_keys_and_addresses_lead_to_their_ticks(browser: Browser) -> None:
+def test_events_keys_and_addresses_open_their_ticks(browser: Browser) -> None:
     """By events, keys that work wherever the focus is, and the address of a tick; zooms in; follows
     a robot, its current target and the route there; and finds a name on everything."""
     browser.open(page_of("door"))

@@ -97,7 +97,7 @@ def says(value: Any) -> Callable[..., Any]:
         ("changes", says([Change(Obstacle(DOOR, 8), True)]), "door@8 appears where a robot is"),
     ],
 )
-def test_an_inconsistent_world_is_an_error_with_its_reason(
+def test_an_inconsistent_world_ends_the_run_with_an_error_and_the_reason(
     call: str, answer: Callable[..., Any], told: str
 ) -> None:
     scenario, run = loaded(SCENARIO), Run()

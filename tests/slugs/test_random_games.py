@@ -100,7 +100,7 @@ SPECIFICATIONS = Path(__file__).with_name("specifications")
 
 
 @pytest.mark.parametrize("name", ["no_start", "output_first", "dead_end"])
-def test_oracle_and_slugs_print_the_bytes_of_upstream(slugs_binary: Path, name: str) -> None:
+def test_oracle_and_slugs_print_the_bytes_of_published_slugs(slugs_binary: Path, name: str) -> None:
     """Without nodes no blank lines; variables in the order of a slugsin file; without successors a
     line that ends after the colon."""
     file = SPECIFICATIONS / f"{name}.slugsin"

@@ -103,7 +103,7 @@ def test_a_failed_download_reports_the_reason(tmp_path: Path) -> None:
             assert refused.value.code == status and why in refused.value.read()
 
 
-def test_standard_input_cannot_be_watched() -> None:
+def test_a_live_view_refuses_a_scenario_on_standard_input() -> None:
     done = safenav("run", "-", "--live", text=HELLO.read_text())
     assert done.returncode == 2
     assert "needs a file" in done.stderr

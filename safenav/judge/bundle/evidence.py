@@ -204,7 +204,7 @@ class Evidence:
             self.hopeless[e.robot, e.spec] = task, e
         if e.verdict != "realizable" or e.node is None:
             return
-        if s.is_planned(e.robot):  # its strategy drives no robot
+        if s.is_planned(e.robot):  # the strategy drives no robot
             self.drives.pop(e.robot, None)
             return
         require(e.strategy, "its strategy is not named: no proof of its moves")

@@ -260,7 +260,7 @@ def _least_round(
     """Return the least number of ticks of a round of targets in this order. ``ends_in``: the
     regions that the robot touches only in their turn (None: the targets)."""
     bound, own = Bound(s, 0), s.robots[name].own
-    bound.changes = False  # as long as it has this objective
+    bound.changes = False  # as long as the robot has this objective
 
     def round_from(seeds: Ticks) -> Ticks:
         for goal in targets:

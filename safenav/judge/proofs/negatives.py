@@ -199,7 +199,7 @@ def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
     count = len(targets)
     if not targets:
         return left
-    if not own.ends and all(pose in target for target in targets):  # so all rounds are done
+    if not own.ends and all(pose in target for target in targets):  # then all rounds are done
         return 0, (max(covered, 0) + goals) % count if own.ordered else 0
     if own.ordered:
         if covered == EITHER:
@@ -311,7 +311,7 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
         yield NotJudged(f"whether robots in service could do more: too many memories of {names}")
         return
     done = ""
-    for row in product(*known.values()):  # with each memory that they may have
+    for row in product(*known.values()):  # with each possible memory of the robots
         case = case_now(s, dict(zip(known, row, strict=True)))
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
         ways = (way for way in every.complete() if s.orders.isdisjoint(way.open()))

@@ -163,7 +163,7 @@ class Decision:
             stays = robot.own.met or (helped and robot.own.held and stands(team, self.state, i))
             stays = stays and team.members[i].pursuit.settles and on_own(team, self.state, i)
             if robot.fresh and robot.active and robot.to is None and not (begun or stays):
-                self._decide(now.Counted(i))  # a continued stay counts in the robot's turn
+                self._decide(now.Counted(i))  # a stay that continues counts in the turn
 
     def _settled(self, before: Control) -> Control:
         """Return duties, roles and strategies (Algorithm 1, lines 10 to 14 and 20). Raises
@@ -307,7 +307,7 @@ class Decision:
         over = state.plan is None or (at_end(state, team.sharing) and not acts)
         due = over or stuck(team, state, helped)
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        returns = any(charged(team, state, i) for i in out)  # then they get a plan
+        returns = any(charged(team, state, i) for i in out)  # then a plan follows
         if returns or (not starves and not due):
             return None
         sharing = driven(team, state)
@@ -385,7 +385,7 @@ class Decision:
 def _question(team: Team, state: State) -> Hashable:
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.stands)
     out = tuple([(i, robot.next) for i, robot in enumerate(state.robots) if not robot.active])
-    lone = [(i, state.robots[i]) for i in team.lone]  # some in no node of their strategies
+    lone = [(i, state.robots[i]) for i in team.lone]  # some have left their strategies
     astray = tuple([i for i, r in lone if r.active and r.to is None and r.node is None])
     order = [i for i in team.lone if team.members[i].pursuit.settles] if state.requests else []
     next_ = tuple((i, state.robots[i].own.memory) for i in order)

@@ -140,7 +140,7 @@ class Ledger:
         former, within = self.dues.pop((ROUND, i), Due(0)), team.members[i].robot.within
         if within is not None:
             tick, done = self.tick + within, former.done if done is None else done
-            before = former.disturbed or (former.before and former.tick == tick)  # two resolutions
+            before = former.disturbed or (former.before and former.tick == tick)  # twice in a tick
             self.dues[ROUND, i] = Due(tick, before=before, done=done)
 
     def _ends(self, team: Team, of: Of, verdict: DeadlineVerdict) -> None:
@@ -200,7 +200,7 @@ def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> O
     """Return the targets that a robot must still meet in sequence for its round, or for ``most``
     rounds: several lists while it may begin with any target, or with the one where it stands."""
     member, robot, own = team.members[i], state.robots[i], state.robots[i].own
-    fixed = own.last < 0 and not (member.planned or robot.fresh)  # its strategy fixes the order
+    fixed = own.last < 0 and not (member.planned or robot.fresh)  # the strategy fixes the order
     free = member.objective.strict and own.met == 0 and not fixed
     here = (k for k, t in enumerate(member.targets) if member.either or t >> robot.pose & 1)
     begun = [own._replace(memory=k) for k in {own.memory, *here}] if free else [own]

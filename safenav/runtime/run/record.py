@@ -175,7 +175,7 @@ class Recorder:
             case now.Served(i, active, cause):
                 self.emit(records.Service(self.tick, self._robot(i), active, ChangeCause(cause)))
                 if active and before.robots[i].objective != self.team.members[i].objective:
-                    self.told[i] = None  # the judge suspends its duty until a line names it
+                    self.told[i] = None  # the next duty line names the robot again
             case now.Assigned(i, objective, cause, within, own=own):
                 about = self._robot(i), objective, own, ChangeCause(cause), within
                 self.emit(records.NewObjective(self.tick, *about))
@@ -425,7 +425,7 @@ class Recorder:
             self.tick,
             Outcome(end.outcome),
             end.explanation,
-            rounds,  # of their own objectives: an input's end restarts them
+            rounds,  # 0 while an input replaces the objective
             self.tick if self.team.live else self.moved,
             round(seconds, 6),
             answers.count,

@@ -96,7 +96,7 @@ class World:
             if self.truth is not None:
                 self.truth.excuse(run.state.robots)
             robots = run.state.robots
-            if run.team.charged:  # a charge matters when it ends a wait: see ``due``
+            if run.team.charged:  # charges change in a wait: ``due`` covers them
                 robots = tuple(replace(robot, charge=0) for robot in robots)
             here = replace(run.state, time=0, robots=robots)
             places = tuple((robot.pose, robot.to, robot.acting) for robot in robots)
@@ -338,7 +338,7 @@ class World:
                 truths[k] = (done if has_truth else None) if done else False
                 stages[k] = now.Stage(len(team.obstacles[k].needs))
         if event.reason and {*reported.values()} <= {ActResult.FAILED}:
-            stages = {}  # the world has reported only effects
+            stages = {}  # the action failed: only reported effects count
         gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
         over = {team.obstacles[k].name for k in (*truths, *gone)}
         self._opened |= dict.fromkeys(over, self.commands.now())

@@ -196,7 +196,7 @@ def as_meant(
         word, above = key.text, before
         before = word if document.is_nothing(value) else ""
         if word not in words:
-            near = free.union(closest(word, words))  # a given one if this key is a variation's
+            near = free.union(closest(word, words))  # also a given key, for a variation
             also = [other for other in _ALSO_CALLED.get(word, ()) if other in free]
             hint = elsewhere.get(word) or suggestion(also[0] if also else word, near)
             if word == "<<":
