@@ -88,8 +88,8 @@ def json_flaw(error: Exception) -> str:
 
 
 def foreign_character(text: str) -> tuple[int, int, str] | None:
-    """Return line and column (from 1) and name of the first character that programs interpret
-    differently; None if there is none."""
+    """Return line and column (from 1) and the name of the first character that programs interpret
+    differently, or None."""
     match = _FOREIGN.search(text)
     if match is None:
         return None

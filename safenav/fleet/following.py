@@ -204,8 +204,8 @@ class Following:
 
 
 def mover_of(robot: Robot, places: transport.Places) -> Glider:
-    """Return the mover of a robot, at rest at its start. Raises UsageError if its model has no
-    curves."""
+    """Return the mover of a robot, at rest at its start. Raises UsageError if its model cannot
+    follow references."""
     model, start = robot.model, robot.start
     figures = model.figures
     if figures is None or figures.kind == "walker":

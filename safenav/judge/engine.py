@@ -309,9 +309,7 @@ def _restart_rounds(e: Line, s: State) -> None:
         if s.live or robot.moved >= s.tick:
             robot.progress.stayed += robot.stays
         own = s.is_planned(robot.name) or robot.given == robot.own
-        counts = robot.moved < s.tick or (
-            robot.name == e.robot and own
-        )  # the robot counts in its turn
+        counts = robot.moved < s.tick or (robot.name == e.robot and own)
         robot.progress.since = 0 if s.live else s.tick - counts
 
 

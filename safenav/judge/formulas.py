@@ -18,8 +18,8 @@ MOST_WORK = 2_000_000
 """Maximum number of symbols that are evaluated for a step with all memory values."""
 MOST_LEVELS, MOST_DIGITS = 200, 10
 
-Pose = tuple[int, "str | None"]  # a region, and the heading of a robot that has one
-Values = Mapping[str, int]  # values of variables; a truth is 0 or 1
+Pose = tuple[int, "str | None"]  # a region, and the heading of a robot with headings
+Values = Mapping[str, int]  # values of variables; truth values are 0 and 1
 
 
 class UnreadError(Exception):

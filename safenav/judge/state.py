@@ -415,8 +415,7 @@ class State:
                 yield one
 
     def charge(self, robot: Robot, now: float) -> float:
-        """Return a robot's charge: in a live run that of a second, in lockstep that after its last
-        turn."""
+        """Return a robot's charge: in a live run at a second, in lockstep after its last turn."""
         battery, charge = robot.data.battery, robot.charge or 0.0
         rate = battery.charge if robot.pose[0] in self.scenario.chargers else -battery.stay
         if robot.stands is not None:

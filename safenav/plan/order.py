@@ -38,8 +38,8 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
     one at a time, in the plan's order."""
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
-    owed = defaultdict[int, set[tuple[int, int]]](set)  # before it leaves
-    for i in robots:  # earlier resolutions may make its goal count
+    owed = defaultdict[int, set[tuple[int, int]]](set)  # to be met before leaving
+    for i in robots:  # its goal may count due to earlier resolutions
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
@@ -85,7 +85,7 @@ def _can(floor: Floor, i: int, need: Need, pose: int) -> bool:
 
 
 class _Stays:
-    """The stays in each region and zone: a robot, and the number of its place after that."""
+    """The stays in each region and zone: the robot, and the number of its next place."""
 
     def __init__(self, floor: Floor, first: Joint) -> None:
         self.team, self.stays = floor.team, defaultdict[object, list[list[int]]](list)

@@ -55,7 +55,7 @@ def missing_actions(
             if len(able) >= need.robots or any(
                 skills < {*key} and obstacle in other.obstacles for key, other in found.items()
             ):
-                continue  # enough robots, or an earlier need requires more of them
+                continue  # enough robots, or an earlier need requires even more
             key = tuple(sorted(skills))
             having = tuple(model.name for model in known if skills <= model.capabilities)
             one = found.get(key, Missing(key, 0, False, (), (), able, having))

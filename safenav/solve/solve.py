@@ -33,7 +33,7 @@ class BudgetError(Exception):
 
 
 class Step(Struct, frozen=True):
-    """A ``group`` fulfils the next need of obstacle ``g``, each robot in a pose of its ``at``."""
+    """A ``group`` fulfils the next need of obstacle ``g``, each robot in a pose of ``at``."""
 
     g: int
     group: tuple[int, ...]

@@ -229,7 +229,7 @@ class Evidence:
         known = [one for one in s.obstacles.values() if one.known and one.present]
         serves = any(e.objective.serves(one) for one in (s.robots[name].given, own))
         helps = any(one.open for one in known) or (e.verdict == "unrealizable" and s.tick)
-        helps = helps or (e.objective.count == 1 and s.robots[name].data.battery)  # it may charge
+        helps = helps or (e.objective.count == 1 and s.robots[name].data.battery)  # to charge
         require(serves or helps, f"{name} was not given the objective of its strategy")
         weaker = e.objective.serves(own) and own.literal and not task.objective.strict
         require(not weaker, f"the strategy of {name} may cross a target out of turn")

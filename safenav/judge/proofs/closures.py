@@ -261,7 +261,7 @@ def team_closure(
     left = opened
     while True:
         inside = {name: case.reach(name, start[name], left) for name in case.names}
-        full = case.full(one for one in left if one in opened)  # carriers of such loads forever
+        full = case.full(one for one in left if one in opened)  # these keep their loads forever
         each = (_furthest(case, one, inside, full, left) for one in opened)
         after = tuple(one for one in each if one.left)
         if after == left:

@@ -154,8 +154,7 @@ def svg_of(
 
 def sprites(run: Run, tick: int, part: float) -> Iterator[tuple[str, float, float]]:
     """Yield the parts that move between two ticks as pictures of their own, each with its upper
-    left corner: the words of the moment and the robots. Headings are rounded to the nearest of
-    24."""
+    left corner: the words of the moment and the robots. Headings are in steps of 15 degrees."""
     of, page = Layout.of(run), svg.SvgWriter()
     page.text(0, 14, run.stage(tick, part), 13, fill=floor.MUTED)
     yield page.document(of.inner, 20), MARGIN, of.top - 23

@@ -65,7 +65,7 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
         floor = replace(floor, robots=here.robots, floors=within)
     found = around(floor, tuple(r.next for r in state.robots), floors.stages_of(floor, state))
     for i, robot in enumerate(state.robots):
-        if robot.to is not None and not team.live:  # the robot still acts where it leaves
+        if robot.to is not None and not team.live:  # it still acts in its old region
             found = found.placed(i, found.sets[i] | (1 << robot.pose))
     return found
 

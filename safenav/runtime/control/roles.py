@@ -133,8 +133,7 @@ class Roles:
         return found[:1]
 
     def _own(self, i: int) -> Role | None:
-        """Return the robot's own objective, around open obstacles if possible; None if
-        impossible."""
+        """Return the own objective, around open obstacles if possible; None if impossible."""
         member, floor, state = self.team.members[i], self.floor, self.state
         shut = self._shut(i)
         must = frozenset(k for k in state.requests if i in dict(state.obstacles[k].asked))

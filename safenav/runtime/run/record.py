@@ -316,7 +316,7 @@ class Recorder:
             at = [r.pose % size if r.acting == i else region for r, region in pairs]
             group = [*participants(self.team, state, at, i, k, later)]
             acting = [j for j in group if state.robots[j].acting == i]
-            group = acting if len(acting) >= need.robots else group  # else unknown to the team
+            group = acting if len(acting) >= need.robots else group  # else the obstacle is unknown
         return tuple(map(self._robot, group)) if len(group) > 1 else None
 
     def _appeared(self, k: int, truth: bool | None, cause: ChangeCause) -> None:
