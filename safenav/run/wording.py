@@ -212,7 +212,7 @@ class Wording(Struct, frozen=True):
         if line.requester is not None and helpers == (line.requester,):
             actions = self.actions.get(line.obstacle, ())
             act = actions[line.need or 0] if actions else "resolve"
-            return f"{line.requester} goes to {act} it itself: {about}; {bids}{why}"
+            return f"{line.requester} goes to {act} {about} itself: {bids}{why}"
         help_ = f"{self._all(helpers)} {'helps' if len(helpers) == 1 else 'help'}{why}"
         asks = f"order of {about}"
         if line.requester is not None:

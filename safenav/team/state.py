@@ -425,7 +425,7 @@ class Gone(Change, frozen=True):
 
 class Counted(Event, frozen=True):
     """A robot's turn is over: goals count where it stands. ``ticks``: its duration (None: no time,
-    so staying counts immediately); ``duty``: whether those of its duty also count."""
+    so staying counts immediately); ``duty``: whether goals of its duty also count."""
 
     robot: int
     ticks: int | None = 1

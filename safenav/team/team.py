@@ -120,7 +120,7 @@ class Member(Struct, frozen=True, eq=False):
         return found
 
     def closed(self, at: Sequence[Mask]) -> Mask:
-        """Return these regions and those of its rivals."""
+        """Return the regions of ``shut``, and those that the rivals occupy."""
         found = self.shut(at)
         for j in self.rivals:
             found |= at[j]
@@ -293,8 +293,8 @@ def _member(
     on: frozenset[str] | None = None,
 ) -> Member:
     """Return a robot of a scenario, perhaps with another objective; ``remember``: whether its
-    states hold the memory of its formulas, if joint plans drive it; ``on``: the inputs of
-    these that are on (None: unknown)."""
+    states hold the memory of its formulas, if joint plans drive it; ``on``: the inputs of the
+    formulas that are on (None: unknown)."""
     every, name = [*enumerate(scenario.robots)], robot.name
     rivals = frozenset(k for k, o in every if o.name != name and robot.conflicts(o))
     near = ((each, each.robots - {name}) for each in scenario.never_together if name in each.robots)
@@ -314,7 +314,7 @@ def _member(
 
 @lru_cache(maxsize=16)
 def hearing(team: Team, on: frozenset[str]) -> Team:
-    """Return the team as if exactly these inputs of its formulas were on, now and later."""
+    """Return the team as if exactly these inputs of formulas were on, now and later."""
     named = (m.objective.formulas for m in team.members if m.planned)
     if not any(formulas is not None and formulas.inputs for formulas in named):
         return team

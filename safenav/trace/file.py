@@ -223,7 +223,7 @@ class _Reader:
         self.header = header
 
     def _add(self, record: Record) -> None:
-        """Add a line. Its robots are those of the header; a dropped report may name more."""
+        """Add a line. It may name only robots of the header, except in a dropped report."""
         if isinstance(record, Discovered):
             if record.obstacle.name in self._obstacles:
                 raise WrongError(f"{record.obstacle.name} is known already")

@@ -30,8 +30,8 @@ class TickLine(Struct, frozen=True, rename={"from_": "from"}):
 
 
 class Record(TickLine, frozen=True, kw_only=True):
-    """Fields of all lines. ``t``: the time in seconds, in a live run. ``line``: its number in the
-    file it was read from, from 1 (0: it was not read); that is not part of the line."""
+    """Fields of all lines. ``t``: the time in seconds, in a live run. ``line``: the line's number
+    in its file, from 1 (0: not from a file), which is not part of the line."""
 
     type: ClassVar[str]
     note: ClassVar[bool] = False

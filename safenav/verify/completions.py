@@ -160,7 +160,7 @@ class Clause(Struct, frozen=True, dict=True):
 
     @cached_property
     def places(self) -> frozenset[Key]:
-        """The variables that it refers to, now or next."""
+        """The variables that the clause refers to, now or next."""
         return frozenset(_keys(self.formula, False))
 
     @cached_property
@@ -193,8 +193,8 @@ class Completions:
         return [totals[row] for row in rows]
 
     def each(self, row: Row, decisive: frozenset[Key] | None = None) -> Iterator[Row]:
-        """Yield the completions of one row in ascending order; of those that agree in all of the
-        ``decisive`` places and all before, the first. Raises as ``count``."""
+        """Yield the completions of one row in ascending order; of those that agree in all places up
+        to the last ``decisive`` one, only the first. Raises as ``count``."""
         return (longer[len(row) :] for longer in self._longer([row], decisive))
 
     def _longer(self, rows: Sequence[Row], decisive: frozenset[Key] | None) -> Iterator[Row]:

@@ -197,8 +197,8 @@ def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
 
 
 def _missing(possible: Completions, row: Row, count: int, there: Set[Row]) -> Row | None:
-    """Return a completion of a row that is missing among those ``there``, if there is one.
-    Comparing ``count`` usually suffices: each of ``there`` is a completion, or another fault."""
+    """Return a completion of a row that is not among those ``there``, if one exists. Comparing
+    ``count`` usually suffices: each of ``there`` is a completion, or another fault."""
     if count == len(there):
         return None
     return next((each for each in possible.each(row) if each not in there), None)

@@ -94,8 +94,8 @@ def region_mask(regions: Iterable[Region]) -> Mask:
 
 class PoseGraph:
     """The poses of one mobility on one map, and the steps between them. ``closed``: steps (pairs of
-    poses) that the mobility allows but the graph omits. ``remembers``: its numbers represent poses
-    with the memory of formulas."""
+    poses) that the mobility allows but the graph omits. ``remembers``: whether its numbers
+    represent poses with the memory of formulas."""
 
     def __init__(
         self, world: RegionMap, mobility: Mobility, closed: frozenset[tuple[int, int]] = frozenset()
@@ -125,7 +125,7 @@ class PoseGraph:
 
     @property
     def goals(self) -> tuple[Mask, ...]:
-        """The poses in which each goal of the formulas that it remembers is met."""
+        """The poses in which each goal of the remembered formulas is met."""
         return ()
 
     @property

@@ -68,8 +68,8 @@ class Visibility:
     @cached_property
     def _lines(self) -> dict[int, list[str]]:
         """The regions of the padded map from which the line of sight is free, by number of rows to
-        the south within the radius, then by offset sideways within it (from west to east). Text:
-        character ``i`` is 1 if bit ``i`` is set."""
+        the south within the radius, then by offset sideways within it (from west to east). As text,
+        whose character ``i`` is 1 if bit ``i`` is set."""
         world = self.world
         free = self._padded(world.free)
         opaque = self._padded(world.walls | self.closed)
