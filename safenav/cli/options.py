@@ -262,13 +262,13 @@ class GivenFile:
         self.kind = kind_of(self.beginning)
 
     def bytes(self) -> bytes:
-        """Return its content. Raises InputError."""
+        """Return the content of the file. Raises InputError."""
         if self._failure is not None:
             raise self._failure
         return self._content
 
     def text(self) -> str:
-        """Return its text. Raises InputError."""
+        """Return the text of the file. Raises InputError."""
         return decoded(self.bytes(), self.name)
 
 

@@ -239,8 +239,8 @@ def memory(e: Line, s: State) -> Iterator[str]:
 @rule("duty", "synthesis", "objective")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
-    that it has encountered, that needs its action, or that represents its empty battery. Its
-    strategy pursues the objective that it has."""
+    that the robot has encountered, that needs its action, or that represents its empty battery. Its
+    strategy pursues the present objective."""
     every = [x for x in s.obstacles.values() if x.open and x.known]
     busy = frozenset[str]().union(*(x.asked.union(*(n.able for n in x.needs)) for x in every))
     busy |= {s.flat[x.name] for x in every if x.name in s.flat}

@@ -49,7 +49,7 @@ def time(e: Line, s: State) -> Iterator[str]:
     elif s.live and (e.t or 0.0) < s.time:
         yield f"second {e.t} follows second {s.time}"
     elif s.live and e.tick == s.tick and (e.t or 0.0) != s.time:
-        yield f"second {e.t} is in tick {e.tick}, which is second {s.time}"
+        yield f"tick {e.tick} is at second {s.time}, not {e.t}"
     elif e.kind in (("move",) if s.live else ("depart", "arrive", "act", "operator")):
         yield f"a {'live' if s.live else 'lockstep'} run has no '{e.kind}' lines"
     elif not s.live and e.t is not None:
@@ -190,7 +190,7 @@ def negative(e: Line, s: State) -> Iterator[str]:
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
         out = any(robot.out and robot.own.settles for robot in s.robots.values())
-        if not out and next(_unmet(e, s), None) is None:  # then rounds may not have counted
+        if not out and next(_unmet(e, s), None) is None:  # its rounds may not have counted
             yield "every robot has met its objective: the mission is completed"
         yield from _proven(negative_problems(e, s))
     if e.until is not None and not (e.until in listed_times(s) and e.until > s.now(e)):

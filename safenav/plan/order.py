@@ -39,7 +39,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
     owed = defaultdict[int, set[tuple[int, int]]](set)  # to be met before leaving
-    for i in robots:  # its goal may count due to earlier resolutions
+    for i in robots:  # earlier resolutions may let its goal count
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
@@ -70,8 +70,8 @@ def _choices(
     floor: Floor, before: Joint, joint: Joint
 ) -> Iterator[tuple[tuple[int, int], bool, bool]]:
     """Yield the needs that choose the robots of the next need, as a step makes them next or fulfils
-    them: obstacle, number, and which of both. No other robot that can act may be there between
-    these steps: it would be chosen."""
+    them: obstacle, number, and which of both. Between these steps no other robot that can act may
+    be there: the need would choose it."""
     for g in floor.open(before.stages) if before.stages != joint.stages else ():
         begun, now, needs = before.stages[g].need, joint.stages[g].need, floor.gate(g).needs
         for n in range(begun, min(now, len(needs) - 2) + 1):

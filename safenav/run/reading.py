@@ -355,7 +355,7 @@ class RunReader:
         reached = values.RobotProgress(rounds, self._on_map(line.region))
         track.progress.append((line.tick, reached))
         stays = settles or (before.rounds and line.tick <= last + 1)
-        if stays and before.reached == line.region:  # a round of each tick is not an event
+        if stays and before.reached == line.region:  # no event for each tick
             return
         new = 0 if line.round == before.rounds else line.round  # reported at the last target
         shown, does = replace(line, round=0 if line.robot in self._modes else new), "reaches"

@@ -134,7 +134,7 @@ class LtlKeys(Item, frozen=True):
     safety: values.FormulaList | None = key("Conditions on every step.")
     liveness: values.FormulaList | None = key("Conditions met infinitely often.")
     memory: dict[values.Variable, values.Range] | None = key(
-        "Variables of its own: bool or [lowest, highest].", example="{done: bool, laps: [0, 3]}"
+        "Memory variables: bool or [lowest, highest].", example="{done: bool, laps: [0, 3]}"
     )
 
 

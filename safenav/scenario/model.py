@@ -185,7 +185,7 @@ class Expect(Part, frozen=True):
     )
     resolved: frozenset[ObstacleName] | None = key("Exactly the obstacles that are resolved.")
     blocked: frozenset[ObstacleName] | None = key(
-        "Exactly the obstacles that become permanent, and orders that stay open. Default: no order."
+        "Exactly the permanent obstacles and the open orders. Default: no order is open."
     )
     helpers: dict[ObstacleName, KnownRobot] | None = key("The helper of each obstacle.")
     ticks: int | None = key("At most this many ticks (lockstep).", least=1)

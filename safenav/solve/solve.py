@@ -372,7 +372,7 @@ def settle(
             served.append(g)
     wanted = frozenset(served)
     plan = solver.plan(now, poses, wanted)
-    assert plan is not None, "what can be done can be planned"
+    assert plan is not None, "a feasible mission has a plan"
     duties = _present_duties(solver, plan, now, wanted)
     safe = tuple(
         _safe(solver, i, now, wanted) | (duties[i].goal if i in duties else 0)

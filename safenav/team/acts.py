@@ -114,9 +114,9 @@ def consequences(
 
 
 def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozenset[str]]:
-    """Return the regions in which a lost robot may be, except its last one, which it blocks itself,
-    each with the robots to which it is closed. If it may be in a zone without its last region,
-    the whole zone is closed to the zone's other robots."""
+    """Return the regions in which a lost robot may be, each with the robots to which it is closed;
+    not the robot's last region, which it blocks itself. If it may be in a zone without its last
+    region, the whole zone is closed to the zone's other robots."""
     name, here = team.members[event.robot].name, before.robots[event.robot].pose % team.size
     rivals = frozenset(team.members[j].name for j in team.members[event.robot].rivals)
     closed = dict.fromkeys(event.regions - {here}, rivals)

@@ -132,7 +132,7 @@ def test_pages_name_files_that_exist(page: str) -> None:
     assert [name for name in named if not any((place / name).exists() for place in places)] == []
 
 
-def test_imports_of_programs_beside_the_package_exist() -> None:
+def test_programs_outside_the_package_import_names_that_exist() -> None:
     """No other test runs all of them, so a moved module would break them unnoticed."""
     for program in PROGRAMS:
         for node in ast.walk(tree(program)):

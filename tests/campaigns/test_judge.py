@@ -64,7 +64,7 @@ def test_the_search_decides_whether_a_mission_can_be_completed(says: str) -> Non
     assert can_complete(mission, begin) is case["possible"]
 
 
-def test_formulas_of_other_shapes_are_not_judged() -> None:
+def test_a_goal_of_an_unknown_shape_is_not_judged() -> None:
     robot = {"start": 7, "objective": {"ltl": {"liveness": ["region = 7 & region = 8"]}}}
     with pytest.raises(NotJudgedError, match="the goal"):
         _ = Mission(data({"floor": 4, "robots": {"a": robot}})).robots

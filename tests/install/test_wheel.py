@@ -140,7 +140,7 @@ def test_the_wheel_runs_a_scenario_in_a_new_environment_without_compiler(
         assert f"pip install {install}" in said
 
 
-def test_the_classifiers_are_the_pythons_that_the_workflows_test() -> None:
+def test_the_classifiers_name_the_python_versions_that_the_workflows_test() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     named = {text.rsplit(" ", 1)[1] for text in project["classifiers"] if ":: 3." in text}
     every = (ROOT / ".github/workflows" / f"{name}.yml" for name in ("test", "nightly"))

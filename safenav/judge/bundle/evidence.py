@@ -33,7 +33,7 @@ class Plan:
 
     def step(self, robot: str, after: Pose, s: State) -> None:
         """Refuse unless a robot's next step leads to the pose, and its orders allow it."""
-        require(robot in self.ways, f"{robot} moves by a plan that it is not in")
+        require(robot in self.ways, f"{robot} moves by a plan that does not include it")
         index, way = self.at[robot] + 1, self.ways[robot]
         require(index < len(way), f"{robot} has no further waypoint in its plan")
         require(way[index] == after, f"{robot} goes to {after}, not to {way[index]} as planned")
