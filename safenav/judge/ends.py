@@ -238,7 +238,8 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
         elif s.away(name):
             yield f"an input keeps {name} from its objective"
     orders, later = (s.obstacles[name] for name in sorted(s.orders)), later_change(e, s)
-    undone = [one.name for one in orders if one.open and not one.declared]
+    able = (x for x in orders if all(len(need.able) >= need.robots for need in x.rest.left))
+    undone = [one.name for one in able if one.open and not one.declared]
     if undone and later is not None:
         yield f"{undone[0]} is still open, and the scenario changes something at {later:g}"
     to_come = [one for one in s.coming if one.ordered and one.appears <= s.limit]

@@ -13,7 +13,7 @@
 11      for p in P do
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from operator import is_
 
 from msgspec.structs import replace
@@ -33,7 +33,7 @@ from safenav.solve.solve import closure_of
 from safenav.team import state as now
 from safenav.team.acts import noticed
 from safenav.team.apply import apply, on_own
-from safenav.team.team import Team, assigned, based, introduced
+from safenav.team.team import Need, Team, assigned, based, introduced
 from safenav.trace.records import Act, Depart, Synthesis
 from safenav.trace.words import listed, obstacle_words
 
@@ -374,13 +374,18 @@ class Run(Situation):
 
     def is_complete(self) -> bool:
         """Return whether the mission is complete, and nothing is under way. Orders that no robot
-        can serve yet wait for a change."""
+        can serve yet wait for a change, if enough robots have the actions."""
         if self.acts() or not is_complete(self.team, self.state, self.control):
             return False
         pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
-        ordered = [each for obstacle, each in pairs if obstacle.ordered]
-        undone = any(each.state is now.Is.OPEN or each.given_up for each in ordered)
+        ordered = [(one, each) for one, each in pairs if one.ordered and each.known]
+        undone = any(self.is_able(one.needs[each.stage.need :]) for one, each in ordered)
         return not undone or self.world.coming(self) is None
+
+    def is_able(self, needs: Sequence[Need]) -> bool:
+        """Return whether enough robots have the actions of these needs."""
+        every = [member.robot.capabilities for member in self.team.members]
+        return all(sum(need.skills <= each for each in every) >= need.robots for need in needs)
 
     def acts(self) -> bool:
         """Return whether an action is under way."""
