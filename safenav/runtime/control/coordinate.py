@@ -261,10 +261,12 @@ class Decision:
 
     def _waiting(self, control: Control, before: Control) -> Control:
         """Give robots a plan for the time in which the team begins to wait for a change."""
-        if not self.coming or control.end is None or control.end == before.end:
-            return replace(control, waits=control.waits and control.end is not None)
-        plan = self._meantime()
-        if plan is not None or self.state.plan is not None:
+        end = control.end
+        if end is None or end == before.end:
+            return replace(control, waits=control.waits and end is not None)
+        waits = self.coming and end.outcome == "operator_needed"
+        plan = self._meantime() if waits else None
+        if waits and (plan is not None or self.state.plan is not None):
             self._decide(now.Planned(plan))
         return replace(control, waits=plan is not None)
 
