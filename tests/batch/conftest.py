@@ -15,6 +15,7 @@ from children import gone, none_left
 
 SLUGS = """\
 #!/usr/bin/env -S setpriv --pdeathsig KILL sh
+[ "$PPID" = "$SLUGS_PARENT" ] || exit  # the parent has ended before that
 spec=$(cat)
 echo $$ >> {log}
 case "$spec" in
