@@ -211,9 +211,7 @@ def permanence(e: Line, s: State) -> Iterator[str]:
         yield f"{one.name} was not found untraversable"
     elif e.reason == "operator" and not one.declared:
         yield f"no operator has declared {one.name} permanent"
-    elif e.reason == "no_capable_robot" and all(
-        len(need.able) >= need.robots for need in one.needs[one.stage :]
-    ):
+    elif e.reason == "no_capable_robot" and not one.short:
         yield f"enough robots have the actions that {one.name} needs"
     elif e.reason == "unresolvable":
         yield from _proven(shut_problems(e, s))
@@ -238,8 +236,7 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
         elif s.away(name):
             yield f"an input keeps {name} from its objective"
     orders, later = (s.obstacles[name] for name in sorted(s.orders)), later_change(e, s)
-    able = (x for x in orders if all(len(need.able) >= need.robots for need in x.rest.left))
-    undone = [one.name for one in able if one.open and not one.declared]
+    undone = [x.name for x in orders if x.open and not (x.declared or x.short)]
     if undone and later is not None:
         yield f"{undone[0]} is still open, and the scenario changes something at {later:g}"
     to_come = [one for one in s.coming if one.ordered and one.appears <= s.limit]

@@ -240,6 +240,11 @@ class Obstacle:
         return self.there and (self.shut or not self.resolved)
 
     @property
+    def short(self) -> bool:
+        """Whether fewer robots have the actions of an open need than it requires."""
+        return any(len(need.able) < need.robots for need in self.needs[self.stage :])
+
+    @property
     def permanent(self) -> bool:
         """Whether it was found untraversable, or declared: a given-up one may yet be resolved."""
         return self.there and self.shut and (self.resolved or self.declared)

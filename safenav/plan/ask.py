@@ -150,8 +150,9 @@ def _ask(
                 counts[i] = memory, 0
             begun = floor.settled(joint.poses, tuple(counts), joint.stages)
             plan = shortened(floor, [[begun, *answer[1:]]], frozenset(served))
-            # A resolution ends it: then robots may begin with other targets.
-            return Found(replace(plan, foreseen=frozenset()), first)
+            if not first:  # robots begin with other targets after a resolution, which ends the plan
+                plan = replace(plan, foreseen=frozenset())
+            return Found(plan, first)
     if answer is None or isinstance(answer, Deadlock):
         return answer
     if not isinstance(answer, Exhausted):

@@ -247,7 +247,7 @@ class Decision:
 
     def _meanwhile(self, control: Control, roles: Roles) -> Control:
         """Return the objectives of robots that wait for help, while the team waits for a change."""
-        asked = {i for each in self.state.obstacles if each.known for i, _ in each.asked}
+        asked = _asked(self.state)
         found = {i: role for i in sorted(asked) if (role := roles.meanwhile(i)) is not None}
         found = {i: role for i, role in found.items() if self.state.robots[i].active}
         made = synthesized(self.team, self.state, found, self.answers)
@@ -274,7 +274,7 @@ class Decision:
         """Return a plan of the robots that can complete their rounds although all others stand and
         open obstacles stay, and that can undo each of their steps."""
         team, state = self.team, self.state
-        asked = {i for each in state.obstacles if each.known for i, _ in each.asked}
+        asked = _asked(state)
         going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
         left: list[int] | None = None
         if team.charged or self.answers.background:
@@ -424,6 +424,11 @@ def _left(team: Team, state: State, control: Control) -> frozenset[int]:
     open_ = {floor.gates[g]: g for g in floor.open(stages)}
     lone = frozenset(team.lone)
     return frozenset(k for k in waits if k in open_ and lone & {*floor.able(open_[k], stages)})
+
+
+def _asked(state: State) -> set[int]:
+    """Return the robots that have encountered a known obstacle, and wait."""
+    return {i for each in state.obstacles if each.known for i, _ in each.asked}
 
 
 def _meets(floor: Floor, state: State, i: int) -> bool:

@@ -13,7 +13,7 @@
 11      for p in P do
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from operator import is_
 
 from msgspec.structs import replace
@@ -22,7 +22,7 @@ from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, Decision, Situation, is_complete
 from safenav.runtime.control.ends import End, completed, hopeful, what_is_left
 from safenav.runtime.control.roles import Role
-from safenav.runtime.control.strategies import candidates, looked
+from safenav.runtime.control.strategies import candidates, enough, looked
 from safenav.runtime.run import decide
 from safenav.runtime.run.checkpoint import Kept, Resumption
 from safenav.runtime.run.deadlines import refusal_of
@@ -33,7 +33,7 @@ from safenav.solve.solve import closure_of
 from safenav.team import state as now
 from safenav.team.acts import noticed
 from safenav.team.apply import apply, on_own
-from safenav.team.team import Need, Team, assigned, based, introduced
+from safenav.team.team import Team, assigned, based, introduced
 from safenav.trace.records import Act, Depart, Synthesis
 from safenav.trace.words import listed, obstacle_words
 
@@ -377,15 +377,9 @@ class Run(Situation):
         can serve yet wait for a change, if enough robots have the actions."""
         if self.acts() or not is_complete(self.team, self.state, self.control):
             return False
-        pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
-        ordered = [(one, each) for one, each in pairs if one.ordered and each.known]
-        undone = any(self.is_able(one.needs[each.stage.need :]) for one, each in ordered)
+        known = (k for k, each in enumerate(self.state.obstacles) if each.known)
+        undone = any(self.team.obstacles[k].ordered and enough(self.team, k) for k in known)
         return not undone or self.world.coming(self) is None
-
-    def is_able(self, needs: Sequence[Need]) -> bool:
-        """Return whether enough robots have the actions of these needs."""
-        every = [member.robot.capabilities for member in self.team.members]
-        return all(sum(need.skills <= each for each in every) >= need.robots for need in needs)
 
     def acts(self) -> bool:
         """Return whether an action is under way."""
