@@ -135,10 +135,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def candidates(self, g: int, stages: Stages) -> Iterator[int]:
         """Yield the robots with the skills of the next need, also those out of service; only those
-        of the chosen group, if there is one."""
+        of the chosen group, if there is one. No robot replaces its own battery."""
         skills, group = self.need(g, stages).skills, stages[g].group
         for i, member in enumerate(self.team.members):
-            if skills <= member.robot.capabilities and (group is None or i in group):
+            may = i != self.gate(g).battery_of and (group is None or i in group)
+            if may and skills <= member.robot.capabilities:
                 yield i
 
     @cached_method

@@ -281,7 +281,7 @@ class Run(Situation):
             while source.name in self.team.numbers:
                 source = replace(source, number=source.number + 1)
             if self.world.truth is not None:
-                self.world.truth.place(source)
+                self.world.truth.place(source, battery_of=i)
             self.happens(now.Introduced(source, i))
         self.happens(now.Flat(i, k))
         return True

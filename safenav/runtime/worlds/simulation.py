@@ -32,7 +32,7 @@ class Truth(Struct, frozen=True, forbid_unknown_fields=True):
 
     obstacles: tuple[ObstacleNow, ...]
     named: dict[str, bool | None]
-    added: tuple[Obstacle, ...] = ()
+    added: tuple[tuple[Obstacle, int | None], ...] = ()
 
 
 class SimulatedWorld:
@@ -61,13 +61,13 @@ class SimulatedWorld:
 
     def kept(self) -> Truth:
         """Return the state for a checkpoint."""
-        added = tuple(each.source for each in self._team.obstacles[self._listed :])
+        added = tuple((e.source, e.battery_of) for e in self._team.obstacles[self._listed :])
         return Truth(self._state.obstacles, {**self.truths}, added)
 
     def resume(self, truth: Truth, regions: Sequence[Region]) -> None:
         """Continue from that state, with the robots in these regions."""
-        for source in truth.added:
-            self._team = introduced(self._team, source)
+        for source, battery_of in truth.added:
+            self._team = introduced(self._team, source, battery_of)
         self._state = replace(self._state, obstacles=truth.obstacles)
         self.truths = {**truth.named}
         self._regions = [*regions]
@@ -179,9 +179,12 @@ class SimulatedWorld:
         assert obstacle.appears is not None
         self.place(obstacle, Is.AWAY)
 
-    def place(self, obstacle: Obstacle, state: Is = Is.OPEN) -> None:
-        """Add an obstacle, which by default appears now, also where a robot stands."""
-        self._team = introduced(self._team, obstacle)
+    def place(
+        self, obstacle: Obstacle, state: Is = Is.OPEN, battery_of: int | None = None
+    ) -> None:
+        """Add an obstacle, which by default appears now, also where a robot stands; or the empty
+        battery of a robot."""
+        self._team = introduced(self._team, obstacle, battery_of)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
         self.truths.setdefault(obstacle.name, obstacle.traversable)
 
