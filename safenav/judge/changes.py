@@ -146,6 +146,13 @@ def applies(change: Line, e: Line, s: State) -> bool:
     return bool(change.objective == e.objective and change.within == e.within)
 
 
+def in_force(change: Line, s: State) -> bool:
+    """Return whether a change of service has no effect: the robot is already in or out of service,
+    or lost, and then only an operator can bring it back."""
+    robot = s.robots[change.robot]
+    return change.objective is None and (robot.lost or change.active is not robot.out)
+
+
 def _is_on(each: Line, now: float) -> bool:
     """Return the value that the scenario gives an input."""
     return any(first <= now < last + 1 for first, last in each.spans)
@@ -181,9 +188,7 @@ def later_change(e: Line, s: State) -> float | None:
     times += [t for t in goes if t >= now]
     times = [one.at for one in s.scenario.changes if one.at > now] + times * (not s.external)
     for change in s.changes:
-        robot = s.robots[change.robot]  # a lost robot does not return
-        applied = change.objective is None and (robot.lost or change.active is not robot.out)
-        times += [now] * (change.at == now and not applied)
+        times += [now] * (change.at == now and not in_force(change, s))
     return min((float(t) for t in times if t <= s.limit), default=None)
 
 

@@ -4,7 +4,7 @@ only function that changes the state."""
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from safenav.judge.changes import applies
+from safenav.judge.changes import applies, in_force
 from safenav.judge.ends import counts, meeting
 from safenav.judge.lines import Line, Reader, Text
 from safenav.judge.rules import RULES, NotJudged, Rule
@@ -61,7 +61,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             s.barred = {pair for pair in s.barred if pair[0] != robot.name}
             robot.progress.stayed += robot.stays
         case "act":
-            knew = frozenset((name, one.stage) for name, one in s.obstacles.items() if one.known)
+            there = ((name, one) for name, one in s.obstacles.items() if not one.permanent)
+            knew = frozenset((name, one.stage) for name, one in there if one.known)
             for name in e.robots:
                 s.robots[name].acts, s.robots[name].knew = e, knew
         case "acted":
@@ -157,8 +158,7 @@ def _find_changes(e: Line, s: State) -> None:
     up to the first that is not."""
     left, waits = list[Line](), set[str]()
     for change in s.changes:
-        found = change.active is not None and change.active is not s.robots[change.robot].out
-        if not found or change.at > s.now(e) or change.robot in waits:
+        if not in_force(change, s) or change.at > s.now(e) or change.robot in waits:
             left.append(change)
             waits.add(change.robot)
     s.changes = left
@@ -242,7 +242,10 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 here = (r for r in s.robots.values() if r.pose[0] == one.region)
                 empty = (r.name for r in here if s.is_empty(r, s.now(e)))
                 name = next((n for n in empty if n not in s.flat.values()), None)
-                s.flat |= {one.name: name} if name else {}
+                if name:  # another robot must replace it
+                    s.flat[one.name] = name
+                    one.needs = tuple(n._replace(able=n.able - {name}) for n in one.needs)
+                    one.rest = one.rest._replace(left=one.needs)
                 one.known = True
         case "order":
             _order(e, one, s)

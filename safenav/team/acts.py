@@ -14,11 +14,20 @@ FAILURE = "world"
 """The ``cause`` of a robot that its own failures put out of service."""
 
 
-def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
+def standing(
+    team: Team, state: State, *, moving: bool, leader: int | None = None
+) -> list[int | None]:
     """Return the regions of the robots in service that can take part in an action. ``moving``:
-    include robots in transit."""
-    can = (r.active and (moving or r.to is None) for r in state.robots)
-    return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
+    include robots in transit; ``leader``: only robots that take part in the action of this robot
+    or, if it does not act yet, those that do not act."""
+    acts = None if leader is None else state.robots[leader].acting
+    found = list[int | None]()
+    for robot in state.robots:
+        can = robot.active and (moving or robot.to is None)
+        if leader is not None:
+            can = robot.acting == acts and (can or acts is not None)
+        found.append(robot.pose % team.size if can else None)
+    return found
 
 
 def driven(team: Team, state: State) -> tuple[int, ...]:
@@ -70,19 +79,40 @@ def acts_on(
     return tuple((k, new) for k, old, new in pairs if old != new)
 
 
+def acting_group(
+    team: Team,
+    state: State,
+    at: Sequence[int | None],
+    i: int,
+    changes: Collection[tuple[int, now.Stage]],
+) -> frozenset[int]:
+    """Return the robots that take part when a robot acts, also in the needs that follow
+    immediately. ``changes``: the obstacles that it changes, with their new stages."""
+    found = {i}
+    for k, stage in changes:
+        for later in (None, *range(state.obstacles[k].stage.need + 1, stage.need)):
+            found |= {*participants(team, state, at, i, k, later)}
+    return frozenset(found)
+
+
 def participants(
     team: Team, state: State, at: Sequence[int | None], i: int, k: int, later: int | None = None
 ) -> tuple[int, ...]:
     """Return the robots that act when robot ``i`` acts on an obstacle: all robots that must act
     together, else robot ``i`` alone. ``later``: a need after the present one."""
-    stage = state.obstacles[k].stage if later is None else now.Stage(later)
-    if not team.obstacles[k].needs[stage.need].together:
+    stage, needs = state.obstacles[k].stage, team.obstacles[k].needs
+    later = stage.need if later is None else later
+    if not needs[later].together:
         return (i,)
     every = enumerate(state.obstacles)  # the robot may put down another load in this action
     carried = [h for h, each in every if h != k and i in (each.stage.group or ())]
     floor = acting_floor(team, state, (k, *carried))
     g, after = floor.gates.index(k), floor.acted(stages_of(floor, state), at, i)
-    return floor.there(g, put(after, g, stage), at)
+    stages = put(after, g, stage)
+    for number in range(stage.need, later):
+        who = floor.there(g, stages, at) if needs[number].together else (i,)
+        stages = floor.advanced(g, stages, who)
+    return floor.there(g, stages, at)
 
 
 def consequences(

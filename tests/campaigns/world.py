@@ -146,6 +146,8 @@ class Nature(Uneven):
             failed = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
             return self._acted(Acted(self._now, name, failed, "motor off", command=command))
         self._acts_on[name] = obstacles
+        every = enumerate(self._robots)
+        self.truth.absent = {i for i, each in every if each in self._untold}  # no command made them
         event = super().act(robot, obstacles, command)
         if event is None:
             self._untold[name] = command
@@ -208,16 +210,12 @@ class Nature(Uneven):
         for obstacle in missing:
             self._ghosts.pop(obstacle.region, None)
         if isinstance(event, Acted) and self._strikes("act"):
+            self.truth.leave(robot)
             found = [(o, ActResult.NOTHING) for o in missing]
             found += [(o, ActResult.FAILED) for o in self._acts_on[name] if self.truth.stands(o)]
             return self._acted(replace(event, at=at, found=tuple(found), reason="it failed"))
         if isinstance(event, Acted):
-            steps = [(n, k) for *_, e, n, k in self._telling if not isinstance(e, Acted)]
-            late = {n for n, k in steps if self._untold.get(n) == k}  # no command made them act
-            numbers = (i for i, each in enumerate(self._robots) if each in late)
-            before, self.truth.absent = self.truth.absent, {*self.truth.absent, *numbers}
             done = super()._happens(event, robot, missing)
-            self.truth.absent = before
             assert isinstance(done, Acted)
             for obstacle, result in done.found:
                 if result in (ActResult.DONE, ActResult.UNTRAVERSABLE):
@@ -241,7 +239,8 @@ class Nature(Uneven):
     def _acted(self, event: Acted) -> Acted:
         """Record what an action found, and the stages of all needs."""
         kept, names = self.truth.kept(), [*self._robots]
-        sources = zip((*self._scenario.obstacles, *kept.added), kept.obstacles, strict=True)
+        listed = *self._scenario.obstacles, *(source for source, _ in kept.added)
+        sources = zip(listed, kept.obstacles, strict=True)
         stages = {
             one.name: [now.stage.need, sorted(names[i] for i in now.stage.done)]
             for one, now in sources

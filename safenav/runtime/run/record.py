@@ -310,13 +310,12 @@ class Recorder:
         later = None if number == stage.need else number
         group = [*sorted({i, *(stage.done if later is None else ())})]
         if need.together:
-            size = self.team.size
-            at = standing(self.team, state, moving=not (self.team.live and self.simulated))
-            pairs = zip(state.robots, at, strict=True)  # some may have no charge by now
-            at = [r.pose % size if r.acting == i else region for r, region in pairs]
-            group = [*participants(self.team, state, at, i, k, later)]
-            acting = [j for j in group if state.robots[j].acting == i]
-            group = acting if len(acting) >= need.robots else group  # else the obstacle is unknown
+            moving = not (self.team.live and self.simulated)
+            for leader in (i, None):  # anybody, if the team did not know the obstacle
+                at = standing(self.team, state, moving=moving, leader=leader)
+                group = [*participants(self.team, state, at, i, k, later)]
+                if len(group) >= need.robots:
+                    break
         return tuple(map(self._robot, group)) if len(group) > 1 else None
 
     def _appeared(self, k: int, truth: bool | None, cause: ChangeCause) -> None:

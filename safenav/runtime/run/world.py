@@ -287,10 +287,12 @@ class World:
 
     def _results(self, run: Situation, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
         """Yield the results of an action that has just begun (None: the action is under way)."""
-        works = tuple(k for k, _ in self._changes(run, i))
+        changes = self._changes(run, i)
         if event is None or self.live:
             command = self.commands.number(run.team.members[i].name)
-            yield now.Acts(i, self._group(run, i), command, works)
+            at = acts.standing(run.team, run.state, moving=False, leader=i)
+            group = acts.acting_group(run.team, run.state, at, i, changes)
+            yield now.Acts(i, tuple(sorted(group)), command, tuple(k for k, _ in changes))
         if event is not None:
             yield from self._acted(run, i, event)
 
@@ -393,7 +395,7 @@ class World:
         among = self._acts(run, i) if among is None else among
         if not among:
             return ()
-        where = acts.standing(run.team, run.state, moving=not self.live)
+        where = acts.standing(run.team, run.state, moving=not self.live, leader=i)
         return acts.acts_on(run.team, run.state, where, i, among)
 
     def _unnoticed(self, run: Situation, i: int) -> dict[int, now.Stage]:
@@ -429,15 +431,6 @@ class World:
             return False
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
         return any(self._is_met(run, i, k) for k, _ in self._changes(run, i, known))
-
-    def _group(self, run: Situation, i: int) -> tuple[int, ...]:
-        """Return the robots that take part when a robot acts, and are busy meanwhile."""
-        team, state, group = run.team, run.state, {i}
-        at = [r.pose % team.size if r.idle and r.active else None for r in state.robots]
-        for k, stage in self._changes(run, i):  # also in the needs that follow immediately
-            for later in (None, *range(state.obstacles[k].stage.need + 1, stage.need)):
-                group |= {*acts.participants(team, state, at, i, k, later)}
-        return tuple(sorted(group))
 
     # Changes and operators that may still help.
 

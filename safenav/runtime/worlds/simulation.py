@@ -17,7 +17,7 @@ from safenav.pace.robot import acted_by
 from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Change, Ended, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team import state as now
-from safenav.team.acts import acts_on, participants
+from safenav.team.acts import acting_group, acts_on, participants
 from safenav.team.apply import apply, initial
 from safenav.team.state import Is, ObstacleNow, RobotNow, Stage
 from safenav.team.team import Team, based, introduced, pace_on, team_of
@@ -39,7 +39,7 @@ class SimulatedWorld:
     """The scenario's own obstacles with their truths: a ``BlockingWorld``.
 
     ``cleared``: names of the loads that the team knows, which robots take; ``absent``: robots
-    that do not act where they stand."""
+    that take part in no action that begins now."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._team = team_of(scenario)
@@ -57,6 +57,8 @@ class SimulatedWorld:
             self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
         self.absent: Collection[int] = ()
+        self._groups = dict[int, frozenset[int]]()
+        """The robots that take part in each action under way, by its robot."""
         self._parts: dict[str, tuple[tuple[Obstacle, Stage], ...]] = {}
 
     def kept(self) -> Truth:
@@ -82,11 +84,12 @@ class SimulatedWorld:
 
     def move(self, robot: Robot, pose: Pose | None) -> None:
         """Move a robot; to None: it has departed, and no longer acts in the region that it left."""
-        self._regions[self._number[robot.name]] = None if pose is None else pose.region
+        self._regions[self.leave(robot)] = None if pose is None else pose.region
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         i, team = self._number[robot.name], self._team
         stages = self._changes(i)
+        self._groups.pop(i, None)
         done = [k for k, stage in stages if team.obstacles[k].next(stage) is None]
         sources = {k: team.obstacles[k].source for k, _ in stages}
         if stages:
@@ -97,8 +100,13 @@ class SimulatedWorld:
         return [(sources[k], sources[k].traversable) for k in done]
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
-        """Let robots out of service take part in no further action."""
-        self.absent = {i for i, r in enumerate(robots) if not r.active and r.acting is None}
+        """Let robots that are out of service or busy, as far as the team knows, take part in no
+        action that begins now."""
+        live, every = self._team.live, enumerate(robots)
+        idle = {
+            i for i, r in every if r.active and r.acting is None and not (live and r.to is not None)
+        }
+        self.absent = {*range(len(robots))} - idle
 
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
         """Return the obstacles that a robot's last action changed without resolving them, at their
@@ -107,12 +115,24 @@ class SimulatedWorld:
 
     # Simulation of durations.
 
+    def begin(self, robot: Robot) -> None:
+        """Let a robot begin an action, in which only robots that are there now take part."""
+        i = self.leave(robot)
+        at, changes = self._present(i), self._changes(i)
+        self._groups[i] = acting_group(self._team, self._state, at, i, changes)
+
+    def leave(self, robot: Robot) -> int:
+        """Let a robot take part in no action that is under way. Return its number."""
+        i = self._number[robot.name]
+        self._groups = {j: group - {i} for j, group in self._groups.items() if j != i}
+        return i
+
     def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
         """Return the obstacles of which a robot can fulfil a need where it stands, with the robots
         that take part; obstacles whose load it takes come last."""
         i, found = self._number[robot.name], list[tuple[Obstacle, tuple[str, ...]]]()
         for k in sorted((k for k, _ in self._changes(i)), key=self._as_moved):
-            group = participants(self._team, self._state, self._present(), i, k)
+            group = participants(self._team, self._state, self._present(i), i, k)
             names = tuple(self._team.members[j].name for j in group)
             found.append((self._team.obstacles[k].source, names))
         return found
@@ -179,9 +199,7 @@ class SimulatedWorld:
         assert obstacle.appears is not None
         self.place(obstacle, Is.AWAY)
 
-    def place(
-        self, obstacle: Obstacle, state: Is = Is.OPEN, battery_of: int | None = None
-    ) -> None:
+    def place(self, obstacle: Obstacle, state: Is = Is.OPEN, battery_of: int | None = None) -> None:
         """Add an obstacle, which by default appears now, also where a robot stands; or the empty
         battery of a robot."""
         self._team = introduced(self._team, obstacle, battery_of)
@@ -209,10 +227,15 @@ class SimulatedWorld:
             for k, each, number in there
             if each.name in self.cleared or not any(n.takes for n in each.needs[: number + 1])
         ]
-        return acts_on(self._team, self._state, self._present(), i, known)
+        return acts_on(self._team, self._state, self._present(i), i, known)
 
-    def _present(self) -> list[Region | None]:
-        return [None if i in self.absent else place for i, place in enumerate(self._regions)]
+    def _present(self, i: int) -> list[Region | None]:
+        """Return the regions of the robots that can take part in an action of robot i."""
+        every = enumerate(self._regions)
+        if i in self._groups:
+            return [place if j in self._groups[i] else None for j, place in every]
+        out = frozenset(self.absent).union(*self._groups.values())
+        return [None if j in out else place for j, place in every]
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
         """Return the order of the parts of an action in a motion: loads are taken last."""
@@ -294,6 +317,7 @@ class LiveSimulation:
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
         self._cleared[robot.name] = self.truth.cleared = {o.name for o in obstacles}
+        self.truth.begin(robot)
         works = self.truth.within_reach(robot)
         there = {obstacle.name for obstacle, _ in works}
         event = Acted(self._now, robot.name, command=command)
@@ -303,6 +327,7 @@ class LiveSimulation:
         for obstacle, group in works:
             took += self.action_seconds(obstacle, group, self._now + took)
         if not works and all(self.truth.stands(obstacle) for obstacle in obstacles):
+            self.truth.leave(robot)
             return event
         missing = [o for o in obstacles if o.name not in there and not self.truth.stands(o)]
         self._push(took, event, robot, missing)

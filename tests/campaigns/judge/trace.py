@@ -5,7 +5,7 @@ mission infeasible from the run's end and (if nothing was hidden) from its start
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from campaigns.judge.mission import FIRST, HEADINGS, NO_HEADING, Mission, Pose, Robot
@@ -49,6 +49,8 @@ class Replay:
         self.poses = {name: robot.start for name, robot in self.robots.items()}
         self.toward: dict[str, int | None] = dict.fromkeys(self.robots)
         self.there = {name: FIRST for name, one in self.obstacles.items() if not one.since}
+        self.groups: dict[str, tuple[list[str], set[str]]] = {}
+        """By each robot that acts: those that act, and those that were idle when it began."""
         self.met, self.sealed, self.given_up = set[str](), set[str](), set[str]()
         self.goals: dict[str, list[tuple[int, int]]] = {name: [] for name in self.robots}
         self.visits = {name: [region] for name, (region, _) in self.poses.items()}
@@ -69,8 +71,13 @@ class Replay:
                 self.toward[line["robot"]] = line["to"]
             case "arrive":
                 self._moved(line, line["at"])
-            case "acted":  # at its start, where it has not arrived
-                self._acts(line["robot"])
+            case "act":
+                busy = {name for group, _ in self.groups.values() for name in group}
+                idle = {n for n, to in self.toward.items() if to is None} - busy
+                self.groups[line["robot"]] = line["robots"], idle
+            case "acted":
+                _, there = self.groups.pop(line["robot"])
+                self._acts(line["robot"], there)
             case "violation":
                 self.met.add(line["obstacle"])
             case "blocked":
@@ -102,7 +109,8 @@ class Replay:
         self.poses[name] = region, HEADINGS.index(line["heading"]) if turns else NO_HEADING
         self.toward[name] = line.get("toward")
         self.visits[name].append(region)
-        self._acts(name)
+        if line["type"] == "move":
+            self._acts(name, {*self.poses})
 
     def _enters(self, line: Line, robot: str, *regions: int | None) -> None:
         for name, one in self.obstacles.items():
@@ -117,8 +125,8 @@ class Replay:
             if inside:
                 self.problems.append(f"tick {line['tick']}: {robot} is in {name}")
 
-    def _acts(self, name: str) -> None:
-        at = {robot: region for robot, (region, _) in self.poses.items()}
+    def _acts(self, name: str, among: Collection[str]) -> None:
+        at = {robot: region for robot, (region, _) in self.poses.items() if robot in among}
         for obstacle, stage in self.there.items():
             done = self.mission.performed(self.obstacles[obstacle], stage, at, [name])
             self.there[obstacle] = done
