@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 
 class Outcome(StrEnum):
-    """The end of a run. ``ERROR``: a defect; its trace is kept."""
+    """The end of a run. ``ERROR``: a part failed, or a synthesis hit a limit; the trace is kept."""
 
     COMPLETED = "completed"
     OPERATOR_NEEDED = "operator_needed"
@@ -163,7 +163,7 @@ class SynthesizerError(SafenavError):
 
 
 class ResourceLimitError(SafenavError):
-    """A synthesis that reached its time or memory limit."""
+    """An exhausted limit of time, memory or size."""
 
     exit_code = ExitCode.RESOURCE_LIMIT
 

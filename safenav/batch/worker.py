@@ -184,7 +184,7 @@ class Worker:
         except (EOFError, OSError):
             problem = f"({self._death()})\n{self._last_words(0)}"
         self.end()
-        raise SafenavError(f"a worker process does not start {problem}")
+        raise SafenavError(f"a worker process did not start {problem}")
 
     def _print_stack(self) -> None:
         """Let a hung process print its stack."""

@@ -1,4 +1,4 @@
-"""The command line: one module per command, loaded only when it is used.
+"""The command line: modules of commands, each loaded when one of its commands is used.
 
 ``main`` is the only place that turns an exception into an exit status.
 """
@@ -60,7 +60,7 @@ Commands:
     3  a resource limit: ticks, time, memory   4  internal or synthesizer failure
     130  interrupted
   Environment:
-    SAFENAV_SLUGS  another slugs binary to use
+    SAFENAV_SLUGS  another build of slugs
     SAFENAV_CACHE  directory of the synthesis cache, or 'off'
     NO_COLOR       no colours
 """

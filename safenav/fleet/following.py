@@ -174,7 +174,7 @@ class Following:
         reference, now = follower.reference, self.now()
         if reference is None or follower.action is not None:
             return  # during an action the robot's own controller moves it
-        if follower.goal is None:  # at rest: a reference would pull it through others' regions
+        if follower.goal is None:  # at rest: a reference would lead it through other regions
             out = self._places.outside(follower.mover.region, at.x, at.y)
             if out > follower.tolerance:
                 self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")

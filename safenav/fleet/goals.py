@@ -192,7 +192,7 @@ class Goals:
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """Handle a reported arrival or return: wait until odometry, which may be later, confirms
-        it, and then until the robot's sensors have a reading from there."""
+        it, and then up to a second until the robot's sensors have a reading from there."""
         task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
         self.confirm(body, task)
 

@@ -3,8 +3,8 @@
 A command becomes a goal in metres, and ends with one confirmed event: after a failure the robot is
 first sent back to the centre of its departure region, since a robot between two regions occupies
 both. A robot that cannot be brought back, or has no fresh odometry, is lost in the two regions.
-Arrivals are reported once the robot's sensors have a reading of its new surroundings: an earlier
-reading does not show what is in front of it now.
+An arrival waits up to a second for a reading of the new surroundings: an earlier reading does not
+show what is in front of the robot now.
 """
 
 import queue
@@ -55,7 +55,7 @@ class FleetWorld:
         self._take_all()
         body = self._bodies[robot.name]
         found = self.goals.pose_now(body)
-        if found is not None and found.region != body.pose.region:  # not by its own command
+        if found is not None and found.region != body.pose.region:  # moved, but not by a command
             body.lost = frozenset((body.pose.region, found.region))
             return Lost(self.now(), robot.name, body.lost, self._moved(found), command=command)
         task = robots.FleetTask(command, body.pose, pose, robots.Phase.INSPECTING, known=known)
@@ -87,7 +87,7 @@ class FleetWorld:
             view = robots.View.SEEN
         elif self.now() - body.viewed > robots.STALE:
             view = None
-        if pose is not None and pose.region != task.start.region:  # not by its own command
+        if pose is not None and pose.region != task.start.region:  # moved, but not by a command
             self.goals.lose(body, task, self._moved(pose))
             return
         if pose is None or view in (None, robots.View.DOUBT, robots.View.BEFORE):

@@ -359,7 +359,7 @@ def judge(texts: Iterable[Text], rules: Iterable[Rule] = FACTS) -> Judgement:
     rules, state = [*rules], None
     for line in reader.lines(texts):
         state = state or State(line)
-        if line.kind == "outcome":  # earlier lines leave its proof the whole limit
+        if line.kind == "outcome":  # its proof gets the whole limit
             state.world.work = 0
         line.step = state.step(line)
         if line.kind not in by_kind:

@@ -13,7 +13,7 @@ from safenav.judge.lines import Line, Objective
 from safenav.judge.world import World
 
 EXTERNAL = (
-    "The user's world ran it: its reports are trusted; obstacles never reported may be absent."
+    "The user's world ran the mission. Its reports are trusted; unreported obstacles may be absent."
 )
 """The reservation about a run whose world is not simulated."""
 DECIMALS = 9
@@ -389,7 +389,7 @@ class State:
         return any(avoids)
 
     def _kept_out(self, robot: str, other: str, holds: frozenset[int]) -> frozenset[int]:
-        """Return the regions that a robot must not enter while another occupies some."""
+        """Return the regions that a robot must not enter while another occupies ``holds``."""
         shared = (zone for who, zone in self.zones if {robot, other} <= who and zone & holds)
         return (holds if other in self.rivals[robot] else frozenset()).union(*shared)
 

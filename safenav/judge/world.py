@@ -116,7 +116,7 @@ def closure(
     after: Callable[[Any], Iterable[Any]],
     spend: Callable[[], None] = lambda: None,
 ) -> set[Any]:
-    """Return all states that some steps lead to."""
+    """Return all states to which some steps lead."""
     found = {*starts}
     queue = [*found]
     while queue:

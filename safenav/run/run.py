@@ -61,7 +61,7 @@ class Run(Struct):
 
     @property
     def told(self) -> list[Event]:
-        """The events without notes."""
+        """The events that are not notes."""
         return [event for event in self.events if event.kind is not StoryKind.NOTE]
 
     # Time.

@@ -123,7 +123,7 @@ class Failures(Part, frozen=True):
     """Reactions to robots that fail to carry out a command in a live run.
 
     A command that has not ended after its time limit is cancelled; if it has not ended after the
-    same time again, the robot is lost."""
+    same time again, the robot is lost, or its action has failed."""
 
     example: ClassVar = "{retries: 3}"
     retries: int = key("Number of retries of a failed move into a region.", default=2)
@@ -136,7 +136,7 @@ class Failures(Part, frozen=True):
     )
     actions: int = key("Failed actions after which another robot helps.", least=1, default=2)
     patience: float = key(
-        "Time limit of a command, as a multiple of the median duration.", above=0, default=10.0
+        "Time limit of a step, as a multiple of the robot's median step.", above=0, default=10.0
     )
     timeout: float | None = key(
         "Seconds after which a command is cancelled. Default: none.", above=0
@@ -224,7 +224,7 @@ class Battery(Part, frozen=True):
         """Yield keys whose values contradict others, each with the error and a remedy."""
         for word, given in (("start", self.start), ("move", self.move)):
             if given > self.capacity:
-                yield word, f" is {given}, and it holds {self.capacity}", ""
+                yield word, f" is {given}, more than the capacity of {self.capacity}", ""
 
     def stepped(self, charge: float) -> float:
         """Return the charge after a step."""

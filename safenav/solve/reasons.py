@@ -133,7 +133,7 @@ def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
         parts += [f"{listed(robots)} {has} it, but {why.replace('it is', there)}"] if why else []
     if not found.too_few:
         ready = [each.name for each in found.helpers if each.hindrance is Hindrance.NOTHING]
-        parts += [f"{listed(ready)} can reach it"] if ready else []
+        parts += [f"{listed(ready)} can reach the obstacle"] if ready else []
     return "; ".join(parts)
 
 

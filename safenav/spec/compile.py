@@ -178,9 +178,9 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
     def origin(rule: str) -> Origin:
         return Origin(item, f"{what}: {rule}", SOURCE_PATROL)
 
-    yield Constraint(Section.SYS_INIT, scout, origin("which target comes first"))
+    yield Constraint(Section.SYS_INIT, scout, origin("the first target"))
     turn = origin("at a target, turn to the other one and leave")
-    apart = origin("never at the target whose turn it is not")
+    apart = origin("never at a target out of its turn")
     recur = origin("infinitely often at each target in its turn")
     away, goals = [], []
     for target, here, own, other in zip(
@@ -209,7 +209,7 @@ def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Con
         return Origin(item, f"{what}: {rule}", source)
 
     if goal:
-        yield Constraint(Section.SYS_INIT, f"{goal} = {first}", origin("which target comes first"))
+        yield Constraint(Section.SYS_INIT, f"{goal} = {first}", origin("the first target"))
         turn = origin("from each target on to the next")
         for index, target in enumerate(targets):
             there, about = one_of("region", target), tuple(sorted(target))

@@ -1,5 +1,5 @@
-"""The input of one synthesis: everything that a robot's specification depends on, and the forms of
-its objective, the strongest first.
+"""The input of one synthesis: everything but the map that a robot's specification depends on, and
+the forms of its objective, the strongest first.
 
 A strict objective, such as a patrol, keeps its literal formula (paper, Section VI) if the robot can
 satisfy that with its present memory, or else with another target first. Otherwise it becomes plain
@@ -58,7 +58,7 @@ class Observed(Struct, frozen=True):
 
 
 class Task(Struct, frozen=True):
-    """Complete input of one robot's specification.
+    """Complete input of one robot's specification, apart from the map.
 
     ``blocked``: known obstacles (O beyond the walls) that block this robot. ``observed``: the
     robots that it tracks, by beliefs: with the ``partition`` of the map (None
@@ -117,7 +117,7 @@ class Weakening(StrEnum):
     """Reasons for a weaker form of an objective, in words."""
 
     TURNED = "from its pose it cannot begin with the target whose turn it is"
-    CORRIDOR = "the corridor leaves no other path"
+    CORRIDOR = "the map leaves no other path"
     MOBILITY = "its mobility leaves no other path"
     RULES = "its 'avoid' and 'always' leave no other path"
     OBSTACLES = "the known obstacles leave no other path"
@@ -166,7 +166,7 @@ def forms(
 
 def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) -> str | None:
     """Return the difference between a form and the objective, with its reason: ``may cross a target
-    on the way: the corridor leaves no other path``. None for the strongest form."""
+    on the way: the map leaves no other path``. None for the strongest form."""
     if rung.weakening is None:
         return None
     if rung.weakening is Weakening.TURNED:

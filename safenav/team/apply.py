@@ -255,8 +255,9 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
 def _stepped(
     team: Team, state: State, i: int, pose: int, values: now.Values | None
 ) -> dict[str, object]:
-    """Begin a step or a stay of a robot; formulas count the goals that it meets. ``values``: memory
-    and inputs by its strategy there; None: the memory stays, or is that of the robot's state."""
+    """Return the fields of a robot whose formulas take a step or a stay to ``pose``. ``values``:
+    memory and inputs by its strategy; None: the memory in ``pose`` or, if it has none, the present
+    one."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
         return {}
@@ -268,8 +269,8 @@ def _stepped(
 
 
 def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
-    """End a step of a robot in another pose than decided. Its formulas return to the memory before
-    the step, unless the actual step requires another memory."""
+    """Return the fields of a robot whose step ended in another pose than decided: its formulas
+    return to the memory before the step, unless the actual step requires another memory."""
     robot, graph = state.robots[i], team.members[i].graph
     formulas = robot.objective.formulas
     if formulas is None or robot.to is None or robot.came is None:

@@ -1,8 +1,8 @@
 """Formulas (``ltl`` and ``always``) in the graph of a robot: the steps that they allow, and the
 states in which goals are met.
 
-Steps depend on the memory of the formulas. A robot with rivals follows joint plans, so its states
-are poses with a memory; a lone robot follows its strategy, so poses suffice as its states.
+Steps depend on the memory of the formulas. The states of a robot in a joint plan are
+poses with a memory; a lone robot follows its strategy, so poses suffice as its states.
 """
 
 from collections.abc import Mapping, Sequence

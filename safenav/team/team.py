@@ -132,7 +132,7 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def ticks(self) -> int:
-        """Ticks of the robot's slowest step."""
+        """Ticks of a step of the robot."""
         return self.robot.model.timing
 
     @property
@@ -211,7 +211,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def sharing(self) -> tuple[int, ...]:
-        """The robots that a joint plan drives: those with rivals or a battery."""
+        """The robots that joint plans drive."""
         return tuple(i for i, member in enumerate(self.members) if member.planned)
 
     @cached_property

@@ -134,7 +134,7 @@ def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
         message = "the first line is incomplete" if cut_off else "the trace is empty"
         found = [Diagnostic(source, 0, 0, message)]
     if found:
-        rest = [Diagnostic(source, 0, 0, f"and {more} more such problems")] if more else []
+        rest = [Diagnostic(source, 0, 0, f"and {more} more errors")] if more else []
         raise InputError([*found, *rest])
     assert reader.header is not None
     first, digest = content.lstrip().partition(b"\n")[0].strip(), sha256(content).hexdigest()

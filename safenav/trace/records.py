@@ -333,9 +333,9 @@ class Duty(Record, frozen=True, tag="duty"):
 
 
 class Part(Record, frozen=True, tag="part"):
-    """``robot`` has done its part of need number ``need`` in the region ``at`` (of a single need,
-    ``resolved`` records the last). ``robots``: all that did so, if together; ``missing``: the
-    number of robots that must still do so."""
+    """``robot`` has done its part of need number ``need`` in the region ``at``. The last part of an
+    obstacle with a single need has only the line ``resolved``. ``robots``: all that did so, if
+    together; ``missing``: the number of robots that must still do so."""
 
     obstacle: str
     need: Count

@@ -86,7 +86,7 @@ def test_imports_go_downwards_between_packages_and_inside_them() -> None:
         assert networkx.is_directed_acyclic_graph(needs), networkx.find_cycle(needs)
 
 
-def test_views_import_no_records_and_test_no_clock() -> None:
+def test_views_neither_import_records_nor_depend_on_the_clock() -> None:
     """They stand on the run model, which alone knows records and the clock of a run."""
     views = [name for name in MODULES if name.startswith("safenav.report.")]
     assert views

@@ -141,7 +141,7 @@ def test_an_environment_in_which_no_worker_starts_is_an_error(
     write("a.yaml")
     done = safenav("a.yaml")
     assert done.returncode == 4
-    assert "does not start" in done.stderr and "no yaml here" in done.stderr
+    assert "did not start" in done.stderr and "no yaml here" in done.stderr
 
 
 def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:

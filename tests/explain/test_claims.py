@@ -88,7 +88,7 @@ NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaran
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_win_is_vacuous_exactly_if_the_environment_cannot_keep_its_assumptions(
+def test_a_win_is_vacuous_iff_the_environment_cannot_keep_its_assumptions(
     seed: int, tmp_path: Path
 ) -> None:
     """Each warning shows a play from a start to where that happens."""

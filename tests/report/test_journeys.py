@@ -99,8 +99,8 @@ def _texts_are_readable(browser: Browser, page: Path, scheme: str) -> None:
 
 
 def test_events_keys_and_addresses_open_their_ticks(browser: Browser) -> None:
-    """By events, keys that work wherever the focus is, and the address of a tick; zooms in; follows
-    a robot, its current target and the route there; and finds a name on everything."""
+    """A user opens ticks by events, by keys (wherever the focus is) and by address; zooms in;
+    follows a robot, its current target and its route; and finds a name on everything."""
     browser.open(page_of("door"))
     browser.click('.event[data-kind="resolved"]')
     assert browser.tick == 16

@@ -40,8 +40,8 @@ def _picture(name: str, folder: Path) -> str:
 
 @pytest.mark.parametrize("name", TOLD)
 def test_the_story_page_and_picture_of_a_run_stay_the_same(name: str, tmp_path: Path) -> None:
-    """Of some the whole picture: open it to review targets, intentions, names, loads, exclusions,
-    steps and the legend."""
+    """The whole picture of some runs shows targets, intentions, names, loads, exclusions, steps
+    and the legend: open it to review them."""
     picture = _picture(name, tmp_path)
     texts = ElementTree.fromstring(picture).findall("{http://www.w3.org/2000/svg}text")
     words = [element.text or "" for element in texts]

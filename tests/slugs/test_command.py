@@ -31,9 +31,7 @@ def test_the_strategy_goes_to_a_file_or_standard_output(slugs_binary: Path, fold
         assert run(slugs_binary, folder, *words, text=FOLLOW).stdout == whole
 
 
-def test_with_both_options_there_is_a_certificate_for_either_verdict(
-    slugs_binary: Path, folder: Path
-) -> None:
+def test_with_both_options_each_verdict_has_its_automaton(slugs_binary: Path, folder: Path) -> None:
     for name, status in (("follow", 0), ("stuck", 10)):
         file = f"{name}.structuredslugs"
         done = run(slugs_binary, folder, *STRATEGY, "--counterStrategy", file, "out.json")
@@ -70,7 +68,7 @@ def _limited(kind: int, size: int) -> Callable[[], None]:
     return limit
 
 
-def test_a_file_that_is_too_large_leaves_the_older_one(slugs_binary: Path, folder: Path) -> None:
+def test_output_that_does_not_fit_leaves_the_older_file(slugs_binary: Path, folder: Path) -> None:
     """The older strategy stays when the new one does not fit."""
     (folder / "out.json").write_text("older")
     before = sorted(folder.iterdir())
@@ -173,7 +171,7 @@ def test_slugs_ends_if_its_parent_process_has_ended(slugs_binary: Path, folder: 
     assert orphan.returncode == -signal.SIGKILL
 
 
-def test_a_sum_takes_only_the_bits_of_its_value(slugs_binary: Path, folder: Path) -> None:
+def test_a_sum_of_many_terms_takes_little_memory(slugs_binary: Path, folder: Path) -> None:
     """3,000 terms: the formulas of their sum stay in 40 MB, as diagrams and before."""
     total = " + ".join(["x"] * 3000)
     text = f"[OUTPUT]\nx: 0...7\n[SYS_INIT]\nx = 7\n[SYS_TRANS]\n{total} = 21000\nx' = x\n"
@@ -267,7 +265,7 @@ TRANSCRIPTS = Path(__file__).with_name("transcripts")
 
 
 @pytest.mark.parametrize("file", sorted(TRANSCRIPTS.glob("*.txt")), ids=lambda file: file.stem)
-def test_the_synthesizer_prints_its_transcript(
+def test_the_synthesizer_prints_what_the_transcript_shows(
     slugs_binary: Path, folder: Path, file: Path
 ) -> None:
     def run(words: list[str], variables: Mapping[str, str]) -> tuple[int, str]:
@@ -281,7 +279,7 @@ def test_the_synthesizer_prints_its_transcript(
 
 
 def test_the_example_runs_as_shown(slugs_binary: Path, tmp_path: Path) -> None:
-    """The specification, the command, and all that it says."""
+    """The page shows the specification, the command and its whole output."""
     pattern = r"```\n\$ cat (\S+)\n(.*?)\$ slugs (.*?)\n(.*?)```"
     example = re.search(pattern, (ROOT / "slugs" / "README.md").read_text(), re.DOTALL)
     assert example is not None

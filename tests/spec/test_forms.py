@@ -110,7 +110,7 @@ def test_a_patrol_of_three_begins_with_the_next_target_that_it_can_reach() -> No
 def test_a_weaker_form_states_its_reason() -> None:
     crosses = ObjectiveForm(WIDE.relaxed(), 0, Weakening.CORRIDOR)
     assert concession(WIDE, crosses) == (
-        "may cross a target on the way: the corridor leaves no other path"
+        "may cross a target on the way: the map leaves no other path"
     )
     assert concession(PATROL, ObjectiveForm(PLAIN, 0, Weakening.SHARED)) == (
         "may cross a target on the way and wait at one: it shares its floor with other robots"

@@ -203,8 +203,8 @@ def test_a_robot_never_enters_an_occupied_region_and_meets_its_targets(
 
 @campaign(30)
 @given(st.data())
-def test_the_steps_of_a_robot_are_those_of_its_map(data: st.DataObject) -> None:
-    """Into no pose that is lost; and it may stay where it is."""
+def test_a_specification_allows_exactly_the_steps_of_the_map(data: st.DataObject) -> None:
+    """No step leads into a forbidden pose; the robot may stay."""
     rows, cols = data.draw(st.sampled_from([(1, 5), (2, 3), (3, 3), (3, 2), (4, 1)]))
     line = st.lists(st.sampled_from("...#"), min_size=cols, max_size=cols).map("".join)
     grid = data.draw(st.lists(line, min_size=rows, max_size=rows))

@@ -130,7 +130,7 @@ def test_a_binary_that_hangs_is_killed_with_its_children(
 def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
     answering: Callable[[bytes], Path], patrol: Specification, patrol_json: bytes
 ) -> None:
-    """With ``verify``, what the binary says is not believed, nor what the cache has kept of it."""
+    """With ``verify``, neither the output of the binary nor the cache is trusted."""
     document = json.loads(patrol_json)
     document["nodes"]["1"]["trans"] = [1, 2]
     liar = answering(json.dumps(document).encode())

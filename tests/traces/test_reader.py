@@ -134,7 +134,7 @@ def test_the_first_problems_are_reported_in_the_order_of_the_lines(
         4,
         "`to` is missing",
     )
-    assert second.line == 6 and len(more) == 18 and last.found == "and 81 more such problems"
+    assert second.line == 6 and len(more) == 18 and last.found == "and 81 more errors"
 
 
 HOSTILE = json.dumps("\x1b[2J\x07\x9b\u2028\u202e\nx", ensure_ascii=False)[1:-1]

@@ -103,7 +103,7 @@ def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
     for first, i, then, j in plan.orders:
         after[first, i].append((then, j))
     bits = {place: 1 << number for number, place in enumerate(places)}
-    later = dict.fromkeys(places, 0)  # the places certainly after each place
+    later = dict.fromkeys(places, 0)  # for each place, those that are certainly later
     try:
         for place in TopologicalSorter(after).static_order():  # the last first
             for other in after[place]:
@@ -306,7 +306,7 @@ class Evidence:
         if drive is None:
             inside = any(one.present and e.robot in one.blocks for one in s.at.get(step.start, ()))
             back = by == "backtrack" and after[0] == robot.came and inside
-            none = "has no strategy that knows of other robots and of its charge"
+            none = "no strategy or plan in force drives it"
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return
         mine = drive.task.line.objective.serves(robot.given)
@@ -326,7 +326,7 @@ class Evidence:
             fits = {n for n in fits if e.node in (None, n)}
             goals = sorted({str(task.poses[n]) for n in answers})
             require(fits, f"{e.robot} goes to {after}, but its strategy goes to {goals}")
-        require(fits or by != "backtrack" or not goes, f"{e.robot} backs up against its strategy")
+        require(fits or by != "backtrack" or not goes, f"{e.robot} leaves its strategy to back up")
         drive.nodes = fits
 
     def concludes(self, e: Line, s: State) -> None:
@@ -388,7 +388,7 @@ def _end(e: Line, s: State, lost: Collection[str]) -> str:
     if what == "tick_limit":
         return f"The run ended at its limit of {e.ticks} ticks."
     if what == "unrealizable":
-        refused = f"the deadline or charge of {' and '.join(e.refused or ())} does not suffice"
+        refused = f"no run can meet the deadline or charge of {' and '.join(e.refused or ())}"
         return f"The mission never began: {refused if e.refused else 'a robot has no strategy'}."
     if what != "operator_needed":
         return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."

@@ -1,7 +1,7 @@
 """Strategies as graphs, and the checks of one against the demands of a scenario (``tasks``).
 
 The nodes of a strategy hold a value of every variable: inputs of the environment, and the robot's
-own. It keeps the demands if
+own. A strategy keeps the demands if
 1. from each node there is one edge for each next input that can occur, and each edge is allowed;
 2. each infinite path meets every goal infinitely often, or misses an assumption forever from some
    point on. A *measure* shows that: see ``check_measure``.

@@ -214,7 +214,7 @@ def _steps(segment: Segment, limits: Limits) -> Iterator[Broken]:
         yaw = before.yaw + turned / 2
         aside = after.side * (dy * cos(yaw) - dx * sin(yaw))
         if abs(turned) > TURNED + NEAR:
-            what = f"a foot lands {abs(turned):.2f} rad turned against the other"
+            what = f"a foot lands {abs(turned):.2f} rad from the direction of the other"
             yield after.down, "feet", what
         if length > limits["step"] + NEAR:
             yield after.down, "step", f"a step of {length:.3f} m, more than {limits['step']:g}"

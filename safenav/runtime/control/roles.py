@@ -169,7 +169,7 @@ class Roles:
         return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, again))
 
     def _forbidden(self, i: int, targets: tuple[Mask, ...]) -> frozenset[Pose]:
-        """Return the poses, other than the safe ones, from which a robot could still meet its
+        """Return the unsafe poses one step from a safe one from which a robot could still meet its
         targets."""
         safe, graph = self.found.safe[i], self.floor.graphs[i]
         allowed = self.floor.allowed(i, self.stages)

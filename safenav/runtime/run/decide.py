@@ -45,7 +45,7 @@ def continues(run: Situation, i: int) -> bool:
 
 
 def propose(run: Situation, i: int) -> Proposal:
-    """Return the driver's move: that of the joint plan for a robot with rivals, else of its
+    """Return the driver's move: that of the joint plan if one drives the robot, else of its
     strategy."""
     team, state = run.team, run.state
     stay = Proposal(state.robots[i].pose, "stay")

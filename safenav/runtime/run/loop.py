@@ -328,7 +328,7 @@ class Run(Situation):
         self.settled = (self.team, self.state, self.control) if final else None
 
     def may_resolve(self) -> bool:
-        """Return whether an obstacle that is given up, if any is, can be resolved now."""
+        """Return whether some given-up obstacle can be resolved now; True if there is none."""
         given_up = {k for k, each in enumerate(self.state.obstacles) if each.given_up}
         if not given_up:
             return True

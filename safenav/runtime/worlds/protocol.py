@@ -143,9 +143,9 @@ class BlockingWorld(Protocol):
         reached, or None if that is the commanded one."""
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
-        """Let the robot act in its region, at its start and after each ``move``. Return the
-        obstacles whose last need this fulfils, each with whether its region is traversable (None:
-        its type has no truth).
+        """Let a robot with capabilities act in its region: at its start, after each ``move``, and
+        while it can act on a known obstacle. Return the obstacles whose last need this fulfils,
+        each with whether its region is traversable (None: its type has no truth).
 
         The mission derives earlier needs from the poses of the robots."""
 

@@ -154,7 +154,7 @@ class SimulatedWorld:
     # Changes by the scenario and by a user.
 
     def times(self) -> list[int]:
-        """Return the ticks at which obstacles appear or disappear."""
+        """Return the ticks at which obstacles will appear or disappear."""
         found = []
         for each, there in zip(self._team.obstacles, self._state.obstacles, strict=True):
             if there.state is Is.AWAY and each.source.appears is not None:
