@@ -67,7 +67,7 @@ _FAST = json.JSONDecoder(object_pairs_hook=_object, parse_float=_fraction, parse
 _CAREFUL = json.JSONDecoder(
     object_pairs_hook=_object, parse_float=_fraction, parse_constant=_constant, parse_int=_whole
 )
-"""That of texts which may hold large whole numbers: it looks at each number."""
+"""The decoder of texts that may hold large whole numbers: it examines each number."""
 
 MOST_LEVELS = 200
 """Deepest nesting of a line."""

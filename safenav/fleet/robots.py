@@ -162,7 +162,7 @@ GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 
 def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
-    """Yield warnings: actions without a service that a named obstacle needs and a robot has."""
+    """Yield warnings: actions that a listed obstacle needs, for which a robot has no service."""
     named = [*scenario.obstacles, *fleet.obstacles]
     types = {obstacle.type.name: obstacle.type for obstacle in named}
     for station in fleet.stations.values():

@@ -17,7 +17,7 @@ EXTERNAL = (
 )
 """The reservation about a run whose world is not simulated."""
 DECIMALS = 9
-"""Those of a charge."""
+"""Decimals of a charge."""
 SLOWEST = 20
 """Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
 

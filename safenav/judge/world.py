@@ -13,7 +13,7 @@ from safenav.judge.formulas import HEADINGS, Pose
 Poses = frozenset[Pose]
 Graph = Mapping[Pose, tuple[Pose, ...]]  # the poses after one step from each
 MOST_STATES = 1_000_000
-"""Maximum number of states that all proofs of a trace may visit."""
+"""Maximum number of states that the proofs before the outcome may visit; for its proof the same."""
 PER_POSE = 4
 """Cost of each pose of the map that a proof lists, in states."""
 

@@ -1,1 +1,1 @@
-"""Joint plans of robots that share a floor, or the proof that there are none."""
+"""Joint plans, or the proof that there are none."""

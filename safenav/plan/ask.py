@@ -24,7 +24,8 @@ from safenav.team.state import Plan, Stage
 from safenav.world.poses import FAR, Mask
 
 WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 20_000
-"""``CHARGED_LEAST``: work while obstacles are open, since the question will soon change."""
+"""Work of a search at least, and for each robot; with charges; with charges while obstacles are
+open, since the question will soon change."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD, AHEAD_CHARGED = 2, 6, 4
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time, with

@@ -83,7 +83,7 @@ def _known(scenario: Scenario, chosen: Callable[[Obstacle], bool]) -> tuple[Team
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
     """Return a sentence of warning for each obstacle that no run resolves since robots are missing,
-    for each objective that no run can meet, and for each robot whose 'tracks' has no effect."""
+    for each objective that no run can meet, and for each robot with rivals and 'tracks'."""
     found, blind = foresee(scenario), list[str]()
     for each in team_of(scenario).members:
         if each.robot.tracks and each.rivals:

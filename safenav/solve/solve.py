@@ -206,8 +206,8 @@ def gathered(
     when: Callable[[int, Mask], float] = lambda *_: 0,
 ) -> float | None:
     """Return the time at which a group can stand in its places together: rivals in different
-    regions, and no two robots of a zone in it; None if it cannot. ``when``: that at which a robot
-    can be in some poses; of large groups, 0."""
+    regions, and no two robots of a zone in it; None if it cannot. ``when``: the time at which
+    a robot can be in some poses; for large groups, 0."""
     members, free = floor.team.members, {i: floor.graphs[i].regions_of(places[i]) for i in group}
     for i in group:
         crowd = [i]

@@ -201,8 +201,8 @@ def _following(
 
 SOURCE = "safenav: beliefs about other robots"
 MOST_CELLS = 6
-"""Most cells of an automatic partition; with more rooms, the smallest are joined (figures in
-docs/tracking.md)."""
+"""Most cells of an automatic partition; with more, the smallest are joined
+(docs/tracking.md)."""
 MOST_BELIEFS = 4000
 """Most beliefs of a specification."""
 

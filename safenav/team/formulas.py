@@ -19,7 +19,7 @@ from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph
 
 MOST_STATES = 4000
-"""Maximum number of states of a robot that shares its floor."""
+"""Maximum number of states of a robot that a joint plan drives."""
 
 
 def graph_of(
@@ -38,8 +38,8 @@ def graph_of(
     if not 0 < poses * memories << len(goals) <= MOST_STATES:
         raise UsageError(
             f"robots.{robot.name}.objective: its formulas have more than {MOST_STATES} states "
-            f"({poses} poses, each with the values of its memory), too many for a robot that "
-            "shares its floor\n    use fewer or smaller memory variables, or 'avoids: []'"
+            f"({poses} poses, each with the values of its memory), too many for a "
+            "joint plan\n    use fewer or smaller memory variables, or 'avoids: []' without rivals"
         )
     return _remembering(found, world, mobility, on)
 

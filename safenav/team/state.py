@@ -466,7 +466,7 @@ class Turned(Event, frozen=True):
 
 
 class Planned(Event, frozen=True):
-    """A decision: the robots that share a floor follow this plan."""
+    """A decision: the robots of joint plans follow this plan."""
 
     plan: Plan | None
 

@@ -359,7 +359,7 @@ class Physics:
         return beside
 
     def _need(self, one: LabObstacle) -> Need:
-        """Return the next need of an obstacle that stands."""
+        """Return the next need of a present obstacle."""
         return one.obstacle.needs[self._progress.need(one.obstacle)]
 
     def _worked(self, body: SimulatedBody, act: Handling) -> None:

@@ -1,8 +1,8 @@
 """The intentions of the team, a function of its state and of its intentions before.
 
-Duties are decided again iff requests, obstacles or service have changed, once for all changes since
-the last decision. A plan of the robots that share a floor is computed iff none is in force: a
-surprise has dropped it (``apply``), or it has ended and the mission is not complete.
+Duties are decided again iff the question (``_question``) has changed, once for all changes since
+the last decision. A joint plan is computed iff none is in force: a surprise has dropped it
+(``apply``), or it has ended and the mission is not complete.
 """
 
 from collections.abc import Collection, Hashable, Sequence
@@ -295,7 +295,7 @@ class Decision:
         return replace(answer.plan, ways=ways, part=True)
 
     def _planned(self, control: Control) -> ends.End | None:
-        """Give the robots that share a floor a plan if they need one; return the end of the run if
+        """Give the robots of joint plans a plan if they need one; return the end of the run if
         no plan exists. Raises Pending."""
         team, state, answers = self.team, self.state, self.answers
         if not team.sharing:

@@ -1,7 +1,7 @@
 """The commands of a run to its world, in ticks or live, and the events that end them, each checked
 before it is used.
 
-Live, an event that cannot be true counts as a fatal failure of its robot; an event that ends no
+Live, an event that cannot be true counts as a lost robot or a failed action; an event that ends no
 open command is dropped. Neither changes the run otherwise.
 """
 

@@ -106,7 +106,7 @@ class World(Protocol):
     """The actual world of a live run. Only ``wait`` may block. Commands have increasing numbers.
     One event with its number ends each command: ``start`` and ``act`` return it if it has already
     happened (else None), otherwise ``wait`` does. Results are checked; an event that cannot be true
-    is a fatal failure of its robot."""
+    counts as a lost robot or a failed action."""
 
     def now(self) -> float:
         """Return the seconds on a monotonic clock."""
