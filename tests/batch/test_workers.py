@@ -20,8 +20,7 @@ QUICK = Case("quick.yaml", "quick.yaml", scenario())
 
 
 def test_no_case_begins_in_a_batch_that_has_ended(slugs: SlugsLog) -> None:
-    """A thread that had taken the next case started a new process for it, and the end of the batch
-    waited for that."""
+    """A thread that has already taken a case starts no process for it."""
     leave("interrupted")
     with pytest.raises(SafenavError, match="the batch has ended"):
         run_case("interrupted", QUICK, Conditions())

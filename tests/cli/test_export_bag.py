@@ -56,7 +56,7 @@ def values(message: object) -> str:
 def test_a_robot_named_map_has_a_frame_of_its_own(
     exported: Export, trace: Path, tmp_path: Path
 ) -> None:
-    """Its frame was its own parent, so that no viewer could place any robot."""
+    """With a frame that is its own parent, no viewer could place any robot."""
     (tmp_path / "map.jsonl").write_text(trace.read_text().replace('"quad"', '"map"'))
     transforms = [t for _, m in exported("map.jsonl", "--side", "1")["/tf"] for t in m.transforms]
     tree = {(each.header.frame_id, each.child_frame_id) for each in transforms}
@@ -64,7 +64,7 @@ def test_a_robot_named_map_has_a_frame_of_its_own(
 
 
 def test_the_messages_of_a_bag_stay_the_same(exported: Export, tmp_path: Path) -> None:
-    """Of maps and texts the first two and the last one, and the texts and times of the others."""
+    """Topics except /tf: the first two messages and the last one; texts and times of the rest."""
     found = []
     for name in ("door", "planned"):
         header, *more = GOOD[name]()

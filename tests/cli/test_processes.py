@@ -39,7 +39,7 @@ def test_an_unwritable_cache_costs_one_warning_which_quotes_no_source_code(tmp_p
 
 
 def test_a_full_disk_is_not_reported_as_a_defect_of_safenav() -> None:
-    """Nor does it change the code, as what is still buffered at the exit would."""
+    """The exit code stays the same, although some output is still buffered at the exit."""
     with Path("/dev/full").open("w") as full:
         done = run(*CATALOGUE, capture_output=False, stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 2
@@ -48,21 +48,21 @@ def test_a_full_disk_is_not_reported_as_a_defect_of_safenav() -> None:
 
 @pytest.mark.parametrize(("name", "code"), [("hello", 0), ("unrealizable/forbidden_way", 1)])
 def test_a_closed_pipe_changes_no_exit_code(name: str, code: int) -> None:
-    """It was always 1, the code of an unrealizable robot."""
+    """It does not become 1, the code of an unrealizable robot."""
     piped = '"$@" | true; exit ${PIPESTATUS[0]}'
     done = ran(["bash", "-c", piped, "-", *program("check", SCENARIOS / f"{name}.yaml")])
     assert (done.returncode, done.stderr) == (code, "")
 
 
 def test_a_pipe_is_an_input_that_is_read_once() -> None:
-    """Recognizing a specification emptied it."""
+    """Recognizing a specification must not empty it."""
     done = ran(["bash", "-c", '"$@" <(printf "[OUTPUT]\\nb\\n")', "-", *program("explain")])
     assert "is realizable: nothing to explain" in done.stdout, done.stderr
 
 
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_run_needs_no_open_standard_stream(closed: str, tmp_path: Path) -> None:
-    """As for a service. The trace is not what is written to them."""
+    """A service has none. The trace must not go to the files that replace them."""
     trace = tmp_path / "t.jsonl"
     done = ran(["sh", "-c", f'exec "$@" {closed}', "-", *program("run", HELLO, "--trace", trace)])
     assert (done.returncode, done.stderr) == (0, "")

@@ -243,8 +243,7 @@ BLOCKED = FREE.replace("60", "60, obstacles: [{type: debris, region: [1, 3]}]")
 
 
 def test_a_drive_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path) -> None:
-    """It began again at the starts of the scenario, so that robots were lost. ``resume`` refuses a
-    run of real robots."""
+    """Robots expected elsewhere would be lost. ``resume`` refuses a run of real robots."""
     corridor = DEBRIS.replace("##..###", "#######").replace("#######", "#" * 9)
     corridor = corridor.replace("#.....#", "#.......#").replace("[[1, 5]]", "[[1, 7]]")
     drive, first, rest = (
@@ -268,7 +267,7 @@ def test_a_drive_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path)
 
 
 def test_an_obstacle_declared_resolved_may_still_be_there(tmp_path: Path) -> None:
-    """An operator declares it resolved, and it is not: the judge refused the honest trace."""
+    """The judge accepts the trace, although the operator was wrong."""
     drive = files(tmp_path, DEBRIS, BLOCKED)
     assert safenav(*drive, "--operator", text="resolved debris@10\n").returncode == 1
     assert any(line["type"] == "appeared" for line in lines_of(tmp_path / "t.jsonl"))

@@ -98,7 +98,7 @@ def test_actions_without_service_are_reported(robots: str, told: list[str], tmp_
 def test_an_unknown_network_interface_or_peer_is_refused(
     network: str, told: str, tmp_path: Path
 ) -> None:
-    """cyclonedds ended the process for a peer whose name it did not know."""
+    """cyclonedds would end the process for a peer whose name it does not know."""
     pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
     text = CASE.read_text().replace("map:\n", "map:\n  resolution: 2.0\n")
     (tmp_path / "plan.yaml").write_text(text)

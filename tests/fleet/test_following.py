@@ -113,8 +113,8 @@ def test_a_step_begins_where_the_robot_rests(hall: Hall) -> None:
 def test_a_robot_that_rests_is_not_drawn_back_from_another_region(
     hall: Hall, robot: str, to: int
 ) -> None:
-    """Its stream was to be where it had rested: a robot that a person had carried away came back by
-    itself. One that is carried off the map gets no stream."""
+    """A robot that a person has carried away must not return by itself. One that is carried off the
+    map gets no stream."""
     hall.goes(robot, to)
     hall.passes(robot, 15.0)
     assert hall.passes(robot, PERIOD, off=-3.0) == []

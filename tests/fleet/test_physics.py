@@ -46,7 +46,7 @@ class Floor:
 
 
 def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
-    """By entering its region: not from beside it."""
+    """The walker opens it by entering its region, not from beside it."""
     hall = Floor(DOOR, text=HALL)
     assert [hall.goes("quad", n) for n in (11, 10, 12)] == ["succeeded", "aborted", "succeeded"]
     assert hall.goes("digit", 9) == "succeeded"
@@ -65,7 +65,7 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
 
 
 def test_a_robot_tracks_its_reference() -> None:
-    """By its accelerations: corrections alone would lag by centimetres."""
+    """Accelerations are needed: corrections alone would lag by centimetres."""
     yard = Floor()
     physics, (x, y) = yard.physics, yard.places.centre(9)
     reference = straight(physics.now, (x, y, 0.0), (x + 1.0, y, 0.0), 3.0)

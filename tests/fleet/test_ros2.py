@@ -142,7 +142,7 @@ TILTED = (cos(0.55) * cos(0.2), -sin(0.55) * sin(0.2), cos(0.55) * sin(0.2), sin
 def test_odometry_gives_the_yaw_of_the_heading_and_is_ignored_unless_finite(
     turn: tuple[float, ...], east: float, yaw: float | None
 ) -> None:
-    """A robot is in no region by it; the drive ended with an internal error, robots under way."""
+    """Odometry that is not finite puts a robot in no region, and must not end the drive."""
     pose = Message(
         position=Message(x=east, y=-2.0),
         orientation=Message(**dict(zip("wxyz", turn, strict=True))),

@@ -111,7 +111,7 @@ def test_any_text_gives_a_formula_or_an_error_with_a_position(text: str) -> None
 
 
 @pytest.mark.parametrize(("alias", "plain"), from_yaml(beside(__file__, "same.yaml")))
-def test_an_alias_of_an_operator_has_its_meaning(alias: str, plain: str) -> None:
+def test_an_alias_of_an_operator_means_that_operator(alias: str, plain: str) -> None:
     assert read(alias) == read(plain) == plain
 
 

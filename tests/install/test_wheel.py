@@ -88,7 +88,7 @@ def test_one_wheel_serves_every_python_and_is_complete(wheel: Path) -> None:
 
 
 def test_only_commands_that_need_numpy_load_it(tmp_path: Path) -> None:
-    """Nor do the processes of a batch."""
+    """The processes of a batch do not load it either."""
     (tmp_path / "numpy.py").write_text("raise ImportError('no numpy here')")
     main = [sys.executable, "-c", "from safenav.cli import main; main()"]
     for words in ("batch x.yaml --certify bundles", "run x.yaml --html x.html"):

@@ -287,7 +287,7 @@ def test_a_file_of_another_kind_is_not_read(damage: dict[str, Any], tmp_path: Pa
 
 
 def test_a_swing_without_duration_does_not_stop_an_export(tmp_path: Path) -> None:
-    """It divided by zero."""
+    """The duration of a swing is a divisor."""
     (damage,) = [one for one in DAMAGES if one["name"] == "a swing takes no time"]
     trace, whole = good("case_study_1")
     file = written(damaged(whole, damage), tmp_path / "m.jsonl")

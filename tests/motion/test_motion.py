@@ -92,7 +92,7 @@ def test_a_robot_acts_on_one_obstacle_after_the_other(
 
 
 def test_an_obstacle_appears_and_disappears_at_the_instants_of_its_ticks(tmp_path: Path) -> None:
-    """In 3D a door of tick 5 was there, and gone, from the beginning."""
+    """In 3D a door of tick 5 is neither there nor gone at the beginning."""
     trace = trace_of(beside(__file__, "scenarios/closing.yaml"), tmp_path)
     lines, page = accepted(trace), paged(trace, tmp_path, "--3d")
     walked = [move for robot in lines[0]["robots"] for move in steps(lines, robot)]
@@ -162,7 +162,7 @@ def test_a_live_trace_that_no_motion_can_follow_is_refused(
 
 
 def test_the_motion_of_each_kind_of_robot_stays_the_same(tmp_path: Path) -> None:
-    """In its file, its waypoints, its columns and a simulated flight."""
+    """The file, the waypoints, the columns and a simulated flight stay."""
     trace = trace_of(beside(__file__, "scenarios/kinds.yaml"), tmp_path)
     header, *lines = accepted(trace)
     told = [{key: header[key] for key in header.keys() - {"trace", "safenav"}}, *lines]
@@ -187,7 +187,7 @@ def test_unknown_lines_and_fields_of_a_motion_are_ignored(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("to", [b"90", b"71"], ids=["a jump", "backwards"])
 def test_a_trace_with_impossible_moves_has_no_motion(to: bytes, tmp_path: Path) -> None:
-    """Such traces ended in KeyError, StopIteration or ZeroDivisionError."""
+    """The error is a UsageError, not KeyError, StopIteration or ZeroDivisionError."""
     content, old = trace_of_shipped("case_study_1").read_bytes(), b'"from":58,"to":57'
     assert old in content
     (trace := tmp_path / "moved.jsonl").write_bytes(content.replace(old, old[:-2] + to, 1))

@@ -99,7 +99,7 @@ def test_a_quintic_has_the_given_position_speed_and_acceleration_at_both_ends() 
 
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
 def test_a_walker_keeps_its_limits_on_regions_of_any_size(side: float) -> None:
-    """By the rules of the checker, in each move and from one to the next, with room to spare."""
+    """Each move, and each join of two moves, obeys the rules of the checker, with room to spare."""
     limits = limits_on(side)
     wrong: list[Any] = []
     case: Any = SimpleNamespace(wrong=lambda *found: wrong.append(found))

@@ -335,7 +335,7 @@ LOUDEST = """
 
 
 def test_all_names_are_legible_and_none_lies_over_another(browser: Browser) -> None:
-    """Two lines of words cover no region: they covered the last row of tall maps."""
+    """Two lines of words cover no region, not even the last row of tall maps."""
     browser.open(page_of("clinic"), **DESK)
     names = boxes(browser, ".words .names text")
     assert len(names) == 20  # 18 regions and 2 areas

@@ -55,7 +55,7 @@ def test_a_page_is_small_and_names_no_other_file(solid: tuple[str, ...]) -> None
 
 
 def test_a_page_stores_each_set_of_regions_once() -> None:
-    """With beliefs, pages of long runs took many megabytes."""
+    """With beliefs, pages of long runs would take many megabytes."""
     data = data_of(page_of("meeting"))
     told = [held for robot in data["robots"] for held in robot["beliefs"].values()]
     assert len([*chain(*told)]) > len(data["sets"]) == len({*data["sets"]}) > 1
@@ -79,7 +79,7 @@ def test_embedded_data_survives_and_cannot_end_its_element(tmp_path: Path) -> No
 
 
 def test_in_3d_an_order_appears_with_its_request() -> None:
-    """It appeared at the start if no robot had been in its region."""
+    """Not at the start, even if no robot has been in its region."""
     data = data_of(page_of("loads", "--3d"))
     asked = {e[4]: e[0] for e in reversed(data["events"]) if e[1] == "request"}
     orders = {one["region"]: one["status"][1][0] for one in data["obstacles"] if one["ordered"]}
@@ -87,14 +87,14 @@ def test_in_3d_an_order_appears_with_its_request() -> None:
 
 
 def test_in_3d_a_wait_names_the_second_of_a_change() -> None:
-    """The words were those of a live run, with the number of its tick."""
+    """The words are not those of a live run with the number of the tick."""
     data = data_of(page_of("shut", "--3d"))
     events = {kind: (data["times"][tick], text) for tick, kind, text, *_ in data["events"]}
     assert f"change of the scenario at {events['gone'][0]:.1f} s" in events["paused"][1]
 
 
 def test_in_3d_a_battery_is_empty_before_it_is_replaced() -> None:
-    """It was shown as full before another robot had replaced it."""
+    """It must not be shown as full before another robot has replaced it."""
     robots, track = data_of(page_of("battery", "--3d"))["robots"], run_of("battery").track("digit")
     (levels,) = ([level for _, level in each["charge"]] for each in robots if each["charge"])
     assert levels == [level for _, level in track.charge] and {0, 100} < {*levels}

@@ -24,7 +24,7 @@ Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` 
 def test_letters_missing_in_the_fonts_are_drawn_by_the_system(
     monkeypatch: pytest.MonkeyPatch, title: str, own: bool
 ) -> None:
-    """They were left out."""
+    """They are not left out."""
     asked, drawn = list[bool](), resvg_py.svg_to_bytes
 
     def watched(**options: Any) -> bytes:

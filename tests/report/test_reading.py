@@ -113,7 +113,7 @@ PUT_BACK = {"type": "operator", "tick": 1, "intervention": "put_back", "robot": 
 
 
 def test_a_robot_that_an_operator_puts_back_is_shown_there(tmp_path: Path) -> None:
-    """Pages drew it where it was lost until its next step."""
+    """It must not be drawn where it was lost until its next step."""
     said = events(tmp_path, PUT_BACK | {"region": 10}, clock="live")
     assert said[0] == "an operator intervenes: put back quad at 10"
     assert read_run(tmp_path / "told.jsonl").track("quad").regions[:2] == [7, 10]

@@ -48,7 +48,7 @@ SHAPE = re.compile(
 """The messages of the loader about the shape alone."""
 
 ONLY_LOADER = re.compile(r"expected a finite number|the grid is empty|must be from .*(:|$)")
-"""Of those, the messages about what no schema tells: numbers that are not finite, rows of a text,
+"""Messages among those on what no schema states: numbers that are not finite, rows of a text,
 limits that depend on the kind of motion."""
 
 

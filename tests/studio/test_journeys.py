@@ -402,7 +402,7 @@ def test_a_page_opened_late_shows_the_same_run(browser: Browser, name: str) -> N
 
 
 def test_a_port_in_use_is_refused() -> None:
-    """Two studios that start at the same moment were bound to one port, and one of them failed."""
+    """Two studios that start at the same moment get different ports."""
     with LiveView(SHIPPED, browser=False) as first, LiveView(SHIPPED, browser=False) as second:
         port, other = (int(view.address.split(":")[2].split("/")[0]) for view in (first, second))
         assert port != other

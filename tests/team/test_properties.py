@@ -206,7 +206,7 @@ def test_resolving_an_obstacle_only_opens_paths(seed: int) -> None:
 def test_both_clocks_end_alike_and_no_plan_waits_for_itself(
     seed: int, played: Callable[[], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The net that would ask for another plan (I3) never catches one."""
+    """No plan is replaced because its robots wait for each other."""
     stuck = coordinate.stuck
 
     def never(*arguments: Any) -> bool:

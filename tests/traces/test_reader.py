@@ -120,7 +120,7 @@ def test_a_file_that_programs_read_differently_or_that_is_not_a_trace_is_refused
     assert problem.line == line and words in problem.found
 
 
-def test_the_first_problems_are_reported_in_the_order_of_the_lines(
+def test_the_first_errors_are_reported_in_the_order_of_the_lines(
     read: Read, tmp_path: Path
 ) -> None:
     lines = GOOD["door"]()
@@ -153,7 +153,7 @@ def test_names_that_control_the_terminal_are_refused_and_shown_escaped(
 
 
 def test_texts_of_a_trace_cannot_control_the_terminal(read: Read, tmp_path: Path) -> None:
-    """Explanations have lines."""
+    """Explanations may have several lines."""
     lines = trace_of_shipped("case_study_1_beliefs").read_text().splitlines()
     end = '"explanation":"'
     lines[-1] = lines[-1].replace(end, rf"{end}one\ntwo\u001b{HOSTILE}")

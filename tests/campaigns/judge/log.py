@@ -21,7 +21,7 @@ RETRIES, ACTIONS = 3, 2
 BUDGET = 20_000
 """States of a search."""
 CLOSE = 1e-5
-"""Of a charge: seconds of a log are not rounded."""
+"""Tolerance of a charge: seconds of a log are not rounded."""
 
 
 class Battery:

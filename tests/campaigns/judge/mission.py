@@ -93,7 +93,7 @@ class Obstacle:
 
 
 Stage = tuple[int, frozenset[str]]
-"""Of an obstacle: the index of the next need, and who has performed it already."""
+"""An obstacle's next need, as an index, and the robots that have already performed it."""
 
 FIRST: Stage = (0, frozenset())
 

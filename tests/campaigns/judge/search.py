@@ -61,8 +61,8 @@ def spread(
 
 
 Progress = tuple[int, int]
-"""Of a robot: what is next (``in_order``: an index; otherwise the targets covered, bit by bit),
-and how many goals (otherwise: rounds) it has met since the last resolution."""
+"""A robot's next target (not ``in_order``: the targets covered, bit by bit), and the goals (or
+rounds) that it has met since the last resolution."""
 
 
 @dataclass(frozen=True)
