@@ -185,8 +185,8 @@ class Mission:
 
     def intervene(self, wanted: str | Mapping[str, Any]) -> None:
         """Change the world at the beginning of the next tick, by an operator's line or its data.
-        Robots encounter a closed or opened region; the team immediately knows objectives, orders
-        and service. Raises UsageError, with the reason, for an impossible change."""
+        Robots encounter a closed region; the team immediately knows the other changes. Raises
+        UsageError, with the reason, for an impossible change."""
         self._world.operator.ask(self._run, wanted)
 
     def exclude_idle_time(self, seconds: float) -> None:

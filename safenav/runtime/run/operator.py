@@ -1,7 +1,7 @@
 """Changes by an operator and by the scenario's list, as events at the beginning of a tick.
 
-The team encounters a closed region, an opened one or another truth like any part of the scenario;
-it immediately knows a new objective, an order and a robot's service. An impossible change is
+The team encounters a closed region like any part of the scenario; it immediately knows a new
+objective, an order, a robot's service, and that a known obstacle is gone. An impossible change is
 refused at the call; a change that becomes impossible later is dropped, and recorded.
 
 An operator's change is read from the words of a terminal, a file or a program, or from the data of
