@@ -96,7 +96,7 @@ def _assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 def _environment(task: Task) -> Iterator[Constraint]:
     """Yield the present values of the inputs, and the values assumed to recur infinitely often."""
     for each, on in task.inputs:
-        origin = Origin(f"inputs.{each.name}", "as it is now")
+        origin = Origin(f"inputs.{each.name}", "its present value")
         yield Constraint(Section.ENV_INIT, each.name if on else f"!{each.name}", origin)
         for value in each.again:
             rule = f"infinitely often {each.name} is {'on' if value else 'off'}"

@@ -76,11 +76,11 @@ def _meetings(plan: Plan, s: State) -> Iterator[str]:
         for other in s.mates[robot]:
             shut = s.kept_out(other, robot, frozenset([region]))
             if other not in plan.ways and shut & _occupies(other, s):
-                yield f"{robot} would enter {s.show(region)}, where {other} is too near"
+                yield f"{robot} would enter {s.show(region)}, which {other} closes to it"
             for j, (there, _) in enumerate(plan.ways.get(other, ())):
                 one, two = (robot, i), (other, j)
                 if there in shut and not (leaves(one, two) or leaves(two, one)):
-                    yield f"the plan lets {robot} and {other} be too near to each other"
+                    yield f"the plan lets {robot} and {other} meet in a region or zone"
 
 
 def _occupies(robot: str, s: State) -> frozenset[int]:
