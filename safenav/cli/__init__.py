@@ -57,7 +57,7 @@ Commands:
   Exit codes:
     0  as expected: completed, realizable   2  bad input or usage
     1  a proven negative: operator needed, unrealizable, expectation not met
-    3  a resource limit: ticks, time, memory   4  internal or synthesizer failure
+    3  a limit: ticks, time, memory, size   4  internal or synthesizer failure
     130  interrupted
   Environment:
     SAFENAV_SLUGS  another build of slugs
