@@ -228,8 +228,8 @@ class ObstacleChange(Record, frozen=True):
 
 
 class Appeared(ObstacleChange, frozen=True, tag="appeared"):
-    """An obstacle is present from now on. ``cause``: ``scenario``, ``user``, ``battery`` for an empty
-    one, ``world`` if a sensor shows a resolved obstacle."""
+    """An obstacle is present from now on. ``cause``: ``scenario``, ``user``, ``battery`` for an
+    empty one, ``world`` if a sensor shows a resolved obstacle."""
 
 
 class Ordered(ObstacleChange, frozen=True, tag="order"):

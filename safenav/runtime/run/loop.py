@@ -151,8 +151,8 @@ class Run(Situation):
 
     def execute_controller(self, i: int) -> None:
         """Run a robot's turn (lines 6 to 8). It acts where it stands before it leaves; its driver
-        proposes a move (NP); the move is characterized (EC); if an obstacle is there, it backs up
-        to a safe one."""
+        proposes a move (NP); the move is characterized (EC); if an obstacle is there, the robot
+        backs up by a safe move."""
         if not self.state.robots[i].idle:
             return
         action = self.action(i)
