@@ -256,8 +256,7 @@ def _stepped(
     team: Team, state: State, i: int, pose: int, values: now.Values | None
 ) -> dict[str, object]:
     """Return the fields of a robot whose formulas take a step or a stay to ``pose``. ``values``:
-    memory and inputs by its strategy; None: the memory in ``pose``, if any, else the present
-    one."""
+    memory and inputs by its strategy; None: the memory in ``pose``, else the present one."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
         return {}
