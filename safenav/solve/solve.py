@@ -126,8 +126,8 @@ class Solver:
 
 
 def options(now: Sets, origins: Sets | None, before: tuple[Step, ...] = ()) -> list[Step]:
-    """Return the steps that may come next, the best first (docs/coordination.md, Helpers); of
-    lossless steps, one for each obstacle. ``before``: the steps before them."""
+    """Return the steps that may come next, the best first (docs/coordination.md, Helpers); without
+    ``origins``, a lossless step alone, if there is one. ``before``: the steps before them."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
         ranked = list(_options(g, now, origins, before))

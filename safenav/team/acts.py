@@ -42,7 +42,7 @@ def occupied(team: Team, state: State) -> frozenset[int]:
 
 
 def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether a robot must not enter a region now: a rival is there, or robots in its
+    """Return whether a robot must not enter a region now: a rival occupies it, or robots are in its
     zone."""
     member, size, robots = team.members[i], team.size, state.robots
     for j in member.rivals:

@@ -110,8 +110,8 @@ class Mission:
     def run(self) -> RunResult:
         """Run to the end. Ctrl-C ends the run with the outcome ``interrupted``, recorded.
 
-        Raises SafenavError if the synthesizer or the world fails; the trace then ends in
-        ``error``.
+        Raises SafenavError if the synthesizer or the world fails, or a synthesis reaches a limit;
+        the trace then ends in ``error``.
         """
         self.start()
         while self.result is None:  # Algorithm 1, line 5
