@@ -290,7 +290,7 @@ def _charged(
 
 
 def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
-    """Return a robot that sealed obstacles keep from a remaining target."""
+    """Return the deadlock of a robot that sealed obstacles keep from a remaining target, if any."""
     for i in floor.robots:
         member, free = floor.team.members[i], floor.floors[i]
         if free == member.floor or floor.is_done(i, joint.counts[i]):
@@ -393,8 +393,8 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
 
 
 def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
-    """Return two or three robots that could not complete the mission even without all others: a
-    proof for the team, since others only restrict them."""
+    """Return the deadlock, if found, of two or three robots that could not complete the mission
+    even without all others: a proof for the team, since others only restrict them."""
     sharing = [i for i in floor.robots if floor.team.members[i].partners]
     for size in [size for size in (2, 3) if size < len(floor.robots)]:
         groups = [

@@ -305,8 +305,8 @@ def raced(
 
 
 def furthest(searches: Sequence[ChargedSearch], goes_on: Callable[[Joint], bool]) -> Course | None:
-    """Return the partial plan of the search with the greatest progress, after which the team
-    ``goes_on``."""
+    """Return the partial plan with the greatest progress after which the team ``goes_on``; None if
+    there is none."""
     every = sorted(searches, key=lambda each: each.progress(each.furthest[-1]), reverse=True)
     for search, leg in islice(((one, leg) for one in every for leg in one.legs()), LEGS):
         course = next(search.course(leg), None) if goes_on(leg[-1]) else None

@@ -53,7 +53,7 @@ class RunOrder(Struct, frozen=True):
 
     @property
     def reach(self) -> Path | None:
-        """The files that the scenario may name."""
+        """The folder whose files the scenario may name; None: any."""
         return None if self.folder is None else Path(self.folder)
 
 

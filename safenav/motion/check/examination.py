@@ -222,7 +222,7 @@ def holdings(case: Examination) -> list[Holding]:
 
 def outside(case: Examination, disc: Disc, spans: Sequence[Holding]) -> tuple[float, str] | None:
     """Return the time and the place, in words, at which a disc is inside a region that ``spans`` do
-    not give its robot then."""
+    not give its robot then; None: it never is."""
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)

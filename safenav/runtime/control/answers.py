@@ -103,7 +103,7 @@ class Answers:
         *,
         better: bool = False,
     ) -> Found | Deadlock | Unserved | None:
-        """Return the joint plan for the remaining mission, or the reason why there is none.
+        """Return the joint plan for the remaining mission, or why there is none (None: unknown).
         ``state``: the team's state, with charges; ``better``: only a plan with enough of these."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         key = floor.team, *about, floor.helping, floor.laden, joint, served, len(state.over)

@@ -322,7 +322,7 @@ def commanded(
         return False
 
     def near(region: Region) -> tuple[int, Region]:
-        """Return the number of steps from a region to the goal."""
+        """Return the sort key of a region: the number of steps to the goal, and its number."""
         return min(field[pose] for pose in bits(graph.on({region}))), region
 
     if not 0 < field[robot.pose] < FAR:
