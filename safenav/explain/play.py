@@ -184,8 +184,7 @@ class _Arena:
         return [goal.constraint for goal in left]
 
     def _nearest(self, start: int, goals: Sequence[Clause]) -> tuple[Sequence[int], Clause | None]:
-        """Return the nodes of a shortest walk after ``start`` to a goal, and the goal; else
-        none."""
+        """Return the nodes of a shortest walk after ``start`` to a goal, and the goal, if any."""
         values = self._strategy.values
 
         def steps(node: int) -> list[tuple[int, int]]:

@@ -131,8 +131,7 @@ class Case:
         return poses | {self.at[name]} if self.leaving.get(name) in poses else poses
 
     def way_back(self, name: str, pose: Any, obstacles: Iterable[Rest]) -> int | None:
-        """Return the only region to which a robot may leave an obstacle in which it stands, if
-        any."""
+        """Return the only region to which a robot may leave an obstacle in which it is, if any."""
         robot = self.state.robots[name]
         entered = robot.came is not None and robot.bound is None and pose == self.at[name]
         return robot.came if entered and pose[0] in self.walls(name, obstacles) else None
