@@ -83,11 +83,11 @@ def _known(scenario: Scenario, chosen: Callable[[Obstacle], bool]) -> tuple[Team
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
     """Return a sentence of warning for each obstacle that no run resolves since robots are missing,
-    for each objective that no run can meet, and for each robot with rivals and 'tracks'."""
+    for each objective that no run can meet, and for each robot of joint plans with 'tracks'."""
     found, blind = foresee(scenario), list[str]()
     for each in team_of(scenario).members:
-        if each.robot.tracks and each.rivals:
-            blind.append(f"'tracks' of {each.name} has no effect: joint plans drive it past rivals")
+        if each.robot.tracks and each.planned:
+            blind.append(f"'tracks' of {each.name} has no effect: joint plans drive it")
     return (*_unresolvable(scenario, found.lacks), *_unmet(scenario, found), *blind)
 
 

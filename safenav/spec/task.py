@@ -142,7 +142,7 @@ def forms(
     graph: PoseGraph,
     blocked: Mask = 0,
     *,
-    shared: bool = False,
+    planned: bool = False,
     assigned: bool = False,
 ) -> Iterator[ObjectiveForm]:
     """Yield the forms to try, the strongest first, for a robot at ``pose`` whose next target is
@@ -152,8 +152,8 @@ def forms(
     if isinstance(objective, Ltl) or plain == objective:
         yield ObjectiveForm(objective, turn)
         return
-    if shared or assigned:
-        yield ObjectiveForm(plain, turn, Weakening.SHARED if shared else Weakening.ASSIGNED)
+    if planned or assigned:
+        yield ObjectiveForm(plain, turn, Weakening.PLANNED if planned else Weakening.ASSIGNED)
         return
     count = len(objective.targets)
     turns = [(turn + k) % count for k in range(count)]
@@ -173,7 +173,7 @@ def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) 
         first, *others = (word(target) for target in _from(rung.turn, asked.targets))
         other = others[0] if len(others) == 1 else "the one whose turn it is"
         return f"{first} first: from here it cannot begin with {other} without crossing {first}"
-    waits = rung.weakening in (Weakening.SHARED, Weakening.ASSIGNED)
+    waits = rung.weakening in (Weakening.PLANNED, Weakening.ASSIGNED)
     return f"may cross a target on the way{' and wait at one' * waits}: {rung.weakening.value}"
 
 

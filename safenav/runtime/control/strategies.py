@@ -130,7 +130,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
         pose,
         member.graph,
         region_mask(known.region for known in walls),
-        shared=bool(member.rivals),
+        planned=member.planned,
         assigned=assigned,
     ):
         kept, names = dict(robot.values), role.objective.memory
