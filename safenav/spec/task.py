@@ -122,7 +122,7 @@ class Weakening(StrEnum):
     RULES = "its 'avoid' and 'always' leave no other path"
     OBSTACLES = "the known obstacles leave no other path"
     KEPT = "the team could not continue from a pose on the other path"
-    SHARED = "it shares its floor with other robots"
+    PLANNED = "a joint plan drives it"
     ASSIGNED = "it can be assigned another region at any time"
 
 

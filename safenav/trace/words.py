@@ -61,13 +61,11 @@ def some(names: Iterable[str]) -> str:
 
 
 def shortened(rule: str) -> str:
-    """Return an assumption, or the reason of a weaker form, whose list of robots at its end is cut
-    where there are many: ``infinitely often no robot is beside it (a, b, c and 57 others)``, ``it
-    shares its floor with a, b, c and 57 others``."""
-    begin, end = (" (", ")") if rule.endswith(")") else (" with ", "")
-    words, found, listing = rule.rpartition(begin)
-    names = listing.removesuffix(end).split(", ")
-    return rule if not found or len(names) <= MANY else f"{words}{begin}{some(names)}{end}"
+    """Return an assumption whose list of robots at its end is cut where there are many:
+    ``infinitely often no robot is beside it (a, b, c and 57 others)``."""
+    words, found, listing = rule.rpartition(" (")
+    names = listing.removesuffix(")").split(", ")
+    return rule if not found or len(names) <= MANY else f"{words} ({some(names)})"
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:

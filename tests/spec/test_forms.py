@@ -64,7 +64,7 @@ LITERAL = Patrol((at(0), at(1, 2)), literal=True)
     ("objective", "start", "turn", "about", "expected"),
     [
         *(
-            (objective, 2, 0, {"shared": True}, [(objective, 0, None)])
+            (objective, 2, 0, {"planned": True}, [(objective, 0, None)])
             for objective in (
                 Visit((at(0), at(4))),
                 Cover((at(0),)),
@@ -76,7 +76,7 @@ LITERAL = Patrol((at(0), at(1, 2)), literal=True)
         (PATROL, 2, 1, {}, [(PATROL, 1, None), (PATROL, 0, "TURNED"), (PLAIN, 1, "KEPT")]),
         (PATROL, 0, 0, {}, [(PATROL, 0, None), (PLAIN, 0, "KEPT")]),
         (PATROL, 0, 1, {}, [(PATROL, 0, "TURNED"), (PLAIN, 1, "KEPT")]),
-        (PATROL, 2, 0, {"shared": True}, [(PLAIN, 0, "SHARED")]),
+        (PATROL, 2, 0, {"planned": True}, [(PLAIN, 0, "PLANNED")]),
         (PATROL, 2, 0, {"assigned": True}, [(PLAIN, 0, "ASSIGNED")]),
         (WIDE, 3, 0, {}, [(WIDE.relaxed(), 0, "CORRIDOR")]),
         (LITERAL, 3, 0, {}, [(LITERAL, 0, None)]),
@@ -112,8 +112,8 @@ def test_a_weaker_form_states_its_reason() -> None:
     assert concession(WIDE, crosses) == (
         "may cross a target on the way: the map leaves no other path"
     )
-    assert concession(PATROL, ObjectiveForm(PLAIN, 0, Weakening.SHARED)) == (
-        "may cross a target on the way and wait at one: it shares its floor with other robots"
+    assert concession(PATROL, ObjectiveForm(PLAIN, 0, Weakening.PLANNED)) == (
+        "may cross a target on the way and wait at one: a joint plan drives it"
     )
 
 

@@ -129,7 +129,7 @@ class Story:
         for each in found:
             if each.allows:
                 doing = self._run.doing(each.objective)
-                self._echo(f"             {each.robot}: {doing} ({shortened(each.allows)})")
+                self._echo(f"             {each.robot}: {doing} ({each.allows})")
             for assumption in map(shortened, () if together else each.assumptions):
                 self._echo(f"             {each.robot} assumes: {assumption}")
 
