@@ -62,6 +62,8 @@ def export(
         options.refuse("-o FILE.npz", "rate")
     if motion is not None and written is not None:
         raise UsageError(f"--motion computes a motion, but {motion} is already one; leave one out")
+    if ".npz" in files and motion is None and written is None:
+        raise UsageError("samples (.npz) require a motion: add MOTION, or --motion FILE")
     run = read_trace(trace)
     moved = None
     if motion is not None:
@@ -79,8 +81,7 @@ def export(
     if (path := files.get(".mcap")) is not None:
         _bag(run, frame_of(run, moved.header.side if moved else side), path, moved)
     if (path := files.get(".npz")) is not None:
-        if moved is None:
-            raise UsageError("samples (.npz) require a motion: add MOTION, or --motion FILE")
+        assert moved is not None, "samples are of a motion"
         from safenav.motion.columns import npz_bytes
 
         write_out(path, npz_bytes(moved, rate))

@@ -158,6 +158,7 @@ CHEATS = (
 DAMAGED = "a part of this checker is missing, damaged or not for Python"
 ALTERED: dict[str, tuple[bytes | None, str]] = {
     "manifest.json": (b"\xff\xfe\x00", "a file is not as documented"),
+    "./manifest.json": (b'{"format": "safenav-bundle", "version": 4}', "not a bundle of version 5"),
     "trace.jsonl": (b"{}", "trace.jsonl is not the file that the manifest names"),
     "index.html": (b"<p>", "index.html is not the file that the manifest names"),
     "source/hello.yaml": (b"", "source/hello.yaml is not the file that the manifest names"),

@@ -119,6 +119,7 @@ ERRORS = [
     *from_yaml(beside(__file__, "errors.yaml")),
     ["(" * 5000 + "a" + ")" * 5000, None, "nested too deep"],
     ["!" * 5000 + "a", None, "nested too deep"],
+    ["!" * 101 + "a", None, "nested too deep"],
     ["a" + " -> a" * 5000, None, "nested too deep"],
     ["(" * 90 + "a" + "".join(" -> a" * 90 + ")" for _ in range(90)), None, "nested too deep"],
     ["(" * 90 + "a" + "".join(" & a | b)" for _ in range(90)), None, "nested too deep"],
@@ -187,7 +188,7 @@ def test_a_chain_of_thousands_of_operands_is_not_too_deep() -> None:
     """Generated files have disjunctions of hundreds of literals; nesting is limited."""
     chain = " | ".join(["x = 1"] * 5000)
     assert holds(chain, x=1) and not holds(chain, x=0)
-    assert holds("| a " * 500 + "! b", a=0, b=0)
+    assert holds("| a " * 500 + "! b", a=0, b=0) and holds("! " * 100 + "a", a=1)
 
 
 @pytest.mark.parametrize(("line", "infix"), from_yaml(beside(__file__, "prefix.yaml")))

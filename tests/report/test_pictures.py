@@ -96,7 +96,7 @@ def test_robots_over_one_another_and_the_name_of_a_narrow_area_are_drawn_apart(
 
 def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
     text, svg = drawn(own("zone"), tmp_path)
-    assert "parcel@dock: ordered at tick 4 at dock" in text
+    assert "parcel@loading_dock: ordered at tick 4 at loading_dock" in text
     assert '"9 3 2 3"' in svg
 
 

@@ -5,6 +5,7 @@ Whether a robot alone can patrol by the letter is compared with the explicit gam
 
 from random import Random
 
+import networkx as nx
 import pytest
 
 from safenav import Heading, Pose, RegionMap, SafenavError
@@ -12,7 +13,7 @@ from safenav.explain.explanation import play
 from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit
 from safenav.spec.specification import Constraint, Origin, Section
 from safenav.spec.task import Memory, ObjectiveForm, Weakening, can_keep, concession, forms
-from safenav.world.poses import Mobility, PoseGraph, region_mask
+from safenav.world.poses import Mobility, PoseGraph, bits, region_mask
 
 
 def floor(*rows: str) -> RegionMap:
@@ -127,6 +128,21 @@ def test_obstacles_and_mobility_are_named_if_they_are_the_reason() -> None:
     narrow = PoseGraph(floor("....."), Mobility.HEADING)
     (form,) = forms(patrol, 0, Pose(3, Heading.EAST), narrow)
     assert form.weakening is Weakening.MOBILITY
+
+
+def test_the_poses_around_a_pose_have_paths_from_it_and_back() -> None:
+    random, one_way = Random(1), 0
+    for _ in range(40):
+        world = floor(*("".join(random.choices("#.", (1, 3), k=5)) for _ in range(4)))
+        graph = PoseGraph(world, Mobility.HEADING)
+        poses = [p for p in bits(graph.poses_on(region_mask(world.free))) if random.random() < 0.8]
+        allowed = sum(1 << pose for pose in poses)
+        steps = nx.DiGraph([(p, q) for p in poses for q in (p, *graph.steps(p)) if q in poses])
+        for part in nx.strongly_connected_components(steps):
+            pose = random.choice([*part])
+            assert {*bits(graph.around(1 << pose, allowed))} == part
+            one_way += {*bits(graph.closure(1 << pose, allowed))} != part
+    assert one_way > 100
 
 
 def test_a_constraint_with_swapped_arguments_is_refused() -> None:

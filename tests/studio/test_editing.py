@@ -132,7 +132,7 @@ def test_comments_stay_through_many_edits_of_the_map(desk: Desk) -> None:
     comments = [line.partition("# ")[2] for line in COMMENTED.splitlines() if "# " in line]
     assert len(comments) == 15
     assert all(f"# {comment}" in desk.text for comment in comments), desk.text
-    assert desk.shown["drawing"] is not None
+    assert desk.shown["drawing"]["run"]["name"] == "commented"
 
 
 def test_areas_orders_and_exclusions_are_drawn(desk: Desk) -> None:

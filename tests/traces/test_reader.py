@@ -39,6 +39,7 @@ CASES = [
     of_header("by the judge alone", "too much nesting", ALWAYS, ["(" * 3000]),
     of_header("by the judge alone", "too much nesting", ALWAYS, ["!" * 3000 + "TRUE"]),
     of_header("by the judge alone", "too much nesting", ALWAYS, [" -> ".join(["TRUE"] * 400)]),
+    of_header("by the judge alone", "too much nesting", ALWAYS, [" ^ ".join(["TRUE"] * 200)]),
 ]
 """Who refuses it, the good trace, words, and edits; the first edit names the line."""
 NOT_TRACES: list[tuple[list[str], int, str]] = [
