@@ -125,11 +125,10 @@ def proof_file(e: Line) -> str:
 
 @dataclass
 class Drive:
-    """A robot's strategy, and its possible ``nodes`` (None: any node with the robot's pose; from
-    each of these the strategy keeps its guarantees)."""
+    """A robot's strategy, and its possible ``nodes``."""
 
     task: Task
-    nodes: set[int] | None
+    nodes: set[int]
 
 
 class Evidence:
@@ -276,13 +275,10 @@ class Evidence:
         """Each step follows a strategy or a plan; otherwise the robot stays, or backs up from an
         obstacle."""
         drive = self.drives.get(e.robot)
-        put = e.kind == "operator" and e.region is not None
         if e.kind in ("move", "depart"):
             self._step(e, s, drive)
         elif drive is None:
             return
-        elif put or e.at_once or e.active or (e.kind == "arrive" and e.step.strays):
-            drive.nodes = None
         elif e.kind == "assumption":
             drive.nodes = set()
             what = f"An assumption of {e.robot} failed; its guarantees"
@@ -290,8 +286,6 @@ class Evidence:
 
     def _step(self, e: Line, s: State, drive: Drive | None) -> None:
         robot, step, by = s.robots[e.robot], e.step, e.by or "strategy"
-        if step.strays and drive is not None:
-            drive.nodes = None
         if step.strays or robot.bound is not None:
             return  # the step was judged at its departure
         side = s.world.side(robot.pose[0], step.to) if robot.faces else None
@@ -313,7 +307,7 @@ class Evidence:
         require(mine or by != "strategy" or not goes, f"{e.robot} has the strategy of another duty")
         task, follows = drive.task, drive.task.graph.next
         here, there = (task.of_pose.get(pose, set()) for pose in (robot.pose, after))
-        nodes = here if drive.nodes is None else drive.nodes
+        nodes = drive.nodes
         if s.live:  # the robot may have stayed any number of times
             nodes = closure(nodes, lambda k: here.intersection(follows[k]))
         answers = {n for k in nodes for n in follows[k] if task.observes(n, s)}
