@@ -232,12 +232,14 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
             listed = [each for each in s.coming if each.name == one.name]
-            if one.ordered and (listed or e.cause != "world"):
-                _order(e, one, s)  # the order is due even if its line is missing
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
                 one.goes, one.truth = listed[0].goes, listed[0].traversable
                 one.within = s.due_within(listed[0])
+            if one.ordered:  # it is due even if its line is missing
+                one.known = True
+                s.orders.add(one.name)
+                _due(e, one, s)
             if e.cause == BATTERY:
                 here = (r for r in s.robots.values() if r.pose[0] == one.region)
                 empty = (r.name for r in here if s.is_empty(r, s.now(e)))
@@ -247,8 +249,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                     one.needs = tuple(n._replace(able=n.able - {name}) for n in one.needs)
                     one.rest = one.rest._replace(left=one.needs)
                 one.known = True
-        case "order":
-            _order(e, one, s)
         case "gone":
             one.there = one.known = one.shut = False
             s.dues.pop(one.name, None)
@@ -290,12 +290,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
 def _fill(e: Line, robot: Robot, s: State) -> None:
     robot.charge, robot.filled = float(robot.data.battery.capacity), False
     robot.stands = s.now(e) if s.live else robot.moved
-
-
-def _order(e: Line, one: Obstacle, s: State) -> None:
-    one.known = True
-    s.orders.add(one.name)
-    _due(e, one, s)
 
 
 def _due(e: Line, one: Obstacle, s: State) -> None:
