@@ -56,7 +56,7 @@ Commands:
 
   Exit codes:
     0  as expected: completed, realizable   2  bad input or usage
-    1  a proven negative: operator needed, unrealizable, expectation not met
+    1  a negative result: operator needed, unrealizable, expectation not met
     3  a limit: ticks, time, memory, size   4  internal or synthesizer failure
     130  interrupted
   Environment:

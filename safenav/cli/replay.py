@@ -45,7 +45,7 @@ def replay(
     motion: Annotated[options.InputOption, "The motion to show in 3D; else computed."],
     width: Annotated[int | None, options.PIXELS, "Width of PNG or GIF in pixels."],
     speed: Annotated[
-        float | None, SPEED, "Ticks per second; or times as fast as a live run (GIF).  [4 or 12]"
+        float | None, SPEED, "GIF: ticks per second [4], or times as fast as a live run [12]."
     ],
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network

@@ -44,7 +44,7 @@ class NoStrategyCause(StrEnum):
     ONE_WAY = "one_way"
     """Its mobility allows no path to a target, or none from there to the next target."""
     CROSSING = "crossing"
-    """Patrol forbids crossing a target out of its turn, and there is no other path."""
+    """``form: literal`` forbids crossing a target out of turn, and every path crosses one."""
     IMPOSSIBLE_START = "impossible_start"
     """The objective excludes the robot's initial pose."""
     CONTRADICTION = "contradiction"

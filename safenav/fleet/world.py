@@ -1,4 +1,4 @@
-"""The world of a mission with real robots (World, protocol 2), for any transport.
+"""The world of a mission with real robots (``runtime.worlds.protocol.World``), for any transport.
 
 A command becomes a goal in metres, and ends with one confirmed event: after a failure the robot is
 first sent back to the centre of its departure region, since a robot between two regions occupies

@@ -49,9 +49,10 @@ class Line:
 class Objective(Line):
     """An objective. ``targets``: the regions of each target, none for formulas; ``formulas``:
     formulas of ``ltl`` and ``always``, or None; ``texts``: the formulas of ``ltl`` in words.
-    ``settles``: whether the robot stays at its ``last`` target, where each tick is a round, if it
-    ``ends`` after the robot has met each target once. ``strict``: whether it leaves targets
-    immediately, and touches none out of turn; ``ordered``: whether one target is the next."""
+    ``settles``: whether the robot stays at its ``last`` target, where each tick is a round;
+    ``ends``: whether it does so after meeting each target once. ``strict``: whether it leaves
+    targets immediately, and touches none out of turn; ``ordered``: whether one target is the
+    next."""
 
     targets: list[frozenset[int]]
 
@@ -112,7 +113,9 @@ def read(kind: str, value: Any) -> Any:
         return read_object(OBJECTS[kind], value)
     if kind in TUPLES:
         kinds = TUPLES[kind]
-        _require(isinstance(value, list) and len(value) == len(kinds), "has another length")
+        _require(
+            isinstance(value, list) and len(value) == len(kinds), f"must be a list of {len(kinds)}"
+        )
         return tuple(map(read, kinds, value))
     end, inner = kind[-1], kind[:-1]
     if end == "~":

@@ -248,7 +248,8 @@ def _charged(
     how: tuple[bool, bool],
 ) -> Course | None:
     """Return a plan as above; if soon found, one with charge for a further stay. ``how``: whether
-    it may complete fewer rounds, and whether these are all rounds of the mission."""
+    it may complete fewer rounds, and whether the rounds of ``floor`` are all those of the
+    mission."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)

@@ -43,8 +43,9 @@ for a part of the mission that are tried."""
 
 class ChargedSearch(Search):
     """A search with charges. ``start``: a state with the charges of all robots. ``how``: whether
-    charges must suffice forever, not only for the plan; robots leave chargers with a full battery.
-    ``brisk``: whether each step counts as one tick; its plans are to be examined."""
+    charges must suffice forever, not only for the plan, and whether robots leave chargers only with
+    a full battery. ``brisk``: whether each step counts as one tick; its plans are to be
+    examined."""
 
     def __init__(
         self,

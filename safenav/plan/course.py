@@ -223,9 +223,9 @@ def _wanted(floor: Floor, last: Joint, i: int) -> float:
 
 
 def charged_plan(courses: Sequence[Course], begun: float) -> Plan | None:
-    """Return the plan of robots that need not wait for each other, part by part; None if a robot
-    cannot wait for the end of the other parts. ``begun``: the tick before its first one; in a live
-    run its start."""
+    """Return the joint plan of ``courses``, whose robots need not wait for each other; None if a
+    robot's charge does not suffice to wait for the end of all. ``begun``: the tick before its first
+    one; in a live run its start."""
     team = courses[0].floor.team
     end, charges = max(course.end for course in courses), [0.0] * len(team.members)
     ways: list[tuple[Waypoint, ...]] = [()] * len(team.members)

@@ -469,8 +469,8 @@ class Proposals:
         return [1 << pose % size | 1 << after.get(j, pose) % size for j, pose in poses]
 
     def _ranked(self, i: int) -> list[int]:
-        """Return a robot's possible next poses, the nearest to its goals first; free ones before
-        taken ones."""
+        """Return a robot's possible next poses, the nearest to its goals first; of equally near
+        ones, free before occupied."""
         here, field, rivals = self._poses[i], self._fields[i], self._rivals[i]
         now, size, draw = self._now, self._size, self._random.random
         ranks = [((0 if field is None else field[here]) + draw() / 2, here)]

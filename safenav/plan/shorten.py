@@ -163,8 +163,8 @@ def _disturbed(
 
 
 def earlier(course: Course) -> Course:
-    """Return an execution with the same end that takes less time, if all robots in turn, or else
-    one of them, can follow their earliest routes with the same charges."""
+    """Return a faster execution with the same end and stops, in which all robots in turn, or else
+    one of them, follow their earliest routes; the given one if none is faster."""
     for _ in range(REPEATS):
         order = sorted(course.floor.robots, key=lambda i: -course.arrives[i][-1])
         for group in (order, *([i] for i in order)):

@@ -24,7 +24,7 @@ _OBJECTIVE: Schema = {
 
 
 def trace_schema() -> Schema:
-    """Return the schema (draft 2020-12) that every line of a trace meets.
+    """Return the schema (draft 2020-12) that every line of a trace matches.
 
     Notes of other types, and fields that are not named here, are to be ignored by readers; so
     the schema allows them.

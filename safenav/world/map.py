@@ -231,8 +231,9 @@ def in_order(cells: Iterable[Collection[Region]]) -> Cells:
 
 
 def coarsened(cells: Cells, most: int, world: RegionMap) -> Cells:
-    """Return the cells with the smallest one joined to its smallest neighbour (to any cell if it
-    has none) until there are at most ``most``. Their beliefs contain those of the given cells."""
+    """Return the cells with the smallest one joined to its smallest neighbour (without neighbours:
+    to the smallest other cell) until there are at most ``most``. Their beliefs contain those of the
+    given cells."""
     found = list(cells)
     while len(found) > max(1, most):
         least = min(found, key=lambda cell: (len(cell), min(cell)))

@@ -139,7 +139,7 @@ TILTED = (cos(0.55) * cos(0.2), -sin(0.55) * sin(0.2), cos(0.55) * sin(0.2), sin
         ((1.0, 0.0, 0.0, nan), 1.0, None),
     ],
 )
-def test_odometry_gives_the_yaw_of_the_heading_and_is_ignored_unless_finite(
+def test_odometry_gives_the_yaw_of_the_orientation_and_is_ignored_unless_finite(
     turn: tuple[float, ...], east: float, yaw: float | None
 ) -> None:
     """Odometry that is not finite puts a robot in no region, and must not end the drive."""

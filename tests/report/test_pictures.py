@@ -100,7 +100,7 @@ def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
     assert '"9 3 2 3"' in svg
 
 
-def test_a_robot_out_of_service_bears_a_sign() -> None:
+def test_a_robot_out_of_service_has_a_sign() -> None:
     run = run_of("battery")
     out = next(tick for tick, away in run.track("digit").out if away)
     signs = [svg_of(run, tick).count(GLYPHS.events[StoryKind.SERVICE]) for tick in (out - 1, out)]

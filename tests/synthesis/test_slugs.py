@@ -88,7 +88,7 @@ def test_an_environment_variable_without_a_usable_binary_is_reported(
 
 @pytest.mark.usefixtures("uncached")
 @pytest.mark.parametrize(("body", "expected", "words"), from_yaml(beside(__file__, "answers.yaml")))
-def test_limits_are_verdicts_and_failures_are_errors_with_the_last_words_of_the_binary(
+def test_limits_are_verdicts_and_failures_are_errors_with_the_last_messages(
     script: Script, patrol: Specification, body: str, expected: str, words: str
 ) -> None:
     synthesizer = Synthesizer(script(body), seconds=300)

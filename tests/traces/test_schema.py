@@ -119,7 +119,7 @@ SHIPPED = ("case_study_1_beliefs", "case_study_2", "case_study_3", "corridor_swa
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_the_trace_of_a_shipped_scenario_meets_the_schema(name: str, tmp_path: Path) -> None:
+def test_the_trace_of_a_shipped_scenario_matches_the_schema(name: str, tmp_path: Path) -> None:
     lines = [json.loads(line) for line in trace_of_shipped(name).read_text().splitlines()]
     assert not [error for line in lines for error in SCHEMA.iter_errors(line)]
     trace = read_trace(trace_of_shipped(name))

@@ -80,7 +80,7 @@ def _meetings(plan: Plan, s: State) -> Iterator[str]:
             for j, (there, _) in enumerate(plan.ways.get(other, ())):
                 one, two = (robot, i), (other, j)
                 if there in shut and not (leaves(one, two) or leaves(two, one)):
-                    yield f"the plan lets {robot} and {other} meet in a region or zone"
+                    yield f"the plan lets {robot} and {other} share a region or zone"
 
 
 def _occupies(robot: str, s: State) -> frozenset[int]:
@@ -265,7 +265,7 @@ class Evidence:
         return task.objective == formed(own, None if own.literal else "alternation")
 
     def apart(self, e: Line, s: State) -> None:
-        """No two rivals ever meet: they follow plans, whose orders keep them apart."""
+        """No two rivals ever share a region or zone: they follow plans, whose orders prevent it."""
         if e.kind == "plan":
             self.plan, self.plans = plan_of(e, s), True
         else:

@@ -238,7 +238,7 @@ def outside(case: Examination, disc: Disc, spans: Sequence[Holding]) -> tuple[fl
         if into[worst] > TOUCH:
             (x, y), region = disc.centres[worst], case.grid.region(cell)
             what = f"its {disc.what} at ({x:.3f}, {y:.3f}) m reaches {into[worst]:.3f} m into "
-            return float(disc.times[worst]), f"{what}region {region}, which it does not have"
+            return float(disc.times[worst]), f"{what}region {region}, which it must not enter then"
     return None
 
 

@@ -63,7 +63,7 @@ def page_of(trace: Trace, source: str) -> str:
 
 
 def document(title: str, *data: str) -> str:
-    """Return a self-contained page with its policy and elements with its data."""
+    """Return a self-contained page with a content security policy. ``data``: script elements."""
     head = _ALONE.format(style=asset("page.css"))
     return framed(title, head, *data, f"<script>\n{asset('page.js')}</script>")
 

@@ -311,7 +311,7 @@ class Recorder:
         group = [*sorted({i, *(stage.done if later is None else ())})]
         if need.together:
             moving = not (self.team.live and self.simulated)
-            for leader in (i, None):  # anybody, if the team did not know the obstacle
+            for leader in (i, None):  # any leader, if the team did not know the obstacle
                 at = standing(self.team, state, moving=moving, leader=leader)
                 group = [*participants(self.team, state, at, i, k, later)]
                 if len(group) >= need.robots:

@@ -274,7 +274,7 @@ class World:
         among = self._acts(run, i)
         expected = self._changes(run, i, among)
         asks = (self.truth is not None and not self.live) or i not in self._asked
-        if not expected and not (asks and not self._is_busy(run, i)):  # acting shows that
+        if not expected and not (asks and not self._is_busy(run, i)):  # only acting shows whether
             return None
         self._asked.add(i)
         here = run.team.members[i].graph.pose(there.pose)
@@ -320,7 +320,7 @@ class World:
             among = [k for k in among if not _takes(run, k)] + loads
         stages = {k: stage for k, stage in self._changes(run, i, among) if k not in again}
         ready = {k for k, stage in stages.items() if team.obstacles[k].next(stage) is None}
-        if self.live:  # other robots came meanwhile
+        if self.live:  # robots that came meanwhile may have made a need ready
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
         there = run.state.obstacles  # an obstacle that is over disappeared in this instant
         if self.truth is not None:

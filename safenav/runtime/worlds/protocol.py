@@ -90,8 +90,8 @@ class Sensed(WorldEvent, frozen=True):
 
 class Acted(WorldEvent, frozen=True):
     """The action of a robot has ended: a result for each obstacle of the command, and for each
-    other obstacle that it has resolved. ``done``: the obstacle's last need is fulfilled. ``reason``
-    of a failure, or of an action without effect."""
+    other obstacle that it has resolved. The result ``done``: the obstacle's last need is fulfilled.
+    ``reason`` of a failure, or of an action without effect."""
 
     robot: str
     found: Sequence[tuple[Obstacle, ActResult]] = ()

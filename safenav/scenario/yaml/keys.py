@@ -173,8 +173,8 @@ class Beside(Struct, frozen=True):
 
 
 class _TakesKeys(StructMeta):
-    """The type of classes of keys: it takes the keys out, so that fields have their defaults: none
-    if a key must be given, except in an ``Item``."""
+    """Metaclass of classes with keys. It replaces the key of each field by its default; except in
+    an ``Item``, a field with a key that is required, or has a ``like``, gets none."""
 
     def __new__(
         cls, name: str, bases: tuple[type, ...], members: dict[str, Any], **config: Any
@@ -341,7 +341,8 @@ def _defined(kind: type[Part], definitions: dict[str, Any]) -> dict[str, Any]:
         for key in entries(kind).values():
             own = {"description": key.described} if key.described else {}
             part = schema(key.annotation, definitions, key)
-            properties[key.word] = own | part | own | dict(key.schema)  # with its default
+            # the description of the key replaces that of its class
+            properties[key.word] = own | part | own | dict(key.schema)
         needed = [key.word for key in entries(kind).values() if key.required]
         definitions[name] = {
             **described,
