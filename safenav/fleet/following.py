@@ -29,8 +29,9 @@ advance."""
 
 
 class Follower(Struct):
-    """A robot that follows references. ``mover``: its plan, on the clock of the world and in the
-    frame of the map; ``goal`` and ``action``: the numbers of its goal and its action, if any."""
+    """A robot that follows references. ``mover``: its plan, on the clock of the transport and in
+    the frame of the map; ``goal`` and ``action``: the numbers of its goal and its action, if
+    any."""
 
     name: str
     mover: Glider

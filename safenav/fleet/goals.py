@@ -73,7 +73,8 @@ class Goals:
         self.events.append(protocol.Sensed(self.now(), obstacle, robot, there=there))
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:
-        """Return the error message for a robot that is not where the run begins or continues."""
+        """Return the error message for a robot that is not where the run begins or continues; None
+        if it is there."""
         at, pose, name = body.place, body.pose, body.robot.name
         assert at is not None
         found = self.places.region(at.x, at.y)
@@ -158,8 +159,8 @@ class Goals:
 
     def watch(self, body: DrivenRobot) -> None:
         """Stop a robot that leaves the regions of its step: its own planner may lead it around an
-        obstacle, through regions that other robots may enter. A robot near the middle of another
-        region is lost; a follower's reference is monitored instead."""
+        obstacle, through regions that other robots may enter. A robot that reaches the centre of
+        another region is lost; a follower's reference is monitored instead."""
         task, off = body.task, self.sensing.off(body)
         if task is None or body.station.follow is not None:
             return
@@ -192,7 +193,8 @@ class Goals:
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """Handle a reported arrival or return: wait until odometry, which may be later, confirms
-        it, and then up to a second until the robot's sensors have a reading from there."""
+        it, and then up to ``FRESH`` seconds, or longer while a ray may hit what has left, until the
+        robot's sensors have a reading from there."""
         task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
         self.confirm(body, task)
 
@@ -238,7 +240,7 @@ class Goals:
         return self._near(body, region, self.places.frame.resolution / 4)
 
     def lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
-        """Declare the robot lost, for this ``reason`` if its odometry is fresh and on the map."""
+        """Declare the robot lost, for this ``reason`` if fresh odometry has it in a free region."""
         regions = frozenset((task.start.region, task.to.region))
         at = self.pose_now(body)
         if at is not None:

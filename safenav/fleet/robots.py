@@ -195,8 +195,9 @@ class FleetProgress:
         self._stages.pop(obstacle.name, None)
 
     def group(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> tuple[str, ...]:
-        """Return the robots that can fulfil the next need of an obstacle now, if this robot is
-        among them. ``idle``: the regions of those that can take part."""
+        """Return the robots that act when this robot acts on the next need of an obstacle now: all
+        together, or this robot alone; none if it cannot, or too few are there to act together.
+        ``idle``: the regions of those that can take part."""
         floor, stages = self._floor(obstacle)
         need, members = floor.need(0, stages), self._team.members
         at = [idle.get(member.name) for member in members]

@@ -93,7 +93,7 @@ class Sensing:
 
     def stray(self, robot: Robot, region: Region) -> Obstacle | None:
         """Return the obstacle that represents another robot in a region to which it was not sent:
-        it has left its path, or a person has moved it."""
+        it has left its path, or a person has moved it; None if there is none."""
         for body in self._bodies.values():
             at = body.place
             if at is None or not robot.conflicts(body.robot):

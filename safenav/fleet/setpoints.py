@@ -1,8 +1,8 @@
 """Sampled references for robots with their own tracking controllers.
 
 They are in the frame of the world (the map's origin and yaw applied): metres, seconds, radians.
-Times are on the clock of the fleet's world. The stream is ``HORIZON`` samples ``PERIOD`` seconds
-apart, sent once per period (paper, Section VII: a quadratic programme at 20 Hz).
+Times are on the clock of the transport. The stream is ``HORIZON`` samples ``PERIOD`` seconds apart,
+sent once per period (paper, Section VII: a quadratic programme at 20 Hz).
 """
 
 from __future__ import annotations

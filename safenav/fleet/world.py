@@ -3,8 +3,8 @@
 A command becomes a goal in metres, and ends with one confirmed event: after a failure the robot is
 first sent back to the centre of its departure region, since a robot between two regions occupies
 both. A robot that cannot be brought back, or has no fresh odometry, is lost in the two regions.
-An arrival waits up to a second for a reading of the new surroundings: an earlier reading does not
-show what is in front of the robot now.
+An arrival waits a few seconds at most for a reading of the new surroundings: an earlier reading
+does not show what is in front of the robot now.
 """
 
 import queue

@@ -1,5 +1,5 @@
-"""Regions in metres, headings; polynomials in time, lowest power first; the
-mass of a linear inverted pendulum.
+"""Regions in metres, headings, polynomials in time (lowest power first), and the mass of a linear
+inverted pendulum.
 
 The frame of a motion: x east, y north, origin at the south-western corner of the map, metres,
 radians counter-clockwise from east.

@@ -80,7 +80,8 @@ def _flown(
 
 
 def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
-    """Return the floor of a trace in metres. ``side``: side of its regions, if its map has none."""
+    """Return the floor of a trace in metres. ``side``: side of its regions (None: that of its map,
+    else ``SIDE``)."""
     world = trace.header.scenario.map
     if side is None:
         side = SIDE if world.frame is None else world.frame.resolution

@@ -157,7 +157,7 @@ def stop(gait: Gait, foot: int) -> Segment:
 
 
 def stand(gait: Gait, seconds: float) -> Segment:
-    """Stand at rest."""
+    """Return the stand in the standing pose, for some seconds."""
     x, offset = 2 * gait.length, gait.walker.foot
     rest = np.array([x, 0.0, 0.0, 0.0])
     feet = tuple(Foothold(x, side * offset, 0.0, side, 0.0, seconds) for side in (LEFT, RIGHT))

@@ -1,9 +1,9 @@
 """A run as waypoints in metres, for a robot stack to follow.
 
 A waypoint is the position of a robot at the end of a tick (in a live run: of each of its steps) or,
-with the motion of a run, at the end of each piece that moves it or brings it to rest. It is in the
-frame of ROS map_server: x grows east, y grows north, the origin is the south-western corner
-(docs/maps.md); metres, seconds since the start, radians.
+with the motion of a run, at the end of each piece that leads to another region, turns it or stops
+it. It is in the frame of ROS map_server: x grows east, y grows north, the origin is the
+south-western corner (docs/maps.md); metres, seconds since the start, radians.
 """
 
 import csv
@@ -76,8 +76,8 @@ def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
 
 
 def timed_waypoints(motion: Motion) -> list[Waypoint]:
-    """Return the waypoints of a motion: the start, and the end of each piece that moves the robot
-    or brings it to rest."""
+    """Return the waypoints of a motion: the start, and the end of each piece that leads the robot
+    to another region, turns it or stops it."""
     x0, y0, turned = motion.header.origin
     frame = Frame(motion.header.side, (x0, y0), turned)
 

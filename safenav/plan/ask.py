@@ -209,7 +209,7 @@ def ask_charged(
     """Return a plan for which the charges suffice: forever after it, or at least until its end. If
     none is found for the whole mission, it may be one for a part, after which they suffice.
     Robots that cannot hinder each other are planned apart, if their charges last until the end of
-    all."""
+    all. None if no plan is found."""
     if _crowded(floor) is not None:
         return None
     sharing = [i for i in floor.robots if i in floor.team.sharing]
@@ -247,9 +247,9 @@ def _charged(
     check: Callable[[], None],
     how: tuple[bool, bool],
 ) -> Course | None:
-    """Return a plan as above; if soon found, one with charge for a further stay. ``how``: whether
-    it may complete fewer rounds, and whether the rounds of ``floor`` are all those of the
-    mission."""
+    """Return a plan for ``ask_charged``, preferably with charge for a further stay; None if none is
+    found. ``how``: whether it may complete fewer rounds, and whether the rounds of ``floor`` are
+    all those of the mission."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)

@@ -291,8 +291,8 @@ def raced(
     searches: Sequence[ChargedSearch], work: int, goes_on: Callable[[Joint], bool]
 ) -> Course | None:
     """Return the plan that ends first, of searches with this much work each, after which the team
-    ``goes_on``. They take turns until one turn after the first plan, so that a search without a
-    plan costs at most as much as the others."""
+    ``goes_on``; None if there is none. They take turns until one turn after the first plan, so that
+    a search without a plan costs at most as much as the others."""
     left, found, turn, until = [*searches], list[Course](), 0, ROUNDS
     while turn < until:
         turn += 1

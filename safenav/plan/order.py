@@ -300,8 +300,8 @@ def at_end(state: State, among: Iterable[int]) -> bool:
 
 def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     """Return whether a plan cannot continue by itself: none of its robots moves, acts, can act or
-    step, or counts by staying, and none waits for an action of a robot with a strategy (``helped``:
-    the obstacles of these)."""
+    step, or counts by staying, and none waits for charge, or for an action of a robot with a
+    strategy (``helped``: the obstacles of these)."""
     plan = state.plan
     assert plan is not None
     at = standing(team, state, moving=False)

@@ -68,8 +68,9 @@ class Search:
         return completes(self.floor, joint, self.served)
 
     def run(self, until: int = ROUNDS) -> Answer:
-        """Return the first plan that a variant of the search finds. Cheap variants are tried first.
-        Another call continues with the next round."""
+        """Return the first plan or proof that a variant of the search finds; None if the budget, or
+        round ``until``, is reached. Cheap variants are tried first. Another call continues with
+        the next round."""
         if self.goal(self.start):
             return [self.start]
         few, far = len(self.floor.robots) <= FEWEST, self._far()

@@ -92,7 +92,7 @@ SECONDS = 20.0
 RUN_SECONDS = 5.0
 """Wall time of one run with a repair, in seconds."""
 TRIED = 6
-"""Most candidates of one kind that are run."""
+"""Maximum number of candidates of one kind that are run."""
 
 
 class TeamRepair(Struct, frozen=True):

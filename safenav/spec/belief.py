@@ -201,10 +201,10 @@ def _following(
 
 SOURCE = "safenav: beliefs about other robots"
 MOST_CELLS = 6
-"""Most cells of an automatic partition; with more, the smallest are joined
+"""Maximum number of cells of an automatic partition; with more, the smallest are joined
 (docs/tracking.md)."""
 MOST_BELIEFS = 4000
-"""Most beliefs of a specification."""
+"""Maximum number of beliefs of a specification."""
 
 
 class Model(Struct, frozen=True):

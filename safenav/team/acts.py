@@ -119,7 +119,8 @@ def consequences(
     team: Team, before: State, event: now.Elsewhere | now.Failed | now.Lost
 ) -> Iterator[now.Event]:
     """Yield the events that follow from a step that did not end as commanded. If another robot may
-    be in the robot's region, an operator is needed. ``before``: the state before the event."""
+    be in the robot's region, the robot is out of service. ``before``: the state before the
+    event."""
     i, robot = event.robot, team.members[event.robot].robot
     here, target = (pose % team.size for pose in (before.robots[i].pose, before.robots[i].next))
     policy, tried = team.scenario.failures, (*before.robots[i].failed, target)
@@ -167,7 +168,8 @@ def vain(
     team: Team, before: State, after: State, i: int, failed: Collection[int]
 ) -> Iterator[now.Event]:
     """Yield the events that follow from failed actions: obstacles that the team sees or encounters,
-    and the robot out of service if it cannot turn back. ``before``, ``after``: states."""
+    and the robot out of service if it cannot turn back. ``before``, ``after``: the states around
+    the action."""
     pose, late = after.robots[i].pose, barred(team, after) - barred(team, before)
     behind, steps = after.robots[i].behind, team.members[i].graph.steps(pose)
     for k in failed:

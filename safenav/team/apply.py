@@ -373,10 +373,10 @@ Counted = tuple[Objective, Count, Count, tuple[int, ...]]
 
 
 def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> Iterator[Counted]:
-    """Yield each count of a robot where it stands, none in transit: with its own objective; on a
-    ``duty`` only if that remembers them, and then with the duty. A turn that takes no time counts
-    once for each target and, where the objective settles, for each round; but formulas count one
-    step."""
+    """Yield each count of a robot where it stands, none in transit: with its own objective, during
+    a duty only if it ``_remembers``; then, if ``duty``, with that of the duty. A turn that takes no
+    time counts once for each target and, where the objective settles, for each round; but formulas
+    count one step."""
     robot, own = _begun(team, state, i), team.members[i].objective
     mine = robot.objective == own
     parts = [(own, robot.own, team.rounds)] if mine or _remembers(team, state, i) else []
@@ -393,8 +393,8 @@ def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> 
 
 
 def _begun(team: Team, state: State, i: int) -> RobotNow:
-    """Let a robot that has just got a strict objective begin with the target on which it stands, if
-    any. (Robots of a plan keep the order of the plan.)"""
+    """Return the robot; if it has just got a strict objective, it begins with the target on which
+    it stands, if any. (Robots of a plan keep the order of the plan.)"""
     robot, member = state.robots[i], team.members[i]
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
@@ -427,7 +427,7 @@ def _count(
 
 
 def _with_counts(team: Team, state: State, event: now.Counted) -> State:
-    """Count goals; a resolution restarts both counts."""
+    """Count goals of the own objective and of the duty."""
     i, member = event.robot, team.members[event.robot]
     robot = _begun(team, state, i)
     changes = {"own": robot.own, "task": robot.task, "fresh": robot.fresh and robot.to is not None}

@@ -143,10 +143,10 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def aim(
         self, allowed: Mask, goal: Mask, turn: int, at: tuple[int, float], how: tuple[bool, bool]
     ) -> Mask:
-        """Return the goal; or, if its charge does not suffice, the chargers with the fewest stops
-        before it that are in reach, or its own charger. Target ``turn`` comes after the goal.
-        ``at``: pose and charge; ``how``: the charge must be ``lasting``, and it leaves chargers
-        ``full`` only."""
+        """Return the goal if the charge suffices, or no charger helps; else the chargers in reach
+        with the fewest stops before the goal, or the one where the robot is. If it waits for a
+        resolution: ``home``. Target ``turn`` comes after the goal. ``at``: pose and charge;
+        ``how``: the charge must be ``lasting``, and the robot leaves chargers ``full`` only."""
         (pose, charge), (lasting, full), battery = at, how, self.battery
         on, far = self.chargers >> pose & 1, self.graph.distances
         if goal >> pose & 1:
@@ -174,7 +174,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
 
 def dominated(charges: Sequence[float], known: list[tuple[float, ...]]) -> bool:
-    """Return whether some known charges are at least as high everywhere; keep only the highest."""
+    """Return whether some known charges are at least as high everywhere; if not, add these, and
+    keep only the highest."""
     if any(all(map(ge, one, charges)) for one in known):
         return True
     known[:] = [one for one in known if not all(map(ge, charges, one))]

@@ -20,8 +20,8 @@ from safenav.world.poses import Mask, PoseGraph, bits
 Stages = tuple[Stage, ...]
 T = TypeVar("T")
 Inside = tuple[int, int, int, int | None]
-"""A robot in an obstacle that is closed to it, its pose, and the only region to which it may leave,
-if it has entered it to resolve it (None: any)."""
+"""A robot, the obstacle closed to it in which it is, its pose, and the only region to which it may
+leave, if it has entered to resolve the obstacle (None: any)."""
 
 
 class Joint(NamedTuple):
@@ -144,7 +144,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def skilled(self, g: int, stages: Stages) -> tuple[int, ...]:
-        """Return the candidates that may act where they are."""
+        """Return the candidates in service whose actions on the gate have not failed too often."""
         able = (i for i in self.candidates(g, stages) if self.in_service(i, stages))
         return tuple(i for i in able if (i, self.gates[g]) not in self.barred)
 
@@ -318,8 +318,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def completed(
         self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
     ) -> bool:
-        """Return whether all rounds are completed, and each robot (of ``who``) is in a pose where
-        it may end."""
+        """Return whether all rounds are completed, no ``served`` gate is open, and each robot (of
+        ``who``) is in a pose where it may end."""
         robots = self.robots if who is None else who
         if not all(self.is_done(i, joint.counts[i]) for i in robots):
             return False
@@ -442,7 +442,7 @@ def charged(team: Team, state: State, i: int) -> bool:
 
 
 def floor_now(team: Team, state: State) -> Floor:
-    """Return the floor as the team knows it, with all robots in service."""
+    """Return the floor as the team knows it, with the robots that are in service."""
     every = enumerate(state.robots)
     away = ((i, robot) for i, robot in every if not robot.active and not charged(team, state, i))
     out = frozenset((i, robot.next) for i, robot in away)

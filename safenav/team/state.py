@@ -35,9 +35,10 @@ class Count(NamedTuple):
 
 
 class Is(StrEnum):
-    """State of an obstacle. ``SEEN``: a sensor shows it, but it has no request; ``OPEN``:
-    encountered or ordered, with a request; ``SEALED``: permanent (in O), because it is
-    untraversable or can never be resolved; ``OVER``: resolved, or gone."""
+    """State of an obstacle. ``AWAY``: has not appeared yet; ``HIDDEN``: unknown; ``SEEN``: a sensor
+    shows it, but it has no request; ``OPEN``: encountered or ordered, with a request; ``SEALED``:
+    permanent (in O), because it is untraversable or can never be resolved; ``OVER``: resolved, or
+    gone."""
 
     AWAY = "away"
     HIDDEN = "hidden"
@@ -135,9 +136,9 @@ class RobotNow(Struct, frozen=True):
 class Waypoint(NamedTuple):
     """A stop of a plan: the pose, and the conditions of its step. ``after`` (robot, waypoint): that
     other robot has arrived there; ``needs``: needs of obstacles that are fulfilled (obstacle, how
-    many); ``progress``: its count (memory and met), if exactly the obstacles ``over`` are: the plan
-    counts immediately what staying meets; ``charge``: the charge that it then has; on a charger it
-    waits for that charge, and until ``tick``."""
+    many); ``progress``: its count (memory and met), if exactly the obstacles in ``over`` are over:
+    the plan counts immediately what staying meets; ``charge``: the charge that it then has; on a
+    charger it waits for that charge, and until ``tick``."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -215,7 +216,8 @@ class Goes(Event, frozen=True):
 
 
 class Time(Change, frozen=True):
-    """The time of the run, with which charges change in a live run; else with each stay."""
+    """The time of the run. In a live run, charges of robots at rest change with it; in lockstep,
+    with each stay."""
 
     now: float
 

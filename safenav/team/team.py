@@ -361,7 +361,8 @@ def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Te
 
 
 def based(team: Team, poses: Mapping[int, Pose]) -> Team:
-    """Return the team whose robots have, and deliver loads along, the paths from these poses."""
+    """Return the team whose robots have these poses as ``base``, which determine the robots that
+    can deliver loads."""
     pairs = enumerate(team.members)
     members = tuple(replace(each, base=poses.get(i, each.base)) for i, each in pairs)
     obstacles = (

@@ -1,8 +1,8 @@
 """Trace files (docs/trace.md): typed records are read from them, and appended to them.
 
 A writer that was killed leaves an incomplete last line, which is not an error: ``cut_off`` records
-it. Any other line that violates the format is one diagnostic; all are reported, unless the first
-line is not a header. Each line is flushed when it happens.
+it. Any other line that violates the format is one diagnostic; the first ones are reported, others
+counted; if the first line is not a header, only this. Each line is flushed when it happens.
 """
 
 from __future__ import annotations
@@ -112,8 +112,8 @@ def read_trace(path: str | Path) -> Trace:
 
 
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
-    """Return the trace in some bytes. ``source`` names it in messages. Raises InputError with the
-    first error of each line."""
+    """Return the trace in some bytes. ``source`` names it in messages. Raises InputError with up to
+    twenty diagnostics, one for each invalid line, and the number of others."""
     check_kind(content[:_BEGINNING], "trace", source)
     lines = content.split(b"\n")
     cut_off = bool(lines[-1].strip()) and not _is_json(lines[-1])
@@ -151,7 +151,8 @@ def _is_json(content: bytes) -> bool:
 
 
 def _shown(value: Any, *, lines: bool = False) -> Any:
-    """Return a value whose names are safe on a terminal; ``lines``: a text keeps its line ends."""
+    """Return a value whose strings are safe on a terminal; ``lines``: a text keeps its line
+    ends."""
     match value:
         case str():
             return "\n".join(map(_escaped, value.split("\n"))) if lines else _escaped(value)
@@ -246,7 +247,8 @@ def _converted(number: int, kind: type[R], data: dict[str, Any]) -> R:
 
 
 def _misfit(scenario: Scenario) -> str | None:
-    """Return the error for the first name or region in a scenario that map or team lacks."""
+    """Return the error of a scenario with a name or region that team or map lacks, or two robots of
+    one name; None if there is none."""
     world, names = scenario.map, {robot.name for robot in scenario.robots}
     objectives = [change.objective for change in scenario.changes]
     for robot in scenario.robots:
@@ -315,7 +317,7 @@ class TraceWriter:
             raise self._failure(error) from error
 
     def _remove_empty(self) -> None:
-        """Remove an empty file, after an interrupt before the first record."""
+        """Remove the file if this writer has created it, and wrote nothing."""
         if self._made and not self._begun:
             self._path.unlink(missing_ok=True)
 

@@ -3,8 +3,7 @@
 One frozen class for each type of line. The reader, the writer and the JSON Schema are driven by the
 annotations: a field's JSON name is its name here, without the underscore that distinguishes it from
 a word of Python. A field with a default may be absent; one whose default is None is left out when
-it is None. This module imports no runtime code of safenav, so that independent checkers can read
-traces.
+it is None.
 """
 
 from collections.abc import Mapping
@@ -348,8 +347,8 @@ class Part(Record, frozen=True, tag="part"):
 
 class Resolved(Record, frozen=True, tag="resolved"):
     """An obstacle is resolved: its last need was fulfilled. ``requested``: whether a request for it
-    was open; ``traversable``: the truth that it revealed; ``robots``: all that took part, if there
-    are several."""
+    was open; ``traversable``: the truth that it revealed; ``robots``: all that fulfilled its only
+    need, if several."""
 
     obstacle: str
     robot: str

@@ -32,7 +32,7 @@ class MovedBy(StrEnum):
     BACKTRACK = "backtrack"
     PLAN = "plan"
     STAY = "stay"
-    """The robot was kept where it is: no successor, or held back by coordination."""
+    """The robot acts, is out of service, has no successor, or is held back by coordination."""
 
 
 class MoveEnd(StrEnum):

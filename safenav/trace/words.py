@@ -51,7 +51,7 @@ def listed(names: Iterable[str]) -> str:
 
 
 MANY = 8
-"""Most robots that a line for people names one by one."""
+"""Maximum number of robots that a line for people names one by one."""
 
 
 def some(names: Iterable[str]) -> str:

@@ -78,9 +78,9 @@ def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Reg
 
 
 def _sums(lines: NDArray[Any], side: Fraction, count: int) -> NDArray[np.int64]:
-    """Return for each region along one axis the sum of the lines of pixels below it, each as often
-    as the length that it shares with the region. A pixel is as long as the denominator of ``side``,
-    so that lengths are integers."""
+    """Return for each region along one axis the sum of the lines of pixels that it covers, each
+    times the length that both share. A pixel is as long as the denominator of ``side``, so that
+    lengths are integers."""
     long, unit = side.numerator, side.denominator
     borders = np.minimum(np.arange(count + 1) * long, len(lines) * unit)
     first, part = np.divmod(borders, unit)  # each border's pixel, and its part before the border

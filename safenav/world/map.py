@@ -151,7 +151,8 @@ class RegionMap(Struct, frozen=True, dict=True):
         self, targets: Iterable[Region], inside: Collection[Region] | None = None
     ) -> dict[Region, int]:
         """Return the steps to the nearest of ``targets`` from every free region that is connected
-        to a target (``inside`` some regions), for a robot that can turn on the spot."""
+        to a target, for a robot that can turn on the spot. ``inside``: the regions that it may
+        enter (None: all)."""
         depth = dict.fromkeys(targets, 0)
         queue = list(depth)
         for region in queue:
@@ -250,9 +251,9 @@ def rooms(world: RegionMap) -> Cells:
 
     Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The rest is
     narrow. A narrow piece of at most two regions is a doorway (or a nook) and belongs to a room
-    that it touches, the one whose open floor begins first in reading order; a longer piece is a
-    corridor, a cell of its own. So an opening one region wide in a wall separates two rooms, and a
-    pillar does not.
+    that it touches, the one whose open floor begins first in reading order. Any other piece is a
+    cell of its own, such as a corridor. So an opening one region wide in a wall separates two
+    rooms, and a pillar does not.
     """
     free, wide = {*world.free}, set[Region]()
     for region in world.free:

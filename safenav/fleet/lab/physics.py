@@ -38,7 +38,7 @@ HEIGHT, TALL = 1.8, 3.0
 STEP = 0.01
 """Seconds of a step of the simulation."""
 FORCE, TORQUE = 2.5, 20.0
-"""Highest accelerations of a robot on the ground, m/s^2 and rad/s^2."""
+"""Maximum accelerations of a robot on the ground, m/s^2 and rad/s^2."""
 STIFF, BRAKING = 10.0, 1.5
 """Gain (1/s) with which a robot tracks its reference; and, for a reference far away, the square of
 the approach speed divided by distance and acceleration: 2 would leave no reserve to brake."""
@@ -67,7 +67,7 @@ class LabObstacle(Struct, eq=False):
 
 class Dimensions(Struct, frozen=True):
     """A robot's body: metres, metres per second, kg; ``height``: its altitude, 0 on the ground;
-    ``pull``: its highest acceleration in m/s^2."""
+    ``pull``: its maximum acceleration in m/s^2."""
 
     name: str
     radius: float
@@ -209,7 +209,7 @@ class Physics:
         self._give_up(self._bodies[robot], GoalEnd.CANCELED)
 
     def perform(self, robot: str, action: str, number: int) -> None:
-        """Let a robot act on an obstacle that needs this action, in its region or beside it."""
+        """Let a robot act on an obstacle that needs this action."""
         body = self._bodies[robot]
         here = self._here(body)
         found = None if here is None else self._reached(here, action)
@@ -250,7 +250,7 @@ class Physics:
 
     def noticed(self, name: str, *, bodies: bool = False) -> dict[Region, str | None]:
         """Return the adjacent regions with the name of the obstacle that the robot sees there: an
-        uncertain region or, with ``bodies``, any obstacle."""
+        uncertain region or, with ``bodies``, any obstacle (None: it sees none)."""
         here = self._here(self._bodies[name])
         near = () if here is None else self._places.world.neighbours(here)
         found: dict[Region, str | None] = dict.fromkeys(near)
@@ -344,7 +344,8 @@ class Physics:
 
     def _reached(self, here: Region, action: str) -> LabObstacle | None:
         """Return the obstacle on which a robot acts: one whose next need is fulfilled there, or one
-        in its region or an adjacent one that needs the action, but not now or not from here."""
+        in its region or an adjacent one that needs the action, but not now or not from here; None
+        if there is none."""
         world, beside = self._places.world, None
         near = {here, *world.neighbours(here)}
         for one in self.standing.values():

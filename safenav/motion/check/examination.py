@@ -1,5 +1,5 @@
 """A motion with its trace, the findings about it, and the space that bodies occupy, as samples of
-discs. Rules of space: reservations of regions, bodies inside reserved regions, and distances.
+discs. Rules of space: bodies inside the regions of their steps, and distances.
 """
 
 from collections.abc import Hashable, Iterator, Sequence

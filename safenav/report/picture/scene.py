@@ -44,7 +44,7 @@ RING = 0.34
 ASIDE = ((0.71, -0.71), (0.71, 0.71), (-0.71, 0.71))
 """Positions of the robots' shapes on the rings of one region, from its centre, in radii."""
 REACH = 2.2
-"""Most distance of a robot's nose and badges from its centre, in radii of its body."""
+"""Maximum distance of a robot's nose and badges from its centre, in radii of its body."""
 BADGE = 0.96
 """Distance of a badge from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
