@@ -266,7 +266,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
             if replace:
                 part.replace(path)
             else:
-                os.link(part, path)  # unlike renaming, linking fails if the name is taken
+                os.link(part, path)  # unlike renaming, linking fails if the name exists
         except FileExistsError:
             hint = "choose another name, or replace it with --force"
             raise UsageError(f"{path} already exists\n    {hint}") from None

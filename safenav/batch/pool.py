@@ -84,7 +84,7 @@ class DaskCluster(Pool):
     def __init__(self, address: str, conditions: Conditions) -> None:
         super().__init__(1, conditions)
         with needing("a Dask cluster", "dask"):
-            dask = importlib.import_module("distributed")  # large, and optional
+            dask = importlib.import_module("distributed")  # imported here: large, optional
         self._address = address
         try:
             self._client = dask.Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)

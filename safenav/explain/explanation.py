@@ -357,7 +357,7 @@ def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
 
 
 def _crossing(task: Task, world: RegionMap) -> Target | None:
-    """Return the target that blocks the path to another one."""
+    """Return the first target that blocks the path to another one; None if there is none."""
     blocked = {known.region for known in task.blocked}
     targets = task.objective.targets
     for target in targets:

@@ -211,7 +211,7 @@ class _Arena:
         return list(path_to(end, before))[1:]
 
     def never_met(self, cycle: Sequence[int]) -> Constraint | None:
-        """Return a goal that a cycle does not meet."""
+        """Return the first goal that a cycle does not meet; None if there is none."""
         values = self._strategy.values
         steps = [(values(a), values(b)) for a, b in zip(cycle, (*cycle[1:], cycle[0]), strict=True)]
         unmet = (goal for goal in self._goals if not any(goal.holds(*step) for step in steps))

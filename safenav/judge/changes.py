@@ -177,8 +177,8 @@ def listed_times(s: State) -> list[int]:
 
 
 def later_change(e: Line, s: State) -> float | None:
-    """Return the next time at which the scenario certainly changes something, within its limits; in
-    a user's world, only changes of robots are certain."""
+    """Return the next time at which the scenario certainly changes something, within its limits
+    (in a user's world, only changes of robots are certain); None if there is none."""
     now = (e.t or s.time) if s.live else s.tick
     late = (x for x in s.scenario.inputs if s.inputs[x.name] is not _is_on(x, now))
     spans = [span for each in s.scenario.inputs for span in each.spans]

@@ -479,7 +479,8 @@ class State:
 
     def restart(self, robot: Robot) -> None:
         """Begin a round of a robot, with its deadline."""
-        was_away = robot.away or (robot.was_away and robot.begun == self.tick)  # twice in a tick
+        # a round may begin twice in a tick
+        was_away = robot.away or (robot.was_away and robot.begun == self.tick)
         robot.begun, robot.was_away, robot.away = self.tick, was_away, False
         self.dues.pop(robot.name, None)
         if robot.within is not None:

@@ -241,7 +241,7 @@ class GliderPace(Pace):
         """Return the seconds of the way back to the centre; a rover first turns to its path."""
         turn = self._turning(_between(self.facing, self._next)) if self._rover else 0.0
         room = self._side / 2 - self._figures.values["size"] / 2 - ROOM
-        return turn + self._figures.glide(max(0.0, room))  # a large robot acts in the middle
+        return turn + self._figures.glide(max(0.0, room))  # a large robot acts at the centre
 
 
 def pace_of(

@@ -66,7 +66,8 @@ def ask(
 ) -> Found | Deadlock | Unserved | None:
     """Return the answer for the whole remaining mission with all ``served`` gates resolved, or, for
     a long mission, a plan for its next rounds. In a plan, rounds with a deadline continue until all
-    rounds are completed, if possible. ``check`` raises if the search must end."""
+    rounds are completed, if possible. ``check`` raises if the search must end. None if the budget
+    is exhausted."""
     if (none := _crowded(floor) or _alone(floor, joint)) is not None:
         return none
     sharing = [i for i in floor.robots if i in floor.team.sharing] or floor.robots

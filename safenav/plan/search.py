@@ -155,7 +155,8 @@ class Search:
                     break
 
     def _aside(self, joint: Joint) -> tuple[int, ...] | None:
-        """Return the next poses if each robot of a random half tries only to leave its pose."""
+        """Return the next poses if each robot of a random half tries only to leave its pose; None
+        if that is impossible."""
         order, fields = self._order(STATIC), list[Field]([None] * len(joint.poses))
         for i in order[: len(order) // 2]:
             away = [0] * (self.floor.team.size * self.floor.graphs[i].blocks)
@@ -289,8 +290,9 @@ class Search:
         return goal
 
     def _legs(self, most: int) -> list[Joint] | None:
-        """Return a chain of legs, in each of which all other robots let one robot pass. Backtracks
-        at random, farther after more failures since the longest chain."""
+        """Return a chain of legs, in each of which all other robots let one robot pass; None if it
+        is not found soon. Backtracks at random, farther after more failures since the longest
+        chain."""
         legs: list[list[Joint]] = [[self.start]]
         vain = made = longest = failed = 0
         while not self.goal(legs[-1][-1]):

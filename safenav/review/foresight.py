@@ -166,7 +166,7 @@ def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
     """Return as data what a robot's controller allows and assumes, and why it is unrealizable."""
     task, world, why = answer.task, plan.map, None
     if not answer.realizable:
-        from safenav.explain.explanation import explain_unrealizable  # rarely needed
+        from safenav.explain.explanation import explain_unrealizable  # rare, so imported here
 
         why = explain_unrealizable(task.robot, task, world)
     assumed = assumption_names(task, world)

@@ -95,7 +95,7 @@ class Solver:
         self, now: Sets, poses: tuple[int, ...], wanted: frozenset[int]
     ) -> tuple[Step, ...] | None:
         """Return the steps that resolve ``wanted`` and, if possible, no other obstacles, by the
-        nearest robots, or by those that already help."""
+        nearest robots, or by those that already help; None if there are none."""
         self._nodes = 0
         origins = replace(now, sets=tuple(1 << pose for pose in poses))
         found = self._steps(now, origins, wanted)

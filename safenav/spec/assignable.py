@@ -80,7 +80,7 @@ class _Ground(Struct, frozen=True):
 
     @property
     def guarantees(self) -> Guarantees:
-        from safenav.spec.guarantees import guarantees_of  # few robots have formulas
+        from safenav.spec.guarantees import guarantees_of  # imported here: few use formulas
 
         return guarantees_of(formulas_in(self.objective) or Ltl())
 

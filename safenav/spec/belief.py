@@ -76,7 +76,7 @@ class Tracker:
         closed: frozenset[Region] = frozenset(),
         live: bool = False,
     ) -> None:
-        from safenav.world.sight import visible_from  # few robots have beliefs
+        from safenav.world.sight import visible_from  # imported here: few robots have beliefs
 
         self.world = world
         self.cells = cells

@@ -192,7 +192,8 @@ def find_binary() -> Path:
 
 
 def find_own_binary() -> Path | None:
-    """Return safenav's own binary: in the installed package, else built in the source tree."""
+    """Return safenav's own binary: in the installed package, else built in the source tree;
+    None if there is none."""
     usable = (place for place in _own_places() if place.is_file() and os.access(place, os.X_OK))
     return next(usable, None)
 

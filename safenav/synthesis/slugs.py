@@ -239,8 +239,8 @@ class Synthesizer:
         return crew.run(self.binary, [*options, "-"], given, deadline, self.memory_mb)
 
     def _remembered(self, job: Job) -> SynthesisResult | None:
-        """Return the cached result if it exists and passes every check of a fresh result; a result
-        still in use has passed them."""
+        """Return the cached result if it exists and passes every check of a fresh result (a result
+        still in use has passed them); else None."""
         key = self._key(job)
         known = self._in_use.get(key)
         if known and known.strategy and known.strategy.specification == job.spec:

@@ -27,7 +27,7 @@ def cell_size(world: RegionMap) -> float:
     return max(14.0, min(48.0, 1150.0 / max(world.cols, world.rows * 1.4)))
 
 
-@lru_cache(maxsize=1)  # each frame of a film needs it
+@lru_cache(maxsize=1)  # each frame of an animation needs it
 def window(world: RegionMap) -> tuple[float, float, float, float]:
     """Return the part of a map that pictures show, in regions: its left and upper border, width and
     height. It ends half a region beyond the free regions."""

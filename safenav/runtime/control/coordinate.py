@@ -272,7 +272,7 @@ class Decision:
 
     def _meantime(self) -> now.Plan | None:
         """Return a plan of the robots that can complete their rounds although all others stand and
-        open obstacles stay, and that can undo each of their steps."""
+        open obstacles stay, and that can undo each of their steps; None if there is none."""
         team, state = self.team, self.state
         asked = _asked(state)
         going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]

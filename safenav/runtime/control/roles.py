@@ -83,8 +83,8 @@ class Roles:
         return at
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
-        """Return the region where the robot waits, or else its first own target, provided that it
-        can alternate between that and its duty."""
+        """Return the region where the robot waits, else its first own target, between which and its
+        duty it can alternate; None if there is none."""
         waiting = (frozenset({place}) for place in self._places(i))
         for target in (*waiting, *self.team.members[i].objective.targets):
             if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):

@@ -79,7 +79,8 @@ class Controller(Struct, frozen=True, eq=False):
         return None
 
     def values(self, node: int | None) -> Values | None:
-        """Return the values at a node of the memory of formulas, and of inputs that they name."""
+        """Return the values at a node of the memory of formulas, and of inputs that they name; None
+        if there are none."""
         objective, strategy = self.task.objective, self.result.strategy
         names = (*objective.memory, *objective.inputs)
         if node is None or strategy is None or not names:
@@ -292,7 +293,7 @@ def commanded(
 ) -> Step | None:
     """Return the step of a strategy under the first command that leads its robot toward its goal;
     if there is none, under the command to wait. ``safe``: the poses in which the team can
-    continue."""
+    continue (None: any). None if the strategy has no successor."""
     robot, member, task = state.robots[i], team.members[i], found.task
     node, strategy = robot.node, found.result.strategy
     assert node is not None and strategy is not None

@@ -140,7 +140,8 @@ class Ledger:
         former, within = self.dues.pop((ROUND, i), Due(0)), team.members[i].robot.within
         if within is not None:
             tick, done = self.tick + within, former.done if done is None else done
-            before = former.disturbed or (former.before and former.tick == tick)  # twice in a tick
+            # a round may begin twice in a tick
+            before = former.disturbed or (former.before and former.tick == tick)
             self.dues[ROUND, i] = Due(tick, before=before, done=done)
 
     def _ends(self, team: Team, of: Of, verdict: DeadlineVerdict) -> None:
@@ -231,7 +232,7 @@ def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
 
 def refusal_of(team: Team, state: State) -> End | None:
     """Return the end of a run with a deadline that the robots could not meet even alone, or a
-    charge that does not suffice."""
+    charge that does not suffice; None if there is none."""
     refused: dict[str, int | None] = {}
     parts = []
     pairs = [*zip(team.members, state.robots, strict=True)]

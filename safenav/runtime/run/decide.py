@@ -146,7 +146,7 @@ def broken(run: Situation, i: int) -> tuple[str, ...]:
 
 def closing(run: Situation, i: int, pose: int) -> int | None:
     """Return the known obstacle that a robot would enter by a move to a pose, or in which the robot
-    stands and that it would leave on another side than it entered."""
+    stands and that it would leave on another side than it entered; None if there is none."""
     team, state = run.team, run.state
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size
@@ -169,7 +169,7 @@ def closing(run: Situation, i: int, pose: int) -> int | None:
 
 def way_back(run: Situation, i: int) -> int | None:
     """Return the region into which a robot backs out of an obstacle that it has entered and cannot
-    resolve."""
+    resolve; None if it need not."""
     team, state = run.team, run.state
     robot = state.robots[i]
     here = (k for k, one in enumerate(team.obstacles) if one.region == robot.pose % team.size)

@@ -177,7 +177,7 @@ class Run(Situation):
 
     def characterize(self, i: int, step: decide.Proposal) -> int | None:
         """Return the obstacle that a robot would enter by a move: knowledge first, then the
-        sensor."""
+        sensor. None if there is none."""
         known = decide.closing(self, i, step.pose)
         region = step.pose % self.team.size
         if known is not None or region == self.state.robots[i].pose % self.team.size:
@@ -233,8 +233,8 @@ class Run(Situation):
         return pause is not None and decide.continues(self, i)
 
     def action(self, i: int) -> Action | None:
-        """Return the action of a robot where it stands. While the team waits for an operator, only
-        robots that may continue act."""
+        """Return the action of a robot where it stands; None if it changes nothing. While the team
+        waits for an operator, only robots that may continue act."""
         pause = self.world.pause(self)
         may = pause is None or pause[1] is not None or decide.continues(self, i)
         return self.world.act(self, i) if may else None
@@ -390,7 +390,7 @@ class Run(Situation):
         return self.world.attended and bool(self.team.scenario.inputs)
 
     def still(self) -> End | None:
-        """Return the end of a run in which no robot will ever move."""
+        """Return the end of a run in which no robot will ever move; None in any other run."""
         if self.control.end is not None or not self.world.still:
             return None
         words = f"no robot moves; {self.left()}"
@@ -405,7 +405,7 @@ class Run(Situation):
 
 def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
     """Return the robot whose paths on the map an event may change: it has other rules, was put
-    elsewhere, or leaves a region that it avoids."""
+    elsewhere, or leaves a region that it avoids. None if it changes none."""
     if isinstance(event, now.Assigned | now.Placed):
         return event.robot
     if not isinstance(event, now.Departed | now.Ended):

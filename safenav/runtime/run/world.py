@@ -244,7 +244,7 @@ class World:
     # Commands.
 
     def sense(self, run: Situation, i: int, region: int) -> model.Obstacle | None:
-        """Return the obstacle that a robot notices in a region beside it."""
+        """Return the obstacle that a robot notices in a region beside it; None if there is none."""
         robot, floor = run.team.members[i].robot, run.team.world
         return protocol.sensed(self._world, robot, region, floor)
 
@@ -268,7 +268,7 @@ class World:
         if absent or not robot.capabilities or there.acting is not None:
             return None
         if self.simulated and not run.team.worksites >> there.pose % run.team.size & 1:
-            return None  # most turns
+            return None  # a quick result for most turns
         if self.truth is not None:
             self.truth.excuse(run.state.robots)  # robots may have returned in this instant
         among = self._acts(run, i)
@@ -457,7 +457,8 @@ class World:
         return end if end is not None and not coming else GIVEN_UP
 
     def coming(self, run: Situation) -> float | None:
-        """Return when the scenario changes something next, within its limits."""
+        """Return when the scenario changes something next, within its limits; None if there is
+        none."""
         most = self.limit[0] if self.live else run.team.scenario.limits.ticks
         switches = switching(run.team.scenario.inputs) if self.truth is not None else []
         listed = [change.at for change in run.team.scenario.changes]

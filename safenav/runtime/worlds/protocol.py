@@ -113,7 +113,7 @@ class World(Protocol):
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """Return the unresolved obstacle that the newest reading shows in ``region``, which
-        ``robot`` is about to enter."""
+        ``robot`` is about to enter; None if there is none."""
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         """Send the robot to ``pose``, in a neighbouring region."""
@@ -333,7 +333,8 @@ def changes_of(
 def sensed(
     world: BlockingWorld | World, robot: Robot, region: Region, floor: RegionMap
 ) -> Obstacle | None:
-    """Return the obstacle in ``region``, according to a world's sensors. Raises WorldError."""
+    """Return the obstacle in ``region``, according to a world's sensors; None if there is none.
+    Raises WorldError."""
     call = f"sense({robot.name!r}, {region})"
     found: Obstacle | None = returned(call, lambda: world.sense(robot, region), Obstacle | None)
     if found is not None and checked(call, found, floor).region != region:

@@ -77,8 +77,8 @@ class SimulatedWorld:
     # A blocking world.
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return the obstacle in a region. Every robot notices the obstacles beside it; orders
-        cannot be seen."""
+        """Return the obstacle in a region; None if there is none. Every robot notices the obstacles
+        beside it; orders cannot be seen."""
         del robot
         return self.standing().get(region)
 
@@ -142,7 +142,8 @@ class SimulatedWorld:
         return any(source.name == obstacle.name for source in self._there())
 
     def stopping(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return the obstacle in a region that a robot must not enter at its next need."""
+        """Return the obstacle in a region that a robot must not enter at its next need; None if
+        there is none."""
         i = self._number[robot.name]
         for k, each in enumerate(self._state.obstacles):
             obstacle = self._team.obstacles[k]
@@ -296,7 +297,7 @@ class LiveSimulation:
         return self._now
 
     def expected(self, robot: Robot) -> float | None:
-        """Return the seconds that the last command of a robot takes."""
+        """Return the seconds that the last command of a robot takes; None before its first one."""
         return self._takes.get(robot.name)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:

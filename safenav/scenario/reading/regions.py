@@ -78,7 +78,8 @@ class Reading(Findings):
     robot without charge. ``broken``: entries of the catalogue (``*``: any) and of memory that were
     reported as unusable; they are not reported as unknown as well. ``reachable``: report targets
     that a robot cannot reach. ``folder``: the folder of files that it names. ``scenario``: the
-    scenario of the file, if it has no error.
+    scenario of the file, if it has no error. A method whose result may be None returns it for a
+    value that it has reported.
     """
 
     def __init__(
@@ -211,7 +212,8 @@ class Reading(Findings):
         return self.obstacle(node, what) if self.named else None
 
     def written(self, text: str) -> Region | None:
-        """Return the region of the part after the ``@`` in a name such as ``door@dock``."""
+        """Return the region of the part after the ``@`` in a name such as ``door@dock``; None if
+        there is none."""
         if text.isascii() and text.isdigit() and len(text) < 10:
             return int(text)
         if (match := _BRACKETS.fullmatch(text)) and self.world is not None:
