@@ -115,8 +115,8 @@ def _pose(motion: Motion, piece: Moving, since: float) -> tuple[float, ...]:
 
 
 def as_csv(found: Sequence[Waypoint]) -> str:
-    """Return the waypoints as CSV (RFC 4180, with line feeds) with headings; an unknown field is
-    empty."""
+    """Return the waypoints as CSV (RFC 4180, with line feeds) with a line of column names; an
+    unknown field is empty."""
     text = io.StringIO()
     rows = (Waypoint.__struct_fields__, *map(astuple, found))
     csv.writer(text, lineterminator="\n").writerows(rows)

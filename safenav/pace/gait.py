@@ -111,7 +111,7 @@ def step_times(
 ) -> tuple[float, float]:
     """Return the seconds on the foot at ``foot``, then on the next one at ``apex``, of a step whose
     mass moves from 0 at ``speed`` to ``apex`` at ``apex_speed`` (m, m/s): the two curves of the
-    phase plane meet once."""
+    phase plane intersect once."""
     square = apex_speed**2 - speed**2 + omega**2 * apex**2
     switch = square / (2 * omega**2 * (apex - foot))
     fastest = sqrt(apex_speed**2 + omega**2 * (switch - apex) ** 2) / omega

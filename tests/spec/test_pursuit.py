@@ -1,6 +1,6 @@
 """The automaton of an objective and its formulas say the same, step by step, and the steps of a
 robot are those of its map; strategies of visits keep their order, and those that avoid others never
-meet them."""
+share a region with them."""
 
 import json
 from collections.abc import Iterable

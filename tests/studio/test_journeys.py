@@ -1,4 +1,4 @@
-"""The studio in a real browser, as its users meet it: at the desk, with the keyboard alone, while a
+"""The studio in a real browser, as its users see it: at the desk, with the keyboard alone, while a
 run or a program of their own continues."""
 
 import json

@@ -1,4 +1,4 @@
-"""The studio as other programs and pages of this machine meet it: which requests it answers, and
+"""The studio as other programs and pages of this machine see it: which requests it answers, and
 which files it reads and writes."""
 
 from collections.abc import Iterator
