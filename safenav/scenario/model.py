@@ -279,7 +279,8 @@ class RobotModel(Part, frozen=True):
         "Ticks of a step in lockstep (live: the seconds of its motion).", default=1
     )
     motion: Literal["walker", "flyer", "rover", "disc"] | None = key(
-        "Its motion in metres: walker, flyer, rover or disc. Default: a disc at its speed."
+        "Its motion in metres: walker, flyer, rover or disc. Default: flyer (layer air); with "
+        "'speed', disc."
     )
     battery: Battery | None = None
 
