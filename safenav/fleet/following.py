@@ -146,7 +146,8 @@ class Following:
         return self._reset(follower, at, f"{off:.2f} m away from its position at rest")
 
     def _reset(self, follower: Follower, at: transport.Located, reason: str) -> str:
-        """Restart the plan at the measured position, at rest; return why that is impossible."""
+        """Restart the plan at the measured position, at rest; return why that is impossible, or an
+        empty text."""
         body, frame = follower.mover, self._places.frame
         region = self._places.region(at.x, at.y)
         if region is None or not self._places.world.is_free(region):
@@ -189,7 +190,8 @@ class Following:
             self._end(follower, transport.GoalEnd.SUCCEEDED)
 
     def _hold(self, follower: Follower, at: transport.Located, reason: str) -> str:
-        """Stop a robot at its measured position; return why its plan cannot continue there."""
+        """Stop a robot at its measured position; return why its plan cannot continue there, or an
+        empty text."""
         refused = self._reset(follower, at, reason)
         if refused:
             self._inner.cancel(follower.name)

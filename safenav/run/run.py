@@ -135,7 +135,7 @@ class Run(Struct):
         return [each for each in self.hidden.values() if robot in each.loads.at(tick)]
 
     def ahead(self, track: RobotTrack, tick: int) -> tuple[Region | None, list[Region]]:
-        """Return the target that a robot reaches next, if that is known, and the regions of its
+        """Return the target that a robot reaches next (None: unknown), and the regions of its
         path there, from its own."""
         aim, end = self._aim(track, track.objectives.at(tick), tick)
         return aim, track.regions[tick : min(end, tick + AHEAD) + 1]
@@ -144,7 +144,8 @@ class Run(Struct):
         self, track: RobotTrack, objective: Objective | None, tick: int
     ) -> tuple[Region | None, int]:
         """Return the target that a robot reaches next before its objective changes, and the tick;
-        if there is none, its region at that change."""
+        if there is none, the tick of that change with the robot's region then if that is a target,
+        else with its only target, or None."""
         targets = target_regions(objective)
         changes = (at for at, _ in track.objectives.after(tick))
         until = min(next(changes, self.last), self.last)
@@ -160,7 +161,7 @@ class Run(Struct):
     def place(
         self, track: RobotTrack, tick: int, fraction: float = 0.0
     ) -> tuple[float, float, float | None]:
-        """Return the row, the column and the heading in degrees of a robot."""
+        """Return the row, the column and the heading in degrees (None: it has none) of a robot."""
         region, heading = track.regions[tick], track.headings[tick]
         goal, after, part = region, heading, 0.0
         step = track.transit(tick)

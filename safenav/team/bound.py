@@ -184,9 +184,10 @@ class Bound:
 
 
 def least_first(member: Member, start: int, first: int) -> tuple[int | None, int]:
-    """Return the least number of ticks for each round, and the target with which a robot then
-    begins: ``first`` unless it may begin with any and is too late with that. If its objective is
-    literal and that is possible (else synthesis reports it), no other targets are on the way."""
+    """Return the least number of ticks for each round (None: there is none), and the target with
+    which a robot then begins: ``first`` unless it may begin with any and is too late with that. If
+    its objective is literal and that is possible (else synthesis reports it), no other targets are
+    on the way."""
     strict = least_within(member, start, strict=True) if member.objective.literal else None
     if strict is not None:
         return strict, first

@@ -200,7 +200,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def crowds(self) -> tuple[frozenset[int] | None, ...]:
-        """Each robot with its rivals, if all of these are rivals of each other."""
+        """Each robot with its rivals, if all of these are rivals of each other, else None."""
         whole = [member.rivals | {i} for i, member in enumerate(self.members)]
         return tuple(each if all(whole[j] == each for j in each) else None for each in whole)
 

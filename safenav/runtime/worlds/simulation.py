@@ -231,7 +231,8 @@ class SimulatedWorld:
         return acts_on(self._team, self._state, self._present(i), i, known)
 
     def _present(self, i: int) -> list[Region | None]:
-        """Return the regions of the robots that can take part in an action of robot i."""
+        """Return the region of each robot that can take part in an action of robot i, of others
+        None."""
         every = enumerate(self._regions)
         if i in self._groups:
             return [place if j in self._groups[i] else None for j, place in every]
