@@ -259,9 +259,10 @@ def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
 
 def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
     """Return whether a robot can take part in an action on an obstacle of a simulated world.
-    ``knew``: the team knew it as the action began, so in a live run no idle robot takes part."""
-    if s.live and (knew or _acts(robot, one.name, s.tick)):
-        return _acts(robot, one.name, s.tick)
+    ``knew``: the team knew it as the action began, so in a live run its robots name it, and no idle
+    robot takes part."""
+    if s.live and (knew or _acts(robot, None, s.tick)):
+        return not knew or _acts(robot, one.name, s.tick)
     moves = s.live and robot.bound is not None
     return not (moves or s.rests(robot, s.time if s.live else s.tick))
 

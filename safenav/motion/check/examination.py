@@ -107,7 +107,6 @@ class Examination:
         }
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
-        self.held: list[Holding] = []
         self._shapes: dict[tuple[str, Hashable], Walked] = {}
 
     def wrong(self, t: float, robot: str, rule: str, found: str) -> None:
@@ -199,25 +198,10 @@ class Examination:
         return np.stack(columns, axis=1)
 
 
-FOREVER = float("inf")
 TOUCH = 1e-6
 """Tolerance for rounding at the border of a body's room, in metres."""
 INSTANT = 0.05
 """Seconds between the instants at which distances are measured."""
-
-
-def holdings(case: Examination) -> list[Holding]:
-    """Return the times for which each robot has reserved each region."""
-    found: list[Holding] = []
-    open_since: dict[tuple[str, int], float] = {}
-    for line in case.motion.lines:
-        if isinstance(line, file.Reserve):
-            open_since.setdefault((line.robot, line.region), line.t)
-        elif isinstance(line, file.Release) and (line.robot, line.region) in open_since:
-            begin = open_since.pop((line.robot, line.region))
-            found.append(Holding(line.robot, line.region, begin, line.t))
-    found += [Holding(who, region, t, FOREVER) for (who, region), t in open_since.items()]
-    return sorted(found, key=lambda held: (held.begin, held.robot))
 
 
 def outside(case: Examination, disc: Disc, spans: Sequence[Holding]) -> tuple[float, str] | None:

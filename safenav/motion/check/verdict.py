@@ -21,7 +21,6 @@ from safenav.motion.check.examination import (
     check_distances,
     check_room,
     check_tracks,
-    holdings,
 )
 from safenav.motion.check.order import check_order
 from safenav.motion.check.walk import NEAR
@@ -266,7 +265,6 @@ def _check_paths(case: Examination) -> None:
         if pieces and pieces[0].origin != robot.start.region:
             what = f"it starts in region {pieces[0].origin}, not in {robot.start.region}"
             case.wrong(0.0, name, "order", what)
-    case.held = holdings(case)
     check_room(case)
     check_tracks(case)
     check_order(case)

@@ -292,8 +292,8 @@ def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
 ) -> Step | None:
     """Return the step of a strategy under the first command that leads its robot toward its goal;
-    if there is none, under the command to wait. ``safe``: the poses in which the team can
-    continue (None: any). None if the strategy has no successor."""
+    None if there is none, so that the robot needs another strategy (a new one waits). ``safe``: the
+    poses in which the team can continue (None: any)."""
     robot, member, task = state.robots[i], team.members[i], found.task
     node, strategy = robot.node, found.result.strategy
     assert node is not None and strategy is not None
@@ -337,7 +337,7 @@ def commanded(
     for place in places:
         if leads(step := under(place, node), place):
             return step
-    return under(here, node)
+    return under(here, node) if node == found.node else None
 
 
 def _goal(team: Team, state: State, i: int, role: Role) -> Mask:

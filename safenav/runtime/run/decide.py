@@ -118,6 +118,8 @@ def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | No
     strategy = None if controller is None else controller.result.strategy
     if step.node is not None or controller is None or strategy is None or node is None:
         return step.node, False
+    if controller.task.assignable:
+        return None, node != controller.node
     if not controller.task.observed:
         return None, False
     now = strategy.values(node) | heard(run.team, run.state, i, controller.task)

@@ -224,8 +224,8 @@ def told_by_signals(trace: Sequence[Line]) -> list[str]:
     for line in trace:
         if line["type"] == "blocked":
             blocked.update(line["robots"])
-        elif line["type"] == "arrive" and line["result"] != "arrived":
-            blocked.add(line["robot"])
+        elif line["type"] == "violation" or line.get("result", "arrived") != "arrived":
+            blocked.add(line["robot"])  # its next target may be behind the obstacle
         elif line["type"] == "resumed":  # robots may have been interrupted in their steps
             blocked.update(robot["name"] for robot in trace[0]["scenario"]["robots"])
         if line["type"] != "synthesis" or line["tick"] == 0 or line["verdict"] != "realizable":
