@@ -19,8 +19,8 @@ from safenav.team.team import Member, Team
 from safenav.world.poses import bits, plain_graph
 
 _HELPS = (
-    *(now.Met, now.Appeared, now.Gone, now.GaveUp, now.Declared, now.Served, now.Assigned),
-    now.Reopened,
+    *(now.Met, now.Appeared, now.Gone, now.GaveUp, now.Declared, now.Served, now.Flat),
+    *(now.Assigned, now.Reopened),
 )
 _SURPRISES = (
     *(now.Elsewhere, now.Failed, now.Lost, now.Flat, now.Served),
