@@ -218,21 +218,31 @@ def try_out(path: Path) -> None:
         if path.exists() and not os.access(path, os.W_OK):
             raise PermissionError(0, "permission denied")
         if not path.exists() or path.is_file():
-            _new_file(path.parent).unlink()
+            with _new_file(path.parent):
+                pass
 
 
 def try_folder(path: Path) -> None:
     """Raise UsageError unless files can be written into a folder, which need not exist yet."""
     there = next((p for p in (path, *path.absolute().parents) if p.exists()), path)
-    with _writing(path):
-        _new_file(there).unlink()
+    with _writing(path), _new_file(there):
+        pass
 
 
-def _new_file(folder: Path, prefix: str = ".") -> Path:
-    """Return a new file in a folder, readable by this user only."""
+@contextmanager
+def _new_file(folder: Path, prefix: str = ".") -> Iterator[Path]:
+    """Yield a new file in a folder, readable by this user only. An interrupt at any time leaves no
+    file behind."""
     file = folder / f"{prefix}{os.urandom(6).hex()}"
-    os.close(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
-    return file
+    try:
+        os.close(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+        yield file
+    finally:
+        try:
+            file.unlink(missing_ok=True)
+        except BaseException:  # interrupted before it was deleted
+            file.unlink(missing_ok=True)
+            raise
 
 
 @contextmanager
@@ -259,19 +269,17 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
         if path.exists() and not path.is_file():
             write(path)
             return
-        part = _new_file(path.parent, f".{path.name}-")
-        try:
+        with _new_file(path.parent, f".{path.name}-") as part:
             write(part)
             part.chmod(0o644)
-            if replace:
-                part.replace(path)
-            else:
-                os.link(part, path)  # unlike renaming, linking fails if the name exists
-        except FileExistsError:
-            hint = "choose another name, or replace it with --force"
-            raise UsageError(f"{path} already exists\n    {hint}") from None
-        finally:
-            part.unlink(missing_ok=True)
+            try:
+                if replace:
+                    part.replace(path)
+                else:
+                    os.link(part, path)  # unlike renaming, linking fails if the name exists
+            except FileExistsError:
+                hint = "choose another name, or replace it with --force"
+                raise UsageError(f"{path} already exists\n    {hint}") from None
 
 
 def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:

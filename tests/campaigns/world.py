@@ -146,8 +146,7 @@ class Nature(Uneven):
             failed = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
             return self._acted(Acted(self._now, name, failed, "motor off", command=command))
         self._acts_on[name] = obstacles
-        every = enumerate(self._robots)
-        self.truth.absent = {i for i, each in every if each in self._untold}  # no command made them
+        self.truth.absent = {i for i, each in enumerate(self._robots) if each in self._untold}
         event = super().act(robot, obstacles, command)
         if event is None:
             self._untold[name] = command

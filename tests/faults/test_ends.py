@@ -58,6 +58,15 @@ def svg_to_bytes(**_):
     time.sleep(900)
 """
 """A library that never returns to Python while it draws."""
+TRIES = """
+import contextlib, pathlib, sys; from signal import *; from safenav.files import try_out
+for number in range(200):
+    now = iter([*[False] * number, True])
+    with contextlib.suppress(KeyboardInterrupt):
+        sys.setprofile(lambda _, e, __: e != "return" and next(now, False) and raise_signal(SIGINT))
+        try_out(pathlib.Path("new")); sys.setprofile(None)
+    assert not [*pathlib.Path().iterdir()], number
+"""
 UNSURE = """
 import time
 import safenav.runtime.run.mission
@@ -397,6 +406,11 @@ def finished(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable
         return Finished(time.monotonic() - begun, done.returncode, lines, files(folder))
 
     return of
+
+
+def test_no_interrupt_leaves_a_file_that_tries_a_folder(tmp_path: Path) -> None:
+    child = started("-c", TRIES, cwd=tmp_path)
+    assert (child.communicate()[1], child.returncode) == ("", 0)
 
 
 @pytest.mark.slow

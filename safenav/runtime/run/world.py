@@ -274,7 +274,7 @@ class World:
         among = self._acts(run, i)
         expected = self._changes(run, i, among)
         asks = (self.truth is not None and not self.live) or i not in self._asked
-        if not expected and not (asks and not self._is_busy(run, i)):  # only acting shows whether
+        if not expected and not (asks and not self._is_busy(run, i)):  # acting shows hidden ones
             return None
         self._asked.add(i)
         here = run.team.members[i].graph.pose(there.pose)
