@@ -151,8 +151,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         self, targets: Iterable[Region], inside: Collection[Region] | None = None
     ) -> dict[Region, int]:
         """Return the steps to the nearest of ``targets`` from every free region that is connected
-        to a target, for a robot that can turn on the spot. ``inside``: the regions that it may
-        enter (None: all)."""
+        to a target (only ``inside``, if given), for a robot that can turn on the spot."""
         depth = dict.fromkeys(targets, 0)
         queue = list(depth)
         for region in queue:
@@ -232,9 +231,8 @@ def in_order(cells: Iterable[Collection[Region]]) -> Cells:
 
 
 def coarsened(cells: Cells, most: int, world: RegionMap) -> Cells:
-    """Return the cells with the smallest one joined to its smallest neighbour (without neighbours:
-    to the smallest other cell) until there are at most ``most``. Their beliefs contain those of the
-    given cells."""
+    """Return the cells with the smallest one joined to its smallest neighbour, else to the
+    smallest cell, until at most ``most`` are left. Their beliefs contain those of ``cells``."""
     found = list(cells)
     while len(found) > max(1, most):
         least = min(found, key=lambda cell: (len(cell), min(cell)))

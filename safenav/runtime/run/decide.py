@@ -118,7 +118,7 @@ def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | No
     strategy = None if controller is None else controller.result.strategy
     if step.node is not None or controller is None or strategy is None or node is None:
         return step.node, False
-    if controller.task.assignable:
+    if controller.task.assignable:  # astray if no command leads a used strategy to its duty
         return None, node != controller.node
     if not controller.task.observed:
         return None, False

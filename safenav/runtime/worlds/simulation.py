@@ -28,7 +28,8 @@ from safenav.world.poses import Pose
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
     """The state of a simulated world. ``named``: the truth of the last obstacle of each name;
-    ``added``: the obstacles that the scenario does not list, which come last."""
+    ``added``: the obstacles that the scenario does not list, which come last, each with the robot
+    whose battery it is."""
 
     obstacles: tuple[ObstacleNow, ...]
     named: dict[str, bool | None]
@@ -103,10 +104,7 @@ class SimulatedWorld:
         """Let robots that are out of service or busy, as far as the team knows, take part in no
         action that begins now."""
         live, every = self._team.live, enumerate(robots)
-        idle = {
-            i for i, r in every if r.active and r.acting is None and not (live and r.to is not None)
-        }
-        self.absent = {*range(len(robots))} - idle
+        self.absent = {i for i, r in every if not r.active or (live and not r.idle)}
 
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
         """Return the obstacles that a robot's last action changed without resolving them, at their
