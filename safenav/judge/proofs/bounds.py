@@ -188,7 +188,8 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
 def mission(bound: Bound, tick: int) -> int:
     """Return a tick before which the mission cannot be completed: the present tick if objectives
     still change."""
-    s, ends = bound.s, [tick]
+    s = bound.s
+    ends = [tick, *(each.appears for each in s.coming if each.ordered)]
     wanted = s.scenario.until.rounds
     if bound.changes:
         return tick

@@ -223,7 +223,8 @@ def _goals_left(member: Member, own: Count, most: int | None) -> list[Mask]:
 def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
     """Return a tick before whose end the mission cannot be completed; NEVER if it never can.
     ``orders``: alternative orders of each robot's targets."""
-    ends = [int(bound.state.time)]
+    received = (each.source.appears or 0 for each in bound.team.obstacles if each.ordered)
+    ends = [int(bound.state.time), *received]
     for i, choices in enumerate(orders):
         each = (bound.rounds_done(i, goals) if goals else 0 for goals in choices)
         ends.append(min(each, default=0))
