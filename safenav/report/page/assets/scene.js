@@ -1,4 +1,4 @@
-/* sources 6f558cca14ee9503a64ae5e67756322e687c9215588d20ca56c03c42f2480d2d */
+/* sources 371a51a1d21433b46072c26eaa10026ab6e94b514ec01da37cab3c89bd33d439 */
 /* Contains three:
 The MIT License
 
