@@ -46,7 +46,7 @@ class Made(Struct, frozen=True):
 
 
 def make_bundle(
-    target: Path, trace: bytes, sources: Mapping[str, bytes], synthesizer: Synthesizer
+    target: str | Path, trace: bytes, sources: Mapping[str, bytes], synthesizer: Synthesizer
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
@@ -56,6 +56,7 @@ def make_bundle(
     Raises UsageError if the target exists, goals are assigned at run time, a strategy is missing or
     the disk is full, NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a
     strategy is too large for the checker."""
+    target = Path(target)
     if target.exists():
         raise UsageError(f"{target} already exists; choose another name")
     read = read_bytes(trace)

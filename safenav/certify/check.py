@@ -19,9 +19,10 @@ from safenav.trace.file import Trace, read_bytes
 from safenav.trace.records import Header
 
 
-def check_bundle(bundle: Path) -> Judged:
+def check_bundle(bundle: str | Path) -> Judged:
     """Check a bundle with the installed checker (not the copy in the bundle), and read its source
     again."""
+    bundle = Path(bundle)
     found = check(bundle)
     files = open_bundle(bundle) if found.accepted else {}
     kept = {n.partition("/")[2]: f.read_bytes() for n, f in files.items() if n.startswith(SOURCE)}

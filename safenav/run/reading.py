@@ -48,7 +48,7 @@ Place = Callable[[RegionMap, Region], str]
 """The words for the region of an event."""
 
 
-def read_run(path: Path) -> Run:
+def read_run(path: str | Path) -> Run:
     """Return the run of a trace file.
 
     Raises InputError, with file and line, for a file that is not a trace."""

@@ -70,7 +70,7 @@ def test_a_bundle_makes_no_claim_about_a_wait(monkeypatch: pytest.MonkeyPatch) -
     bundle = shipped("a deadlock until a change")
     assert b'"waiting"' in (bundle / "trace.jsonl").read_bytes()
     monkeypatch.setattr("safenav.judge.world.MOST_STATES", 60)
-    assert check_bundle(bundle).accepted
+    assert check_bundle(str(bundle)).accepted
 
 
 @pytest.mark.parametrize("name", ["hello", "case_study_3", "unrealizable/forbidden_way"])

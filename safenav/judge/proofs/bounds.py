@@ -189,7 +189,7 @@ def mission(bound: Bound, tick: int) -> int:
     """Return a tick before which the mission cannot be completed: the present tick if objectives
     still change."""
     s = bound.s
-    ends = [tick, *(each.appears for each in s.coming if each.ordered)]
+    ends: list[int] = [tick, *(each.appears for each in s.coming if each.ordered)]
     wanted = s.scenario.until.rounds
     if bound.changes:
         return tick

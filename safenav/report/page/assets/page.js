@@ -1,4 +1,4 @@
-/* sources 371a51a1d21433b46072c26eaa10026ab6e94b514ec01da37cab3c89bd33d439 */
+/* sources 46e2213a47b3ea45019ce7223f104b9c86483e94149c85d06eea34d0f6307782 */
 /* Contains preact:
 The MIT License (MIT)
 

@@ -182,7 +182,7 @@ function hintOf(tool: Tool): string {
   if (tool.does === "close") return `Click a free region: ${tool.type} closes it at the next tick.`;
   if (tool.does === "order") return `Click a region: ${tool.type} is ordered there at the next tick.`;
   if (tool.does === "open") return "Click an obstacle: it disappears at the next tick.";
-  return "Robots discover a closed region as they would in reality; the team knows other changes at once.";
+  return "Robots discover a closed region as they would in reality; the team immediately knows other changes.";
 }
 
 /** Return why the run waits for an operator; null if it does not. */
