@@ -81,8 +81,14 @@ def _hindered(floor: Floor, best: Draft) -> bool:
 
 def _shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> Draft:
     best = _shown(floor, states[0], [joint.poses for joint in states], served)
-    if not best.ticks:
-        return best
+    for vain in (True, False) if served else (True,):
+        best = _faster(floor, best, served, vain=vain) if best.ticks else best
+    return best
+
+
+def _faster(floor: Floor, best: Draft, served: frozenset[int], *, vain: bool) -> Draft:
+    """Return the plan with faster paths of its robots. ``vain``: whether these keep the places of
+    goals that a later resolution makes worthless."""
     for _ in range(REPEATS):
         ends = [_moves(way)[1] for way in _ways(best.ticks)]
         order = sorted(floor.robots, key=lambda i: -ends[i])
@@ -91,7 +97,7 @@ def _shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) ->
         if len(order) <= FEW:
             together = [order, *([i] for i in order)]
         for group in together:
-            if (ways := _rerouted(floor, best.ticks, group)) is not None:
+            if (ways := _rerouted(floor, best.ticks, group, vain=vain)) is not None:
                 best = _better(floor, best, ways, served) or best
             elif group is order:
                 break  # no single robot finds a better route either
@@ -191,7 +197,12 @@ def _recharged(course: Course, ways: list[list[int]]) -> Course | None:
 
 
 def _rerouted(
-    floor: Floor, best: Sequence[Joint], who: Sequence[int], course: Course | None = None
+    floor: Floor,
+    best: Sequence[Joint],
+    who: Sequence[int],
+    course: Course | None = None,
+    *,
+    vain: bool = True,
 ) -> list[list[int]] | None:
     """Return the poses of each robot by tick if these, one after the other, follow their earliest
     routes, with the stops of a ``course``; None if nothing changes."""
@@ -201,7 +212,7 @@ def _rerouted(
     for i in who:
         if any(behind is not None for *_, behind in floor.inside[i]):
             continue  # the robot leaves an obstacle only the way it came
-        way = _earliest(floor, best, ways, i, shared, course)
+        way = _earliest(floor, best, ways, i, shared, course, vain=vain)
         if way is not None and _pays(way, ways[i]):
             crowd = floor.team.crowds[i]
             if crowd is not None and (masks := shared.get(crowd)) is not None:
@@ -277,13 +288,16 @@ def _earliest(
     i: int,
     shared: dict[frozenset[int], list[Mask]] | None,
     course: Course | None = None,
+    *,
+    vain: bool = False,
 ) -> list[int] | None:
     """Return the poses of a robot by tick on its earliest path through all places where it counts
     or acts in ``ticks``, around the paths of other robots (without ``shared``: as if it were
-    alone); with the stops and the last pose of a ``course``. None if there is none."""
+    alone); with the stops and the last pose of a ``course``. ``vain``: see ``_faster``. None if
+    there is none."""
     graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
     stops = {} if course is None else course.stops(i)
-    vias, rivals = _vias(floor, ticks, i, stops), floor.team.members[i].rivals
+    vias, rivals = _vias(floor, ticks, i, stops, vain=vain), floor.team.members[i].rivals
     if last * (len(vias) + 1) > MOST_CELLS:
         return None
     crowd = floor.team.crowds[i]
@@ -359,11 +373,18 @@ def _back(
     return way[::-1]
 
 
-def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]) -> list[Via]:
-    """Return the poses through which a robot must go in turn: where it counts goals, and where it
-    acts; and its ``stops``: the place in its path, and the number of ticks."""
+def _vias(
+    floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int], *, vain: bool
+) -> list[Via]:
+    """Return the poses through which a robot must go in turn: where it acts, and where it counts
+    goals, also ``vain`` ones, which a later resolution makes worthless; and its ``stops``: the
+    place in its path, and the number of ticks."""
     place, since, graph, size = 0, 0, floor.graphs[i], floor.team.size
     found: list[Via] = [(1 << ticks[0].poses[i], 0, True)] * stops.get(0, 0)
+    member, memory = floor.team.members[i], ticks[0].counts[i][0]
+    pairs = pairwise(joint.stages for joint in ticks)
+    restarts = (t for t, (a, b) in enumerate(pairs, 1) if a != b and floor.restarts(a, b))
+    counts = 0 if vain else max(restarts, default=0)
     for t in range(1, len(ticks)):
         before, joint = ticks[t - 1], ticks[t]
         if joint.stages != before.stages:
@@ -375,9 +396,12 @@ def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]
             if len(floor.open(joint.stages)) != len(floor.open(before.stages)):
                 since = t
         if (
-            joint.counts[i] != before.counts[i]
+            t >= counts
+            and joint.counts[i] != before.counts[i]
             and (goal := floor.awaited(i, before.counts[i])) >> joint.poses[i] & 1
         ):
+            if counts and member.pursuit.in_turn:  # with the target that is now the next one
+                goal, memory = member.targets[memory], member.pursuit.step(memory, 1 << memory)[0]
             found.append((goal, since, False))
         if joint.poses[i] != before.poses[i]:
             place += 1

@@ -242,7 +242,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         moved = {i for i in self.robots if poses[i] != joint.poses[i]}
         after = self.settled(poses, joint.counts, joint.stages, moved)
         if len(moved) > 1 and (
-            self._restarts(joint.stages, after.stages) or self._chooses(joint.stages, after.stages)
+            self.restarts(joint.stages, after.stages) or self._chooses(joint.stages, after.stages)
         ):
             *_, (_, after) = self.sequence(joint, poses)
         return after
@@ -349,7 +349,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in self.robots):
             before, stages = stages, self.performed(stages, poses)
-            if stages != before and self._restarts(before, stages):
+            if stages != before and self.restarts(before, stages):
                 pairs = zip(self.team.members, counts, strict=True)
                 counts, who = tuple(restarted(m, Count(*c))[:2] for m, c in pairs), self.robots
         changed: list[tuple[int, int]] | None = None
@@ -376,7 +376,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                 changed[i] = count
         return Joint(poses, tuple(changed) if changed else counts, stages)
 
-    def _restarts(self, before: Stages, after: Stages) -> bool:
+    def restarts(self, before: Stages, after: Stages) -> bool:
         """Return whether a resolution restarts rounds: that of a flat battery does not."""
         over = {*self.open(before)} - {*self.open(after)}
         return any(self.gate(g).restarts for g in over)
