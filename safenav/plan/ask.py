@@ -11,7 +11,7 @@ from operator import add
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.charged import ChargedSearch, Charges, furthest, raced, sustained
+from safenav.plan.charged import ChargedSearch, Charges, furthest, least_of, raced, sustained
 from safenav.plan.course import Course, charged_plan
 from safenav.plan.order import plan_of, preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search, jammed
@@ -221,7 +221,7 @@ def ask_charged(
     whole = max(floor.wanted) <= done + MOST_AHEAD
     most = FAR if whole else done + AHEAD_CHARGED
     rounds = tuple(min(n, most) if i in sharing else 0 for i, n in enumerate(floor.wanted))
-    floor = replace(floor, rounds=rounds, robots=robots)
+    floor = _hopeful(replace(floor, rounds=rounds, robots=robots), joint, charges)
     lasts, groups = sustained(floor), [] if floor.open(joint.stages) else [*coupled(floor)]
     for apart in (groups, [floor.robots]) if len(groups) > 1 else ([floor.robots],):
         legs, parts = lasts and len(apart) < 2, list[Course]()
@@ -237,6 +237,20 @@ def ask_charged(
             ends = (each.floor.completed(each.states[-1], frozenset(served)) for each in parts)
             return Found(replace(plan, part=not (whole and all(ends))))
     return None
+
+
+def _hopeful(floor: Floor, joint: Joint, charges: Charges) -> Floor:
+    """Return the floor on which robots whose charge cannot suffice have no batteries, so that the
+    others keep theirs; the same floor if none or all of them are such robots."""
+    members = [*floor.team.members]
+    having = [i for i in floor.robots if members[i].energy is not None]
+    least = {i: least_of(floor, i, joint.poses[i], joint.counts[i]) for i in having}
+    hopeless = [i for i in having if least[i] > charges[i]]
+    if len(hopeless) == len(having):
+        return floor
+    for i in hopeless:
+        members[i] = replace(members[i], energy=None)
+    return replace(floor, team=replace(floor.team, members=tuple(members))) if hopeless else floor
 
 
 def _charged(

@@ -241,20 +241,10 @@ class ChargedSearch(Search):
     def _least(self, i: int, pose: int, count: tuple[int, int]) -> float:
         """Return the charge that a robot alone needs: other robots and open obstacles only restrict
         it."""
-        energy, allowed = self.energies[i], self.floor.floors[i]
-        turn = energy.turn(count[0])
         if self.how[0]:
-            return energy.need(allowed, pose, turn)
-        if self.floor.is_done(i, count):
-            return 0
-        return energy.suffices(allowed, turn, self._goals(i, count)).get(pose, NEVER)
-
-    def _goals(self, i: int, count: tuple[int, int]) -> int:
-        """Return the targets that a robot has still to meet in turn."""
-        pursuit = self.team.members[i].pursuit
-        if pursuit.settles:
-            return pursuit.targets - min(count[0], pursuit.targets - 1)
-        return self.floor.wanted[i] * pursuit.targets - count[1]
+            energy = self.energies[i]
+            return energy.need(self.floor.floors[i], pose, energy.turn(count[0]))
+        return least_of(self.floor, i, pose, count)
 
     def _homes(self, joint: Joint) -> dict[int, Mask]:
         """Return where robots without a goal and without ample charge wait: those with the least
@@ -285,6 +275,19 @@ class ChargedSearch(Search):
         turn = energy.turn(joint.counts[i][0] + own)
         charge = joint.charges[i] - self._spare.get(i, 0)
         return energy.aim(allowed, goal, turn, (joint.poses[i], charge), self.how)
+
+
+def least_of(floor: Floor, i: int, pose: int, count: tuple[int, int]) -> float:
+    """Return the charge with which a robot with a battery alone completes its rounds."""
+    member = floor.team.members[i]
+    energy, pursuit = member.energy, member.pursuit
+    assert energy is not None
+    if floor.is_done(i, count):
+        return 0
+    left = floor.wanted[i] * pursuit.targets - count[1]
+    if pursuit.settles:
+        left = pursuit.targets - min(count[0], pursuit.targets - 1)
+    return energy.suffices(floor.floors[i], energy.turn(count[0]), left).get(pose, NEVER)
 
 
 def raced(

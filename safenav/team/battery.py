@@ -21,8 +21,8 @@ NEVER = 1 << 30
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
     """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: whether it stays at
-    the last target; ``returns``: whether an input may give it another objective, so that it always
-    keeps the charge to reach a charger."""
+    the last target; ``returns``: whether it always keeps the charge to reach a charger, since an
+    input may give it another objective, or it may have to help another robot."""
 
     graph: PoseGraph
     chargers: Mask

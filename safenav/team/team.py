@@ -17,7 +17,7 @@ from safenav.pace.robot import SIDE, Pace, acted_by, pace_of
 from safenav.scenario import model
 from safenav.scenario.model import Coordination
 from safenav.scenario.objective import Objective, Pursuit
-from safenav.team.battery import Energy
+from safenav.team.battery import NEVER, Energy
 from safenav.team.formulas import graph_of, targets_of
 from safenav.team.state import Is, ObstacleNow, Stage, State
 from safenav.world.map import RegionMap
@@ -304,10 +304,13 @@ def _member(
     objective, battery, energy = robot.objective, robot.model.battery, None
     planned = bool(rivals or zones or battery)
     graph = graph_of(robot, scenario.map, shared=planned and remember, on=on)
+    floor, goals = graph.outside(objective.avoid), targets_of(objective, graph, on=on)
     if battery is not None:
         targets, chargers = graph.on_each(objective.targets), graph.on(scenario.chargers)
         energy = Energy(graph, chargers, battery, targets, objective.settles, bool(robot.when))
-    floor, goals = graph.outside(objective.avoid), targets_of(objective, graph, on=on)
+        if objective.settles and robot.capabilities:  # others may request its help there
+            ready = replace(energy, returns=True)
+            energy = ready if ready.need(floor, graph.number(base), 0) < NEVER else energy
     how = objective.pursuit, rivals, zones, base
     return Member(name, robot, graph, floor, goals, *how, energy)
 
