@@ -27,6 +27,12 @@ Fixpoint starts (a b : text) : option text :=  (** what follows [a] in [b] *)
   | _, [] => None
   end.
 
+Fixpoint lookup {A} (l : list (text * A)) (w : text) : option A :=
+  match l with
+  | [] => None
+  | (v, a) :: l => if same v w then Some a else lookup l w
+  end.
+
 Definition is_space (c : N) : bool := (c =? 32) || (c =? 9) || (c =? 13).
 Definition is_digit (c : N) : bool := (48 <=? c) && (c <=? 57).
 Definition is_letter (c : N) : bool :=
@@ -71,7 +77,8 @@ Definition strip (s : text) : text :=
 (** * Words *)
 
 Inductive op := OIff | OImp | OXor | OOr | OAnd | OCmp (c : cmp) | OAdd.
-Inductive token := Num (n : N) | Word (w : text) (primed : bool) | Op (o : op) | Neg | Open | Close.
+Inductive token :=
+  Num (n : N) | Word (w : text) (primed : bool) | Op (o : op) | Neg | Open | Close | Colon | Dots.
 
 (** The longest match comes first. *)
 Definition symbols : list (text * token) := Eval compute in
@@ -81,7 +88,8 @@ Definition symbols : list (text * token) := Eval compute in
    ("!="%string, Op (OCmp CNe)); ("<="%string, Op (OCmp CLe)); (">="%string, Op (OCmp CGe));
    ("!"%string, Neg); ("&"%string, Op OAnd); ("|"%string, Op OOr); ("^"%string, Op OXor);
    ("="%string, Op (OCmp CEq)); ("<"%string, Op (OCmp CLt)); (">"%string, Op (OCmp CGt));
-   ("+"%string, Op OAdd); ("("%string, Open); (")"%string, Close)].
+   ("+"%string, Op OAdd); ("("%string, Open); (")"%string, Close);
+   ("..."%string, Dots); (":"%string, Colon)].
 
 Fixpoint symbol (l : list (text * token)) (s : text) : option (token * text) :=
   match l with
@@ -112,7 +120,6 @@ Fixpoint lex (fuel : nat) (s : text) : option (list token) :=
 
 (** * Formulas *)
 
-
 Fixpoint find_name (l : list (text * bool)) (x : var) (w : text) : option (var * bool) :=
   match l with
   | [] => None
@@ -123,15 +130,7 @@ Inductive expr := Formula (f : form) | Number (t : term).
 
 Definition constants : list (text * expr) := Eval compute in
   map (fun p => (codes (fst p), snd p))
-  [("TRUE"%string, Formula T); ("FALSE"%string, Formula F);
-   ("north"%string, Number (Const 0)); ("east"%string, Number (Const 1));
-   ("south"%string, Number (Const 2)); ("west"%string, Number (Const 3))].
-
-Fixpoint constant (l : list (text * expr)) (w : text) : option expr :=
-  match l with
-  | [] => None
-  | (v, e) :: l => if same v w then Some e else constant l w
-  end.
+  [("TRUE"%string, Formula T); ("FALSE"%string, Formula F)].
 
 Definition reserved : list text := Eval compute in
   codes "next"%string :: codes "X"%string :: map fst constants.
@@ -146,14 +145,13 @@ Definition variable (ns : list (text * bool)) (w : text) (primed : bool) : optio
 
 (** [inside]: within [next(...)], where each variable is primed and may not be so already. *)
 Definition word (ns : list (text * bool)) (inside : bool) (w : text) (primed : bool) : option expr :=
-  match constant constants w with
+  match lookup constants w with
   | Some e => if primed then None else Some e
   | None => if inside && primed then None else variable ns w (inside || primed)
   end.
 
 Definition next_ : text := Eval compute in codes "next".
 Definition x_ : text := Eval compute in codes "X".
-Definition dots : text := Eval compute in codes "...".
 
 Definition is_next (w : text) (primed : bool) (ts : list token) : bool :=
   match ts with
@@ -250,27 +248,17 @@ End Formulas.
 
 (** * Files *)
 
-(** A name, or [name:least...most]: the name, whether it is a truth, and its values. *)
+(** A name, or [name: least...most]: the name, whether it is a truth, and its values. *)
 Definition declaration (s : text) : option (text * bool * (N * N)) :=
-  let (w, rest) := span (fun c => is_letter c || is_digit c) s in
-  match w with
-  | [] => None
-  | c :: _ =>
-      if negb (is_letter c) || existsb (same w) reserved then None
+  match lex (S (length s)) s with
+  | Some (Word w false :: rest) =>
+      if existsb (same w) reserved then None
       else match rest with
       | [] => Some (w, true, (0, 1))
-      | 58 :: rest =>
-          let (lo, rest) := span is_digit rest in
-          match lo, starts dots rest with
-          | _ :: _, Some hi =>
-              match hi, snd (span is_digit hi) with
-              | _ :: _, [] => Some (w, false, (number lo, number hi))
-              | _, _ => None
-              end
-          | _, _ => None
-          end
+      | [Colon; Num lo; Dots; Num hi] => if lo <=? hi then Some (w, false, (lo, hi)) else None
       | _ => None
       end
+  | _ => None
   end.
 
 Fixpoint declarations (ls : list text) : option (list (text * bool * (N * N))) :=
@@ -286,6 +274,7 @@ Fixpoint declarations (ls : list text) : option (list (text * bool * (N * N))) :
 
 Inductive section :=
   Input | Output | EnvInit | SysInit | EnvTrans | SysTrans | EnvLive | SysLive.
+Scheme Equality for section.  (** the function [section_beq] *)
 
 Definition titles : list (text * section) := Eval compute in
   map (fun p => (codes (fst p), snd p))
@@ -293,19 +282,6 @@ Definition titles : list (text * section) := Eval compute in
    ("[ENV_INIT]"%string, EnvInit); ("[SYS_INIT]"%string, SysInit);
    ("[ENV_TRANS]"%string, EnvTrans); ("[SYS_TRANS]"%string, SysTrans);
    ("[ENV_LIVENESS]"%string, EnvLive); ("[SYS_LIVENESS]"%string, SysLive)].
-
-Fixpoint title (l : list (text * section)) (s : text) : option section :=
-  match l with
-  | [] => None
-  | (t, x) :: l => if same t s then Some x else title l s
-  end.
-
-Definition same_section (a b : section) : bool :=
-  match a, b with
-  | Input, Input | Output, Output | EnvInit, EnvInit | SysInit, SysInit
-  | EnvTrans, EnvTrans | SysTrans, SysTrans | EnvLive, EnvLive | SysLive, SysLive => true
-  | _, _ => false
-  end.
 
 (** Each line with content, with its section. *)
 Fixpoint sorted (at_ : option section) (ls : list text) : option (list (section * text)) :=
@@ -315,7 +291,7 @@ Fixpoint sorted (at_ : option section) (ls : list text) : option (list (section 
       match l with
       | [] => sorted at_ ls
       | 35 :: _ => sorted at_ ls
-      | 91 :: _ => match title titles l with Some x => sorted (Some x) ls | None => None end
+      | 91 :: _ => match lookup titles l with Some x => sorted (Some x) ls | None => None end
       | _ => match at_, sorted at_ ls with
              | Some x, Some rest => Some ((x, l) :: rest)
              | _, _ => None
@@ -324,7 +300,7 @@ Fixpoint sorted (at_ : option section) (ls : list text) : option (list (section 
   end.
 
 Definition of (x : section) (ls : list (section * text)) : list text :=
-  map snd (filter (fun l => same_section x (fst l)) ls).
+  map snd (filter (fun l => section_beq x (fst l)) ls).
 
 Definition parse_lines (ls : list (section * text)) : option (spec * list text) :=
   match declarations (of Input ls ++ of Output ls) with
@@ -341,8 +317,9 @@ Definition parse_lines (ls : list (section * text)) : option (spec * list text) 
       end
   end.
 
-(** The meaning of a file, and the names of its variables. *)
+(** The meaning of a file after a byte order mark, and the names of its variables. *)
 Definition parse (s : text) : option (spec * list text) :=
+  let s := match starts [239; 187; 191] s with Some s => s | None => s end in
   if plain s then
     match sorted None (map strip (lines s)) with
     | Some ls => parse_lines ls

@@ -29,7 +29,7 @@ Definition spelled (t : token) : text :=
   | Num n => decimal n
   | Word w primed => if primed then w ++ [39] else w
   | Op o => sign o
-  | Neg => [33] | Open => [40] | Close => [41]
+  | Neg => [33] | Open => [40] | Close => [41] | Colon => [58] | Dots => [46; 46; 46]
   end.
 
 Fixpoint spaced (ts : list token) : text :=
@@ -87,15 +87,13 @@ Fixpoint fits (f : form) : Prop :=
   end.
 End Formulas.
 
-Definition declared_text (d : declared) : text :=
+Definition declared_tokens (d : declared) : list token :=
   let '(w, truth, (lo, hi)) := d in
-  if truth then w else w ++ 58 :: decimal lo ++ dots ++ decimal hi.
+  Word w false :: if truth then [] else [Colon; Num lo; Dots; Num hi].
+Definition declared_text (d : declared) : text := spaced (declared_tokens d).
 
 Fixpoint unlines (ls : list text) : text :=
   match ls with [] => [] | [l] => l | l :: ls => l ++ 10 :: unlines ls end.
-
-Definition heads : list (section * text) := Eval compute in
-  map (fun p => (snd p, fst p)) titles.
 
 Definition parts (sp : spec) (ds : list declared) : list (section * text * list text) :=
   let ins := firstn (inputs sp) ds in
@@ -110,15 +108,18 @@ Definition print (sp : spec) (ds : list declared) : text :=
   unlines (flat_map (fun p => snd (fst p) :: snd p) (parts sp ds)).
 
 (** Printable specifications: different names, none of them reserved; Booleans have the values 0 and
-    1; formulas use declared variables. *)
+    1, and no range is empty; formulas use declared variables. *)
 Definition good_name (w : text) : Prop :=
   match w with [] => False | c :: _ => is_letter c = true end /\
   forallb (fun c => is_letter c || is_digit c) w = true /\ existsb (same w) reserved = false.
 
+Definition good_declared (d : declared) : Prop :=
+  good_name (fst (fst d)) /\ (snd (fst d) = true -> snd d = (0, 1)) /\ fst (snd d) <= snd (snd d).
+
 Definition good (sp : spec) (ds : list declared) : Prop :=
   ranges sp = map snd ds /\ (inputs sp <= length ds)%nat /\
   NoDup (map (fun d => fst (fst d)) ds) /\
-  (forall d, In d ds -> good_name (fst (fst d)) /\ (snd (fst d) = true -> snd d = (0, 1))) /\
+  (forall d, In d ds -> good_declared d) /\
   (forall f, In f (env_init sp ++ sys_init sp ++ env_trans sp ++ sys_trans sp ++ env_live sp ++ sys_live sp) ->
      fits (map fst ds) f).
 
@@ -185,9 +186,6 @@ Proof.
   - apply andb_true_iff in A as (C & A). rewrite C, IH; auto.
 Qed.
 
-Lemma span_all p a : forallb p a = true -> span p a = (a, []).
-Proof. intros A. rewrite <- (app_nil_r a) at 1. apply span_app; auto. Qed.
-
 Lemma same_ok a : forall b, same a b = true <-> a = b.
 Proof.
   induction a as [| x a IH]; intros [| y b]; cbn; split; intros E; try congruence; auto.
@@ -227,7 +225,7 @@ Lemma lex_token t rest fuel : good_token t -> ends rest ->
   lex (S fuel) (spelled t ++ rest) =
   match lex fuel rest with Some ts => Some (t :: ts) | None => None end.
 Proof.
-  intros G E. destruct t as [n | w primed | o | | |]; cbn [spelled].
+  intros G E. destruct t as [n | w primed | o | | | | |]; cbn [spelled].
   - destruct (decimal_some n) as (d & ds & D). pose proof (decimal_digits n) as A.
     assert (is_digit d = true) as I by (rewrite D in A; cbn in A; apply andb_true_iff in A; tauto).
     assert (span is_digit (decimal n ++ rest) = (decimal n, rest)) as S.
@@ -249,11 +247,13 @@ Proof.
   - destruct E as [-> | (r & ->)]; reflexivity.
   - destruct E as [-> | (r & ->)]; reflexivity.
   - destruct E as [-> | (r & ->)]; reflexivity.
+  - destruct E as [-> | (r & ->)]; reflexivity.
+  - destruct E as [-> | (r & ->)]; reflexivity.
 Qed.
 
 Lemma spelled_some t : good_token t -> exists c w, spelled t = c :: w.
 Proof.
-  destruct t as [n | w primed | o | | |]; intros G; cbn; eauto.
+  destruct t as [n | w primed | o | | | | |]; intros G; cbn; eauto.
   - apply decimal_some.
   - apply word_name in G as (H & _). destruct w as [| c w]; [destruct H |].
     destruct primed; cbn; eauto.
@@ -298,15 +298,15 @@ Proof.
     + rewrite (IH x (S k) w b D' E). f_equal. f_equal. lia.
 Qed.
 
-Lemma not_reserved w : good_name w -> constant constants w = None /\
+Lemma not_reserved w : good_name w -> lookup constants w = None /\
   same w next_ = false /\ same w x_ = false.
 Proof.
   intros (_ & _ & R). unfold reserved in R. cbn [existsb] in R. rewrite !orb_false_iff in R.
-  destruct R as (R1 & R2 & R3 & R4 & R5 & R6 & R7 & R8 & _).
+  destruct R as (R1 & R2 & R3 & R4 & _).
   assert (forall a, same w a = false -> same a w = false) as Sym.
   { intros a A. rewrite <- not_true_iff_false in *. rewrite !same_ok in *. auto. }
   split; [| split; [exact R1 | exact R2]].
-  unfold constants. cbn [constant]. rewrite !Sym; auto.
+  unfold constants. cbn [lookup]. rewrite !Sym; auto.
 Qed.
 
 Definition expr_of_ref (b : bool) (r : ref) : expr := if b then Formula (Truth r) else Number (Ref r).
@@ -472,30 +472,27 @@ End Reading.
 
 (** * Declarations *)
 
-Lemma declaration_text d : good_name (fst (fst d)) -> (snd (fst d) = true -> snd d = (0, 1)) ->
-  declaration (declared_text d) = Some d.
+Lemma declared_good d : good_declared d -> Forall good_token (declared_tokens d).
 Proof.
-  destruct d as ((w, truth), (lo, hi)). cbn [fst snd]. intros (H & A & R) B.
-  destruct w as [| c w]; [destruct H |]. unfold declaration, declared_text. destruct truth.
-  - rewrite (span_all _ _ A), H, R. cbn. rewrite B; auto.
-  - rewrite (span_app _ (c :: w) (58 :: decimal lo ++ dots ++ decimal hi) A) by reflexivity.
-    rewrite H, R. cbn [negb orb].
-    rewrite (span_app is_digit (decimal lo) (dots ++ decimal hi) (decimal_digits lo)) by reflexivity.
-    destruct (decimal_some lo) as (a & l & E). destruct (decimal_some hi) as (a' & l' & E').
-    rewrite E. change (starts dots (dots ++ decimal hi)) with (Some (decimal hi)).
-    cbv beta iota. pose proof (decimal_number lo) as Lo. pose proof (decimal_number hi) as Hi.
-    pose proof (decimal_digits hi) as V. rewrite E in Lo. rewrite E' in *.
-    rewrite (span_all _ _ V), Lo, Hi. reflexivity.
+  destruct d as ((w, truth), (lo, hi)). intros (G & _). constructor; [left; exact G |].
+  destruct truth; repeat constructor.
+Qed.
+
+Lemma declaration_text d : good_declared d -> declaration (declared_text d) = Some d.
+Proof.
+  intros G. unfold declaration, declared_text. rewrite lex_spaced by (auto using declared_good).
+  destruct d as ((w, truth), (lo, hi)), G as ((_ & _ & R) & B & L). cbn [fst snd] in *.
+  cbn [declared_tokens]. rewrite R. apply N.leb_le in L.
+  destruct truth; [rewrite B; auto | rewrite L; reflexivity].
 Qed.
 
 Lemma declarations_text ds : NoDup (map (fun d => fst (fst d)) ds) ->
-  (forall d, In d ds -> good_name (fst (fst d)) /\ (snd (fst d) = true -> snd d = (0, 1))) ->
+  (forall d, In d ds -> good_declared d) ->
   declarations (map declared_text ds) = Some ds.
 Proof.
   induction ds as [| d ds IH]; intros D A; [reflexivity |]. cbn [map declarations].
   inversion D as [| ? ? N D']; subst.
-  destruct (A d (or_introl eq_refl)). rewrite declaration_text by auto.
-  rewrite IH; auto; [| intros; apply A; right; auto].
+  rewrite declaration_text, IH; auto; [| intros; apply A; right; auto | apply A; left; auto].
   destruct (existsb (fun e => same (fst (fst d)) (fst (fst e))) ds) eqn:E; [| reflexivity].
   exfalso. apply existsb_exists in E as (e & I & S). apply same_ok in S. apply N. rewrite S.
   change (fst (fst e)) with ((fun d : declared => fst (fst d)) e). apply in_map; auto.
@@ -523,7 +520,7 @@ Qed.
 
 Lemma visible_token t : good_token t -> forallb visible (spelled t) = true.
 Proof.
-  destruct t as [n | w primed | o | | |]; intros G; cbn [spelled]; try reflexivity.
+  destruct t as [n | w primed | o | | | | |]; intros G; cbn [spelled]; try reflexivity.
   - apply visible_decimal.
   - apply word_name in G as (_ & A). apply visible_all in A. destruct primed; auto.
     rewrite forallb_app, A. reflexivity.
@@ -633,7 +630,7 @@ Definition speaks (l : text) : Prop := exists c w, l = c :: w /\ c <> 35 /\ c <>
 
 Lemma token_speaks t : good_token t -> speaks (spelled t).
 Proof.
-  destruct t as [n | w primed | o | | |]; intros G; cbn [spelled];
+  destruct t as [n | w primed | o | | | | |]; intros G; cbn [spelled];
     try (eexists; eexists; split; [reflexivity | split; discriminate]).
   - destruct (decimal_some n) as (d & ds & E). pose proof (decimal_digits n) as D. rewrite E in *.
     cbn in D. apply andb_true_iff in D as (D & _). unfold is_digit in D.
@@ -643,6 +640,13 @@ Proof.
     destruct primed; [exists c, (w ++ [39]) | exists c, w]; (split; [reflexivity | lia]).
   - destruct o as [| | | | | c |]; try destruct c;
       eexists; eexists; (split; [reflexivity | split; discriminate]).
+Qed.
+
+Lemma spaced_speaks ts : Forall good_token ts -> ts <> [] -> speaks (spaced ts).
+Proof.
+  destruct ts as [| t ts]; intros G N; [congruence |]. inversion G as [| ? ? Gt _]; subst.
+  destruct (token_speaks t Gt) as (c & w & E & S).
+  destruct ts as [| u ts]; cbn [spaced]; rewrite E; [exists c, w | exists c, (w ++ 32 :: spaced (u :: ts))]; auto.
 Qed.
 
 Lemma sorted_statement x l ls : speaks l -> sorted (Some x) (l :: ls) =
@@ -660,7 +664,7 @@ Proof.
 Qed.
 
 Lemma sorted_parts (ps : list (section * text * list text)) : forall at_,
-  Forall (fun p => title titles (snd (fst p)) = Some (fst (fst p)) /\ hd 0 (snd (fst p)) = 91 /\
+  Forall (fun p => lookup titles (snd (fst p)) = Some (fst (fst p)) /\ hd 0 (snd (fst p)) = 91 /\
                    Forall speaks (snd p)) ps ->
   sorted at_ (flat_map (fun p => snd (fst p) :: snd p) ps) =
   Some (flat_map (fun p => map (pair (fst (fst p))) (snd p)) ps).
@@ -669,14 +673,14 @@ Proof.
   inversion A as [| ? ? (E & H & S) A']; subst. cbn [fst snd] in *. cbn [flat_map fst snd app].
   destruct t as [| c t]; [discriminate |]. cbn in H. subst c.
   change (sorted at_ ((91 :: t) :: ?l)) with
-    (match title titles (91 :: t) with Some x => sorted (Some x) l | None => None end).
+    (match lookup titles (91 :: t) with Some x => sorted (Some x) l | None => None end).
   rewrite E. apply sorted_statements; auto.
 Qed.
 
-Lemma of_pairs x y l r : of x (map (pair y) l ++ r) = (if same_section x y then l else []) ++ of x r.
+Lemma of_pairs x y l r : of x (map (pair y) l ++ r) = (if section_beq x y then l else []) ++ of x r.
 Proof.
   unfold of. rewrite filter_app, map_app. f_equal.
-  destruct (same_section x y) eqn:E; induction l as [| a l IH]; cbn; rewrite ?E; cbn; auto; f_equal; auto.
+  destruct (section_beq x y) eqn:E; induction l as [| a l IH]; cbn; rewrite ?E; cbn; auto; f_equal; auto.
 Qed.
 
 (** * The round trip *)
@@ -692,21 +696,11 @@ Proof.
   assert (forall f, fits ns f -> tight (spaced (tokens ns f)) /\ speaks (spaced (tokens ns f))) as Tf.
   { intros f F. pose proof (tokens_good ns G f F) as Gt.
     assert (tokens ns f <> []) as So by (destruct f; discriminate).
-    split; [apply spaced_tight; auto |].
-    destruct (tokens ns f) as [| t ts] eqn:E; [congruence |]. inversion Gt as [| ? ? Gt' _]; subst.
-    destruct (token_speaks t Gt') as (c & w & E' & A & B).
-    destruct ts as [| u ts]; cbn [spaced]; rewrite E'; [exists c, w; auto |].
-    exists c, (w ++ 32 :: spaced (u :: ts)); auto. }
+    split; [apply spaced_tight | apply spaced_speaks]; auto. }
   assert (forall d, In d ds -> tight (declared_text d) /\ speaks (declared_text d)) as Td.
-  { intros ((w, truth), (lo, hi)) I. destruct (N _ I) as ((H & A & _) & _). cbn [fst snd] in *.
-    destruct w as [| c w]; [destruct H |].
-    assert (forallb visible (declared_text (c :: w, truth, (lo, hi))) = true) as V.
-    { unfold declared_text. apply visible_all in A. destruct truth; [auto |].
-      rewrite forallb_app, A. cbn [forallb andb]. rewrite !forallb_app, !visible_decimal. reflexivity. }
-    unfold declared_text in *. cbn [app] in *. split.
-    - destruct truth; apply visible_tight; auto.
-    - unfold is_letter in H. rewrite !orb_true_iff, !andb_true_iff, !N.leb_le, N.eqb_eq in H.
-      destruct truth; eexists; eexists; (split; [reflexivity |]); lia. }
+  { intros d I. pose proof (declared_good d (N d I)) as Gt.
+    assert (declared_tokens d <> []) as So by (destruct d as ((w, truth), (lo, hi)); discriminate).
+    split; [apply spaced_tight | apply spaced_speaks]; auto. }
   assert (forall l, In l (map declared_text (firstn (inputs sp) ds)) \/
                     In l (map declared_text (skipn (inputs sp) ds)) -> tight l /\ speaks l) as Tds.
   { intros l [I | I]; apply in_map_iff in I as (d & <- & I); apply Td;
@@ -717,7 +711,7 @@ Proof.
   assert (forall fl, (forall f, In f fl -> In f (env_init sp ++ sys_init sp ++ env_trans sp ++
             sys_trans sp ++ env_live sp ++ sys_live sp)) -> forall f, In f fl -> fits ns f) as Sub.
   { intros fl S f I. apply Fi, S, I. }
-  assert (Forall (fun p => title titles (snd (fst p)) = Some (fst (fst p)) /\ hd 0 (snd (fst p)) = 91 /\
+  assert (Forall (fun p => lookup titles (snd (fst p)) = Some (fst (fst p)) /\ hd 0 (snd (fst p)) = 91 /\
                    Forall (fun l => tight l /\ speaks l) (snd p)) (parts sp ds)) as P.
   { unfold parts. fold ns. fold fs.
     repeat (apply Forall_cons; [split; [reflexivity | split; [reflexivity |]]; cbn [snd]; apply Forall_forall;
@@ -726,12 +720,13 @@ Proof.
   assert (Forall tight (flat_map (fun p => snd (fst p) :: snd p) (parts sp ds))) as Ti.
   { apply Forall_flat_map. revert P. apply Forall_impl. intros ((x, t), ls) (T' & H & A).
     cbn [fst snd] in *. constructor.
-    - unfold titles in T'. cbn [title] in T'.
+    - unfold titles in T'. cbn [lookup] in T'.
       repeat match type of T' with (if same ?a ?b then _ else _) = _ =>
         let E := fresh in destruct (same a b) eqn:E; [apply same_ok in E; subst t; apply visible_tight; reflexivity |]
       end. discriminate.
     - revert A. apply Forall_impl. tauto. }
-  unfold parse, print. rewrite plain_unlines by auto.
+  assert (forall ls, starts [239; 187; 191] (unlines (codes "[INPUT]" :: ls)) = None) as M by (intros []; reflexivity).
+  unfold parse. assert (starts [239; 187; 191] (print sp ds) = None) as -> by apply M. cbv zeta. unfold print. rewrite plain_unlines by auto.
   rewrite lines_unlines by (auto; discriminate).
   replace (map strip (flat_map (fun p => snd (fst p) :: snd p) (parts sp ds)))
     with (flat_map (fun p => snd (fst p) :: snd p) (parts sp ds)).
@@ -740,7 +735,7 @@ Proof.
   2: { revert P. apply Forall_impl. intros p (A & B & C). repeat split; auto.
        revert C. apply Forall_impl. tauto. }
   cbv beta iota. unfold parts. fold ns. fold fs. cbn [flat_map fst snd]. unfold parse_lines.
-  rewrite !of_pairs. cbn [same_section app]. rewrite !app_nil_r.
+  rewrite !of_pairs. cbn [section_beq app]. rewrite !app_nil_r.
   change (of ?x []) with (@nil text).
   rewrite <- map_app, firstn_skipn, declarations_text by auto. cbv zeta. fold ns.
   unfold fs. rewrite !formulas_spaced by (auto; apply Sub; intros f J; rewrite !in_app_iff; tauto).

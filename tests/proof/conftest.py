@@ -16,21 +16,8 @@ SOURCE = ROOT / "proof"
 TOOLS = ("coqc", "coq_makefile", "ocamlfind", "make")
 Files = list[Path]
 """A specification, a strategy or counterstrategy, and its measures."""
-LIFT = """\
-[INPUT]
-request
-[OUTPUT]
-floor:0...3
-[SYS_INIT]
-floor = 0
-[SYS_TRANS]
-floor' <= floor + 1 & floor <= floor' + 1
-[ENV_LIVENESS]
-request'
-[SYS_LIVENESS]
-request & floor = 3
-floor = 0
-"""
+PAGE = (ROOT / "docs" / "specifications.md").read_text()
+LIFT = PAGE.partition('title="lift.structuredslugs"\n')[2].partition("```")[0]
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,10 @@ from pathlib import Path
 
 import pytest
 
+import warm
 from children import ran
-from proof.conftest import LIFT, SOURCE, Files, lift_of, of_scenario, synthesized
+from once import ROOT, beside, from_yaml
+from proof.conftest import LIFT, SOURCE, Files, lift_of, of_scenario
 
 THEOREMS = ("establish_sound", "refute_sound", "parse_print")
 REALIZABLE = ("case_study_1", "case_study_3_beliefs", "hello", "warehouse", "beam")
@@ -64,14 +66,38 @@ def test_a_large_strategy_takes_little_work_and_memory(program: Path, tmp_path: 
 
 
 @pytest.mark.parametrize("lost", [False, True])
-def test_synth_writes_the_measures_that_the_program_reads(
-    lost: bool, program: Path, tmp_path: Path
+def test_the_documented_commands_prove_the_documented_lift(
+    lost: bool, built: Path, tmp_path: Path
 ) -> None:
+    """Word for word; without its assumption no strategy exists."""
+    *_, synth, prove = re.findall("(?m)^    (.+)", (ROOT / "docs" / "proof.md").read_text())
     text = LIFT.replace("[ENV_LIVENESS]\nrequest'\n", "") if lost else LIFT
-    (file := tmp_path / "lift.structuredslugs").write_text(text)
-    done = ran([program, *synthesized(file)], check=True)
+    (tmp_path / "lift.structuredslugs").write_text(text)
+    (tmp_path / "build").mkdir()
+    (tmp_path / "build" / "proof").symlink_to(built)
+    assert warm.safenav(*synth.split()[1:], cwd=tmp_path).returncode == lost
+    automaton = "lift.counterstrategy.json" if lost else "lift.json"
+    done = ran(prove.replace("lift.json", automaton).split(), cwd=tmp_path, check=True)
     what = "no strategy realizes" if lost else "the strategy realizes"
     assert done.stdout == f"proved: {what} the specification\n"
+
+
+def test_edited_files_are_read_as_safenav_reads_them(
+    proved: Callable[[Files], str], tmp_path: Path
+) -> None:
+    *sources, measures = lift_of(4, tmp_path)
+    for name, edit in from_yaml(beside(__file__, "edits.yaml")).items():
+        files = [tmp_path / "specification", tmp_path / "automaton", measures]
+        for file, source in zip(files, sources, strict=False):
+            text = source.read_text()
+            for pattern, instead in edit.get(file.name, {}).items():
+                text, count = re.subn(pattern, instead, text)
+                assert count, (name, pattern)
+            file.write_text(text)
+        reason = proved(files)
+        assert reason.startswith(edit.get("refused", "")), (name, reason)
+        verified = warm.safenav("verify", *files[:2]).returncode
+        assert bool(reason) is bool(verified) is ("refused" in edit), (name, reason)
 
 
 def test_the_program_refuses_unreadable_files(
@@ -80,7 +106,5 @@ def test_the_program_refuses_unreadable_files(
     files = lift_of(4, tmp_path)
     files[2].write_text(json.dumps({"of": "strategy", "measures": [{"n": [], "a": []}] * 2}))
     assert proved(files) == "too few ranks"
-    files[0].write_text("[INPUT")
-    assert proved(files) == "the text of the specification is not understood"
     assert ran([program, tmp_path / "none", tmp_path, tmp_path]).returncode == 2
     assert ran([program]).returncode == 2
