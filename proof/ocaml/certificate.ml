@@ -13,7 +13,9 @@ let small = Array.init 4096 (fun k -> if k = 0 then N0 else Npos (pos k))
 let num k = if k < 0 then raise (Json.Bad "a number is below 0") else if k < 4096 then small.(k) else Npos (pos k)
 let rec nat k = if k <= 0 then O else S (nat (k - 1))
 let rec unpos = function XH -> 1 | XO p -> 2 * unpos p | XI p -> (2 * unpos p) + 1
-let unnum = function N0 -> 0 | Npos p -> unpos p
+let unnum n =
+  let k = match n with N0 -> 0 | Npos p -> unpos p in
+  if num k = n then k else raise (Json.Bad "a number is too large")
 let bytes s = List.init (String.length s) (fun k -> num (Char.code s.[k]))
 let unbytes l = String.of_seq (Seq.map (fun n -> Char.chr (unnum n)) (List.to_seq l))
 let named = Hashtbl.create 1000  (* so that all edges to a node share its name *)
@@ -23,31 +25,38 @@ let name k = match Hashtbl.find_opt named k with
 let ints v = List.map Json.int (Json.list v)
 let nums v = List.map num (ints v)
 
-(* A specification: its bytes, and of each variable its name and least value, to read strategies. *)
-type text = { bytes : n list; meaning : spec; heads : (string * int) list }
+(* The names of a variable's bits as slugs prints them, the lowest first, and its least value; the bits
+   of a number hold value - least. *)
+let bits (name, truth) (least, most) =
+  let name = unbytes name and least = unnum least and most = unnum most in
+  let rec width k = if k = 0 then 0 else 1 + width (k lsr 1) in
+  let bit k = if k = 0 then Printf.sprintf "%s@0.%d.%d" name least most else Printf.sprintf "%s@%d" name k in
+  (if truth then [name] else List.init (width (most - least)) bit), least
+
+(* A specification: its bytes, and the bits of each variable, to read strategies. *)
+type text = { bytes : n list; meaning : spec; bits : (string list * int) list }
 let text file =
   let bytes = bytes (read file) in
   match parse bytes with
   | None -> raise (Json.Bad "the text of the specification is not understood")
-  | Some (meaning, names) ->
-      { bytes; meaning; heads = List.map2 (fun n (lo, _) -> unbytes n, unnum lo) names meaning.ranges }
+  | Some (meaning, names) -> { bytes; meaning; bits = List.map2 bits names meaning.ranges }
 
-(* Nodes: number, values of the variables (the bits of one, the lowest first, hold value - least),
-   successors. *)
+(* Nodes: number, values of the variables, successors. *)
 type listed = { number : int; values : n list; after : int list }
 let nodes text doc =
-  let bit v = List.hd (String.split_on_char '@' (Json.str v)) in
-  let bits = Array.of_list (List.map bit (Json.list (Json.field "variables" doc))) in
-  let at = List.map (fun (name, least) ->
-    List.filter (fun k -> bits.(k) = name) (List.init (Array.length bits) Fun.id), least) text.heads in
-  let node (key, v) =
+  let names = List.map Json.str (Json.list (Json.field "variables" doc)) in
+  if List.sort compare names <> List.sort compare (List.concat_map fst text.bits) then
+    raise (Json.Bad "the variables are not the bits of the specification's");
+  let columns = List.mapi (fun k name -> name, k) names in
+  let at = List.map (fun (own, least) -> List.map (fun b -> List.assoc b columns) own, least) text.bits in
+  let all = Hashtbl.of_seq (List.to_seq (Json.pairs (Json.field "nodes" doc))) in
+  List.init (Hashtbl.length all) (fun number ->
+    let v = Hashtbl.find all (string_of_int number) in
     let state = Array.of_list (ints (Json.field "state" v)) in
-    if Array.length state <> Array.length bits || Array.exists (fun b -> b <> 0 && b <> 1) state then
-      raise (Json.Bad ("the bits of node " ^ key));
+    if Array.length state <> List.length names || Array.exists (fun b -> b <> 0 && b <> 1) state then
+      raise (Json.Bad (Printf.sprintf "the bits of node %d" number));
     let value (ks, least) = num (List.fold_right (fun k n -> (2 * n) + state.(k)) ks 0 + least) in
-    { number = int_of_string key; values = List.map value at; after = ints (Json.field "trans" v) } in
-  let all = List.map node (Json.pairs (Json.field "nodes" doc)) in
-  List.sort (fun a b -> compare a.number b.number) all
+    { number; values = List.map value at; after = ints (Json.field "trans" v) })
 
 (* Ranks of each node: a number, and perhaps the number of an excuse. *)
 let ranks doc =

@@ -302,7 +302,7 @@ Fixpoint sorted (at_ : option section) (ls : list text) : option (list (section 
 Definition of (x : section) (ls : list (section * text)) : list text :=
   map snd (filter (fun l => section_beq x (fst l)) ls).
 
-Definition parse_lines (ls : list (section * text)) : option (spec * list text) :=
+Definition parse_lines (ls : list (section * text)) : option (spec * list (text * bool)) :=
   match declarations (of Input ls ++ of Output ls) with
   | None => None
   | Some ds =>
@@ -312,13 +312,14 @@ Definition parse_lines (ls : list (section * text)) : option (spec * list text) 
       | Some ei, Some si, Some et, Some st, Some el, Some sl =>
           Some ({| ranges := map snd ds; inputs := length (of Input ls);
                    env_init := ei; sys_init := si; env_trans := et; sys_trans := st;
-                   env_live := el; sys_live := sl |}, map fst ns)
+                   env_live := el; sys_live := sl |}, ns)
       | _, _, _, _, _, _ => None
       end
   end.
 
-(** The meaning of a file after a byte order mark, and the names of its variables. *)
-Definition parse (s : text) : option (spec * list text) :=
+(** The meaning of a file after a byte order mark, and its variables: each name, and whether it is a
+    truth. *)
+Definition parse (s : text) : option (spec * list (text * bool)) :=
   let s := match starts [239; 187; 191] s with Some s => s | None => s end in
   if plain s then
     match sorted None (map strip (lines s)) with

@@ -686,7 +686,7 @@ Qed.
 (** * The round trip *)
 
 Theorem parse_print sp ds : good sp ds ->
-  parse (print sp ds) = Some (sp, map (fun d => fst (fst d)) ds).
+  parse (print sp ds) = Some (sp, map fst ds).
 Proof.
   intros (R & L & D & N & Fi). set (ns := map fst ds).
   assert (NoDup (map fst ns)) as D' by (unfold ns; rewrite map_map; auto).
@@ -739,6 +739,5 @@ Proof.
   change (of ?x []) with (@nil text).
   rewrite <- map_app, firstn_skipn, declarations_text by auto. cbv zeta. fold ns.
   unfold fs. rewrite !formulas_spaced by (auto; apply Sub; intros f J; rewrite !in_app_iff; tauto).
-  rewrite map_length, firstn_length, Nat.min_l by auto. rewrite <- R. unfold ns. rewrite map_map.
-  destruct sp. reflexivity.
+  rewrite map_length, firstn_length, Nat.min_l by auto. rewrite <- R. destruct sp. reflexivity.
 Qed.
