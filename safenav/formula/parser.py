@@ -10,9 +10,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from functools import reduce
+from itertools import chain
 from typing import ClassVar, Generic, TypeVar
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula import syntax
@@ -110,6 +112,11 @@ class FormulaParser(Generic[T]):
         self._depth -= 1
         return left
 
+    def part(self, least: int) -> tuple[T, Token]:
+        """Return ``expression(least)`` and its first token."""
+        begin = self.peek()
+        return self.expression(least), begin
+
     def peek(self) -> Token:
         return self._tokens[self._at]
 
@@ -139,8 +146,8 @@ class FormulaParser(Generic[T]):
         """Return the error at the next token, or at a word before it that the parser read as a
         name."""
         token, before = self.peek(), self._tokens[self._at - 1]
-        if token.text not in self.misplaced and before.kind == "name":
-            token = before if before.text in self.misplaced else token
+        if before.kind == "name" and before.text in self.misplaced:
+            token = before
         shown = "end of the formula" if token.kind == "end" else repr(token.text)
         hint = self.misplaced.get(token.text, f"expected {expected}")
         return FormulaError(token.column, f"unexpected {shown}", hint)
@@ -153,10 +160,10 @@ def too_deep(column: int) -> FormulaError:
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>[0-9]+)"
-    r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*(?:[@.][A-Za-z0-9_]+)*)"
-    r"|(?P<foreign>===?|!==|<=>|=>|=<|<>|\[\])"
-    r"|(?P<mark><?--?>|&&?|/\\|\|\|?|\\/|!(?!=)|[~^+'()])"
-    r"|(?P<relation>!=|<=|>=|=|<|>)"
+    r"|(?P<next>(?:next|X)(?=\s*\())"  # elsewhere they are names, as in slugs
+    r"|(?P<name>[A-Za-z_][A-Za-z0-9_@.]*)"
+    r"|(?P<foreign>==|<=>|=>|=<|<>|\[\])"
+    r"|(?P<mark><?--?>|&&?|/\\|\|\|?|\\/|!=|<=|>=|[!~^+'()=<>])"
 )
 
 _SECTIONS = "a line under 'safety' always holds, one under 'liveness' infinitely often"
@@ -166,8 +173,6 @@ _HINTS = {
     "*": "there is no multiplication: write a sum",
     "\N{RIGHT SINGLE QUOTATION MARK}": "the next value is written with a plain apostrophe: x'",
     "==": "equality is written '='",
-    "===": "equality is written '='",
-    "!==": "inequality is written '!='",
     "=>": "write '->' for 'implies' or '>=' for 'at least'",
     "=<": "write '<='",
     "<=>": "write '<->' for 'if and only if'",
@@ -181,15 +186,16 @@ _HINTS = {
 _WORDS = {"and": "&", "or": "|", "not": "!", "implies": "->", "iff": "<->"}
 """Operators in words, as in requirements on the motion and in other languages."""
 
-_KINDS = {
-    **{"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "~": "!", "-->": "->", "<-->": "<->"},
-    **{"next": "next", "X": "next", "TRUE": "TRUE", "FALSE": "FALSE"},
-}
-
-_TWO_NUMBERS = "it takes numbers (x, x' or 3), not formulas; join two comparisons with '&'"
+SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "~": "!", "-->": "->", "<-->": "<->"}
+"""Further spellings of operators."""
+_KINDS = {**SAME, "TRUE": "TRUE", "FALSE": "FALSE"}
 
 
-class _Parser(FormulaParser[syntax.Formula]):
+_Expression = syntax.Formula | syntax.Term
+"""A formula, or a number: parentheses and ``next(...)`` may hold either. A name may be both."""
+
+
+class _Parser(FormulaParser[_Expression]):
     """The structured-slugs expression language."""
 
     levels: ClassVar = {
@@ -197,71 +203,60 @@ class _Parser(FormulaParser[syntax.Formula]):
     }
     misplaced: ClassVar = {
         **dict.fromkeys("FG", f"leave it out: {_SECTIONS}"),
+        **dict.fromkeys(("next", "X"), "'(' follows, around a formula or a number"),
         "U": "GR(1) has no until: use a memory variable, or goals under 'liveness'",
         "W": "GR(1) has no weak until: use a memory variable under 'safety'",
         "'": "one prime follows a variable; for a formula write next(...)",
-        **dict.fromkeys((*syntax.Relation, "+"), _TWO_NUMBERS),
-        **{word: f"write '{sign}'" for word, sign in _WORDS.items()},
-        **{word.upper(): f"write '{sign}'" for word, sign in _WORDS.items()},
+        **{w: f"write '{sign}'" for word, sign in _WORDS.items() for w in (word, word.upper())},
     }
-    deepest = 2 * MAX_DEPTH  # parentheses also nest, but are not operators
+    deepest = 2 * MAX_DEPTH + 2  # parentheses, comparisons and sums also nest, but do not count
     _inside_next = False
 
-    def joined(
-        self, left: syntax.Formula, begin: Token, operator: Token, level: int
-    ) -> syntax.Formula:
-        del begin
-        node, operands = Connective(operator.kind), [left, self.expression(level + 1)]
+    def joined(self, left: _Expression, begin: Token, operator: Token, level: int) -> _Expression:
+        if level == syntax.PRECEDENCE["="]:
+            numbers = _number(left, begin), _number(*self.part(level + 1))
+            return syntax.Comparison(syntax.Relation(operator.kind), *numbers)
+        parts = [(left, begin), self.part(level + 1)]
         while self.take(operator.kind):
-            operands.append(self.expression(level + 1))
+            parts.append(self.part(level + 1))
+        if operator.kind == "+":
+            terms = (syntax.atoms_of(_number(*part)) for part in parts)
+            return syntax.Sum(tuple(chain.from_iterable(terms)))
+        node, operands = Connective(operator.kind), [_condition(*part) for part in parts]
         if node not in (Connective.IMPLIES, Connective.IFF):
             return Operation(node, tuple(operands))
         return reduce(lambda one, other: Operation(node, (one, other)), operands)
 
-    def operand(self, least: int) -> syntax.Formula:
-        """Return a negation, ``next(...)``, a comparison, a Boolean variable, a constant, or a
-        formula in parentheses."""
+    def operand(self, least: int) -> _Expression:
+        """Return a negation, ``next(...)``, a number, a variable, a constant, or an expression in
+        parentheses."""
         del least
+        if opening := self.take("("):
+            return self.enclosed(opening)
         if self.take("!"):
-            return Operation(Connective.NOT, (self.expression(len(syntax.PRECEDENCE)),))
+            return Operation(Connective.NOT, (_condition(*self.part(syntax.PRECEDENCE["!"])),))
         if word := self.take("next"):
             self._look_ahead(word)
-            opening = self.need("(", f"after {word.text}, around a formula")
             self._inside_next = True
-            operand = self.enclosed(opening)
+            inner = self.enclosed(self.next())
             self._inside_next = False
-            return Operation(Connective.NEXT, (operand,))
+            if not isinstance(inner, syntax.Name | syntax.Number | syntax.Sum):
+                return Operation(Connective.NEXT, (inner,))
+            atoms = syntax.atoms_of(inner)
+            later = [replace(a, primed=True) if isinstance(a, syntax.Name) else a for a in atoms]
+            return syntax.Sum(tuple(later)) if isinstance(inner, syntax.Sum) else later[0]
         if constant := self.take("TRUE", "FALSE"):
             return syntax.Constant(constant.kind == "TRUE")
-        opened = self.take("(")
-        first: syntax.Formula | syntax.Number
-        first = self.enclosed(opened) if opened else self._atom()
-        if not isinstance(first, syntax.Name | syntax.Number):
-            return first
-        left = self._sum(first)
-        if isinstance(left, syntax.Name) and self.peek().kind != "relation":
-            return left
-        if (relation := self.take("relation")) is None:
-            raise self.unexpected("a comparison such as '=' after a number")
-        return syntax.Comparison(syntax.Relation(relation.text), left, self._sum(self._atom()))
-
-    def _sum(self, first: syntax.Name | syntax.Number) -> syntax.Term:
-        terms = [first]
-        while self.take("+"):
-            terms.append(self._atom())
-        return syntax.Sum(tuple(terms)) if len(terms) > 1 else first
-
-    def _atom(self) -> syntax.Name | syntax.Number:
         if number := self.take("number"):
-            if len(number.text) > 10 or int(number.text) > MAX_NUMBER:
+            digits = number.text.lstrip("0") or "0"
+            if len(digits) > 10 or int(digits) > MAX_NUMBER:
                 hint = f"the largest number is {MAX_NUMBER}"
                 raise FormulaError(number.column, "a number that is too large", hint)
-            return syntax.Number(int(number.text), number.column)
-        if self.peek().kind != "name" or self.peek().text in syntax.RESERVED_WORDS:
+            return syntax.Number(int(digits), number.column)
+        if self.peek().kind != "name":
             raise self.unexpected("a variable, a number or '('")
         name = self.next()
-        primed = self.take("'")
-        if primed:
+        if primed := self.take("'"):
             self._look_ahead(name)
         return syntax.Name(name.text, primed is not None, name.column)
 
@@ -273,9 +268,29 @@ class _Parser(FormulaParser[syntax.Formula]):
             raise FormulaError(token.column, found, hint)
 
 
+def _condition(part: _Expression, begin: Token) -> syntax.Formula:
+    """Return an expression, which begins at a token, as a formula: 0 and 1 are also constants."""
+    match part:
+        case syntax.Number(0 | 1 as value, column):
+            return syntax.Constant(value == 1, column)
+        case syntax.Number() | syntax.Sum():
+            hint = "compare it, as in x + 1 = 3"
+            raise FormulaError(begin.column, "found a number, expected a formula", hint)
+    return part
+
+
+def _number(part: _Expression, begin: Token) -> syntax.Term:
+    """Return an expression, which begins at a token, as a number."""
+    if isinstance(part, syntax.Name | syntax.Number | syntax.Sum):
+        return part
+    hint = "only numbers are compared and added; join two comparisons with '&'"
+    raise FormulaError(begin.column, "found a formula, expected a number", hint)
+
+
 def parse(text: str) -> syntax.Formula:
     """Return the formula that ``text`` holds. Raises FormulaError."""
-    formula = _Parser(tokens_of(text, _TOKEN, _HINTS, _KINDS)).whole()
+    tokens = tokens_of(text, _TOKEN, _HINTS, _KINDS)
+    formula = _condition(_Parser(tokens).whole(), tokens[0])
     height, level = -1, [formula]
     while level:
         height, level = height + 1, [part for node in level for part in syntax.operands_of(node)]
@@ -333,6 +348,8 @@ def _flaws(
         case syntax.Comparison(syntax.Relation.EQUAL | syntax.Relation.UNEQUAL, left, right):
             yield from _range(left, right, declared)
             yield from _range(right, left, declared)
+        case syntax.Constant(value, column) if column:  # as in region = 0 | 1
+            yield FormulaFlaw(column, f"the number {value:d} stands alone", "compare it")
         case Operation(Connective.NEXT, (operand,)) if not primes:
             # The column of `next` is not recorded; that of its first name is near.
             column = next((name.column for name in syntax.names_of(operand)), 1)

@@ -1,33 +1,24 @@
 """Prefix notation of slugsin lines (docs/specifications.md), translated to infix notation."""
 
 import re
-from contextlib import suppress
-from math import inf
 
-from safenav.formula.parser import FormulaError, parse
+from safenav.formula.parser import SAME, FormulaError
 
-_TOKEN = re.compile(r"[!&|^$?]|\d+|[^\s!&|^$?]+")
-_STARTS = re.compile(r"[!&|^$?]\s|[01]\s*\Z")
-_CONSTANTS = {"0": "FALSE", "1": "TRUE"}
+_TOKEN = re.compile(r"/\\|\\/|\w[\w.@]*(?:\s*')?|\S", re.ASCII)
+_BEGINNING = re.compile(r"[!~\s]*(?:[&|^$?]|/\\|\\/)")
+"""Operators with which no formula in infix notation begins."""
 
 
-class TooLongError(Exception):
-    """A line whose buffers expand to too many characters."""
-
-
-def to_infix(line: str, most: float = inf) -> str:
+def to_infix(line: str, most: int) -> str:
     """Return a constraint in infix notation; one already in infix notation is unchanged.
 
     ``| ! a & b c'`` means ``!a | (b & c')``; ``$ n f1 .. fn`` is a buffer of formulas whose value
     is fn, and ``? i`` recalls its entry i. Buffers that recall each other double their text with
-    each entry. Raises TooLongError beyond ``most`` characters of entries, before they are made.
+    each entry. Raises FormulaError beyond ``most`` characters of entries, before they are made.
     """
-    if not _STARTS.match(line):
+    if not _BEGINNING.match(line):
         return line
-    with suppress(FormulaError):
-        parse(line)
-        return line
-    tokens = _TOKEN.findall(line)[::-1]
+    tokens = [SAME.get(token, token) for token in _TOKEN.findall(line)[::-1]]
     try:
         formula = _Prefix(tokens, most).formula([])
     except (IndexError, ValueError, RecursionError):
@@ -39,7 +30,7 @@ class _Prefix:
     """Translation of the tokens of one line, the last one first. ``left``: number of further
     characters that it may write."""
 
-    def __init__(self, tokens: list[str], left: float) -> None:
+    def __init__(self, tokens: list[str], left: int) -> None:
         self._tokens = tokens
         self._left = left
 
@@ -60,11 +51,14 @@ class _Prefix:
                 return entries[-1]
             case "?":
                 return buffer[int(self._tokens.pop())]
-        return _CONSTANTS.get(token, token)
+        if not (token[0].isalnum() or token[0] == "_"):
+            raise ValueError(token)
+        return token
 
     def _require(self, more: int) -> None:
         if more > self._left:
-            raise TooLongError("its buffers stand for too many characters")
+            hint = "define an output for each entry, and use that"
+            raise FormulaError(1, "its buffers stand for too many characters", hint)
 
     def _operands(self, operator: str, buffer: list[str]) -> list[str]:
         """Return both operands; a chain of one operator becomes flat, so that it nests no

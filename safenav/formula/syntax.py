@@ -14,8 +14,7 @@ from operator import eq, ge, gt, le, lt, ne
 from msgspec import Struct
 
 RESERVED_WORDS = frozenset({"TRUE", "FALSE", "next", "X", "F", "G", "U", "W"})
-"""Words that cannot name a variable: constants, the next operator, and the temporal
-operators that a GR(1) specification expresses by its sections."""
+"""Words that cannot name a variable of a scenario: constants and temporal operators."""
 
 
 class Relation(StrEnum):
@@ -28,9 +27,10 @@ class Relation(StrEnum):
 
 
 class Constant(Struct, frozen=True):
-    """TRUE or FALSE."""
+    """TRUE or FALSE; with a column if it was written as 1 or 0."""
 
     value: bool
+    column: int = 0
 
 
 class Number(Struct, frozen=True):
@@ -79,8 +79,10 @@ class Operation(Struct, frozen=True):
     operands: tuple[Formula, ...]
 
 
-PRECEDENCE: Mapping[str, int] = {"<->": 1, "->": 2, "^": 3, "|": 4, "&": 5, "!": 6}
-"""Precedence of each operator; comparisons bind more tightly."""
+PRECEDENCE: Mapping[str, int] = {
+    **{"<->": 1, "->": 2, "^": 3, "|": 4, "&": 5, "!": 6, "+": 8},
+    **dict.fromkeys(Relation, 7),
+}
 
 Term = Name | Number | Sum
 Formula = Constant | Name | Comparison | Operation

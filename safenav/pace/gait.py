@@ -129,8 +129,7 @@ class Apex(Struct, frozen=True):
     foot: int
 
     def stance(self, offset: float) -> tuple[float, float]:
-        """Return the point ``offset`` metres off the centre line, on the side of the stance
-        foot."""
+        """Return the point ``offset`` metres off the centre line, on the stance foot's side."""
         aside = self.foot * offset
         return self.x - aside * sin(self.yaw), self.y + aside * cos(self.yaw)
 

@@ -14,14 +14,15 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from enum import StrEnum
+from functools import lru_cache
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.files import HINT, foreign_character
-from safenav.formula.parser import MAX_NUMBER
-from safenav.formula.syntax import one_of
+from safenav.formula.parser import MAX_NUMBER, FormulaError, parse
+from safenav.formula.syntax import Formula, one_of
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Pose
 
@@ -96,6 +97,24 @@ class Constraint(Struct, frozen=True):
             raise UsageError(f"a Constraint takes a Section and a formula, not {found}")
 
 
+@lru_cache(maxsize=1 << 15)
+def formula_of(constraint: Constraint) -> Formula:
+    """Return the formula of a constraint. Raises InputError if it cannot be read."""
+    try:
+        return parse(constraint.formula)
+    except FormulaError as error:
+        raise unreadable(constraint, error.found, error.column, error.hint) from error
+
+
+def unreadable(constraint: Constraint, found: str, column: int = 1, hint: str = "") -> InputError:
+    """Return the error of a constraint, at its line in a file if it has one."""
+    file, _, line = constraint.origin.item.rpartition(":")
+    if line.isdecimal():
+        return InputError([Diagnostic(file, int(line), column, found, hint, constraint.formula)])
+    place = f"{constraint.origin.item}: [{constraint.section}] {constraint.formula}"
+    return InputError([Diagnostic(place, 1, column, found, hint)])
+
+
 class Specification(Struct, frozen=True):
     """A robot's specification. Variables and constraints keep their order: with the same
     order the synthesizer gives the same strategy to the byte."""
@@ -167,7 +186,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
 
     if (foreign := foreign_character(text)) is not None:
         raise flaw(foreign[0], f"not text: {foreign[2]}", HINT, foreign[1])
-    from safenav.formula.prefix import TooLongError, to_infix  # only for users' files
+    from safenav.formula.prefix import to_infix  # only for users' files
 
     variables: dict[str, Variable] = {}
     constraints: list[Constraint] = []
@@ -189,12 +208,13 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
         elif isinstance(section, Section):
             try:
                 formula = to_infix(line, left)
-            except TooLongError as error:
-                hint = "define an output for each entry, and use that"
-                raise flaw(number, str(error), hint) from None
+            except FormulaError as error:
+                raise flaw(number, error.found, error.hint) from None
             left -= len(formula) - len(line)
             constraints.append(Constraint(section, formula, Origin(f"{file}:{number}", comment)))
         else:
+            if line.partition(":")[0].strip() in ("TRUE", "FALSE"):
+                raise flaw(number, f"'{line}' is a constant, not a variable", "choose another name")
             variable = None if section is None else _variable(line, section, comment)
             if variable is None or variable.name in variables:
                 raise flaw(number, f"'{line[:_SHOWN]}' declares no new variable", _VARIABLES)

@@ -149,19 +149,14 @@ class _Parser(FormulaParser[Node]):
     def joined(self, left: Node, begin: Token, operator: Token, level: int) -> Node:
         text = operator.text
         if level > _OPERAND:
-            first, after = _number(left, begin), self.peek()
-            second = _number(self.expression(level + 1), after)
+            first, second = _number(left, begin), _number(*self.part(level + 1))
             if text not in _RELATIONS:
                 return Arithmetic(text, first, second)
-            if other := self.take(*_RELATIONS):
-                hint = "comparisons do not chain: join two with 'and'"
-                raise FormulaError(other.column, f"unexpected '{other.text}'", hint)
             more, less = (first, second) if text[0] == ">" else (second, first)
             return Margin(Arithmetic("-", more, less))
         held = _condition(left, begin)
         window = self._window() if text == "until" else Window()
-        after = self.peek()
-        then = _condition(self.expression(level + (text != "->")), after)
+        then = _condition(*self.part(level + (text != "->")))
         if text == "->":
             return Compound("or", (Compound("not", (held,)), then))
         return Compound(text, (held, then), window)
@@ -171,9 +166,7 @@ class _Parser(FormulaParser[Node]):
         if operator is None:
             return self._factor()
         window = Window() if operator.text == "not" else self._window()
-        begin = self.peek()
-        operand = _condition(self.expression(_OPERAND), begin)
-        return Compound(operator.text, (operand,), window)
+        return Compound(operator.text, (_condition(*self.part(_OPERAND)),), window)
 
     def _window(self) -> Window:
         opening = self.take("[")
@@ -245,5 +238,5 @@ def _condition(tree: Node, begin: Token) -> Requirement:
 def _number(tree: Node, begin: Token) -> SignalTerm:
     if isinstance(tree, RobotSignal | Literal | Arithmetic):
         return tree
-    hint = "only numbers are compared, added and multiplied"
+    hint = "only numbers are compared, added and multiplied; join two comparisons with 'and'"
     raise FormulaError(begin.column, "a condition where a number is expected", hint)

@@ -21,7 +21,8 @@ from msgspec import Meta, Struct
 
 from safenav.data import cached_method
 from safenav.errors import SynthesizerError
-from safenav.spec.specification import Owner, Section, Specification, Variable
+from safenav.formula.syntax import predicate
+from safenav.spec.specification import Owner, Section, Specification, Variable, formula_of
 from safenav.world.map import Heading
 
 if TYPE_CHECKING:
@@ -134,13 +135,9 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         distinct states that satisfy ENV_INIT and SYS_INIT; in a strategy only those of rank 0, in a
         ``counter``strategy only those with the inputs of the first one.
         """
-        # Imported here: only this needs formulas, and small programs may never need it.
-        from safenav.formula.parser import parse
-        from safenav.formula.syntax import predicate
-
         spec, seen = self.specification, set[tuple[int, ...]]()
         both = (*spec.section(Section.ENV_INIT), *spec.section(Section.SYS_INIT))
-        constraints = [predicate(parse(constraint.formula)) for constraint in both]
+        constraints = [predicate(formula_of(constraint)) for constraint in both]
         inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
         first = self.values(0) if self.states else {}
         for node, state in enumerate(self.states):

@@ -12,17 +12,15 @@ from typing import Any
 
 from safenav.components import components, path_to, reached
 from safenav.data import cached_method
-from safenav.errors import Diagnostic, InputError
-from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula
-from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.spec.specification import Owner, Section, Specification, formula_of, unreadable
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.completions import Clause, Completions, Evaluator, Row, Slot, Vector, add, flags
 
 _BLOCK_EDGES = 1 << 16
 _DIGITS = bytes.maketrans(b"\x00\x01", b"01")
 
-_clause = lru_cache(maxsize=1 << 15)(lambda each: Clause(each, parse(each.formula)))
+_clause = lru_cache(maxsize=1 << 15)(lambda each: Clause(each, formula_of(each)))
 
 
 def clauses(spec: Specification, section: Section) -> list[Clause]:
@@ -31,25 +29,11 @@ def clauses(spec: Specification, section: Section) -> list[Clause]:
     Raises InputError for a constraint that cannot be read or names an undeclared variable.
     """
     declared = {variable.name for variable in spec.variables}
-    found = []
-    for constraint in spec.section(section):
-        try:
-            clause = _clause(constraint)
-        except FormulaError as error:
-            raise _unreadable(constraint, error.column, error.found, error.hint) from error
-        unknown = sorted({name for name, _ in clause.places} - declared)
-        if unknown:
-            raise _unreadable(constraint, 1, f"'{unknown[0]}' is not declared", "")
-        found.append(clause)
+    found = [_clause(constraint) for constraint in spec.section(section)]
+    for clause in found:
+        if unknown := sorted({name for name, _ in clause.places} - declared):
+            raise unreadable(clause.constraint, f"'{unknown[0]}' is not declared")
     return found
-
-
-def _unreadable(constraint: Constraint, column: int, found: str, hint: str) -> InputError:
-    file, _, line = constraint.origin.item.rpartition(":")
-    if line.isdecimal():  # a line of a specification file
-        return InputError([Diagnostic(file, int(line), column, found, hint, constraint.formula)])
-    place = f"{constraint.origin.item}: [{constraint.section}] {constraint.formula}"
-    return InputError([Diagnostic(place, 1, column, found, hint)])
 
 
 def openings(spec: Specification) -> tuple[Completions, Completions]:

@@ -133,8 +133,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         return 0 <= region < self.size and region not in self.walls
 
     def step(self, region: Region, heading: Heading) -> Region | None:
-        """Return the next region in that direction, wall or not; None beyond the edge of the
-        map."""
+        """Return the next region in that direction, wall or not; None beyond the map's edge."""
         row, col = self.position(region)
         d_row, d_col = heading.step
         if 0 <= row + d_row < self.rows and 0 <= col + d_col < self.cols:
@@ -216,7 +215,6 @@ class RegionMap(Struct, frozen=True, dict=True):
 
 DOORWAY = 2
 """Maximum number of regions of a doorway; a longer narrow piece is a corridor."""
-
 
 Cells = tuple[frozenset[Region], ...]
 """Parts of a map, by which robots estimate the position of a robot out of sight, numbered from 0 in

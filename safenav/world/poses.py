@@ -140,10 +140,7 @@ class PoseGraph:
 
     def poses_on(self, regions: Mask) -> Mask:
         """Return all poses in a set of regions."""
-        found = 0
-        for block in range(self.blocks):
-            found |= regions << block * self.size
-        return found
+        return sum(regions << block * self.size for block in range(self.blocks))
 
     def on(self, regions: Iterable[Region]) -> Mask:
         """Return all poses in some regions."""

@@ -276,9 +276,10 @@ _PYTHON = {"!": "not {}", "<->": "{} == {}", "->": "not {} or {}", "^": "{} != {
 _PYTHON |= {"|": "{} or {}", "&": "{} and {}"}
 
 
-def truth(text: str) -> Truth:
-    """Return a formula of structured slugs as a function."""
-    found: Truth = eval(f"lambda now, then: bool({_python(read_infix(text))})")
+def truth(formula: Formula | str) -> Truth:
+    """Return a formula, or its text in structured slugs, as a function."""
+    whole = read_infix(formula) if isinstance(formula, str) else formula
+    found: Truth = eval(f"lambda now, then: bool({_python(whole)})")
     return found
 
 
