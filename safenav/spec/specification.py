@@ -15,6 +15,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from enum import StrEnum
 from functools import lru_cache
+from pathlib import PurePath
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -199,7 +200,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
             comment = ""
         elif line.startswith("#"):
             comment = line.lstrip("# ")
-            title = title or comment
+            title = title or (comment if section is None else "")
         elif line.startswith("[") and not line.startswith("[]"):
             section, comment = _SECTIONS.get(line.strip("[]").strip()), ""
             if section is None:
@@ -221,7 +222,8 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
             variables[variable.name], comment = variable, ""
     # A strategy numbers inputs before outputs, whatever the order of the sections.
     ordered = sorted(variables.values(), key=lambda v: list(Owner).index(v.owner))
-    return Specification(robot, title or file, tuple(ordered), tuple(constraints))
+    title = title or PurePath(file).name
+    return Specification(robot, title, tuple(ordered), tuple(constraints))
 
 
 def _variable(line: str, owner: Owner, note: str) -> Variable | None:
