@@ -98,7 +98,7 @@ def foreign_character(text: str) -> tuple[int, int, str] | None:
     return before.count("\n") + 1, column, f"the character U+{ord(match.group()):04X}"
 
 
-_SECTION = r"\[[A-Z_]+\]"
+_SECTION = r"\[\s*[A-Za-z_]+\s*\]"
 _DRAW = "draw it with: safenav draw {0}; 'map' of a scenario names it (docs/maps.md)"
 PICTURE = "picture"
 ROS_MAP = "map of ROS map_server"

@@ -110,7 +110,7 @@ def synth(
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
     specification of your own, in slugsin or structured slugs."""
     given = options.GivenFile(scenario, slugs.MOST_OF_A_TEXT)
-    if given.kind == "specification":
+    if given.kind == "specification" or (measures is not None and given.kind is None):
         options.refuse("scenarios", "robot", "avoiding")
         return _of_specification(given, output, measures, as_json)
     options.refuse("a specification; -o writes the specification of each robot", "measures")
@@ -192,7 +192,7 @@ def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
 def specification_of(given: options.GivenFile) -> Specification:
     """Return a specification, with the name of its file."""
     stem = given.path.stem if given.path.is_file() else "specification"
-    return slugs.specification_in(given.bytes(), given.name, stem)
+    return slugs.specification_in(given.bytes(), given.name, stem, warn)
 
 
 def _report(

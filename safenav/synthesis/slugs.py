@@ -365,7 +365,8 @@ def failure(problem: str, finished: Finished, binary: Path, robot: str) -> Synth
     return SynthesizerError("\n".join([*lines, f"    {advice}"]))
 
 
-_ERROR = re.compile(r"-:(\d+):(\d+): error: (.*)")
+_ERROR = re.compile(r"-:(?:(\d+):(\d+):)? error: (.*)")
+_WARNING = re.compile(r"(?m)^-:(\d+:\d+): warning: (.*)")
 _HINT = re.compile(r"\s*hint: (.*)")
 _TRANSLATE = ("--translate", "-")
 _TRANSLATION_SECONDS = 60.0
@@ -373,16 +374,19 @@ MOST_OF_A_TEXT = 20_000_000
 """Maximum size of a specification's text, in bytes."""
 
 
-def specification_in(data: bytes, file: str, robot: str) -> Specification:
-    """Return the specification that a file holds.
-
-    Raises InputError with all errors that safenav's synthesizer finds in its text.
-    """
+def specification_in(
+    data: bytes, file: str, robot: str, warn: Callable[[str], object] = lambda _: None
+) -> Specification:
+    """Return the specification that a file holds. ``warn`` gets the warnings of safenav's
+    synthesizer. Raises InputError with all errors that it finds in the text."""
     text = decoded(data, file)
     check_kind(text, "specification", file)
     done = _translated(text.encode())
+    told = "" if done is None else done.stderr.decode("utf-8", "replace")
     if done is not None and done.status == ExitStatus.BAD_INPUT:
-        raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), file, text))
+        raise InputError(_diagnostics(told, file, text))
+    for place, words in _WARNING.findall(told):
+        warn(f"{file}:{place}: {words}")
     return read_specification(text, file, robot)
 
 
@@ -406,9 +410,9 @@ def _diagnostics(output: str, file: str, text: str) -> list[Diagnostic]:
     hint = ""
     for line in reversed(output.splitlines()):  # a hint follows its error
         if error := _ERROR.fullmatch(line):
-            row = int(error[1])
+            row, column = int(error[1] or 0), int(error[2] or 0)
             source = lines[row - 1] if 0 < row <= len(lines) else ""
-            found.append(Diagnostic(file, row, int(error[2]), error[3], hint, source))
+            found.append(Diagnostic(file, row, column, error[3], hint, source))
             hint = ""
         elif hinted := _HINT.fullmatch(line):
             hint = hinted[1]
