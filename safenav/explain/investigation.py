@@ -16,7 +16,7 @@ from typing import TypeVar
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import Verdict
+from safenav.errors import UsageError, Verdict
 from safenav.explain.explanation import (
     Core,
     CoreMember,
@@ -341,7 +341,6 @@ def _valuations(variables: Sequence[Variable]) -> Iterator[Values]:
         yield dict(zip(names, choice, strict=True))
 
 
-MOST_ASSUMPTIONS = 32
 PLAY_SHARE = 0.85
 """Share of the budget by which the play ends."""
 
@@ -351,40 +350,52 @@ class LineExplanation(Struct, frozen=True):
 
     ``fairness``: the lines of ENV_LIVENESS, which it may assume. ``play``: the core's losing play;
     None where the limits did not allow it. ``assumptions``: lines of ENV_LIVENESS, each of which
-    makes it realizable."""
+    makes it realizable. ``undecided``: those that the limits left open."""
 
     core: Core
     fairness: tuple[Constraint, ...]
     play: LosingPlay | None
     assumptions: tuple[str, ...]
+    undecided: tuple[str, ...] = ()
 
 
 def explain_lines(spec: Specification, synthesizer: Synthesizer) -> LineExplanation:
-    """Explain why a specification is unrealizable, as far as the budget allows."""
+    """Explain why a specification is unrealizable, as far as the budget allows. Raises UsageError
+    if it is realizable."""
     ask = Questions(synthesizer)
+    if ask.verdict(spec) is Verdict.REALIZABLE:
+        raise UsageError("the specification is realizable: nothing to explain")
     core = find_line_core(spec, ask)
     ask.spend(PLAY_SHARE)
     play = losing_play(spec, with_guarantees(spec, core.constraints), ask)
     ask.spend(1.0)
-    assumptions = () if core.alone else tuple(_helpful(spec, ask))
+    helpful, undecided = ([], []) if core.alone else _helpful(spec, ask)
     fairness = spec.section(Section.ENV_LIVENESS)
-    return LineExplanation(core, fairness, play, assumptions)
+    return LineExplanation(core, fairness, play, tuple(helpful), tuple(undecided))
 
 
-def _helpful(spec: Specification, ask: Questions) -> Iterator[str]:
-    """Yield assumptions that one Boolean input is on, or off, infinitely often, if this makes the
-    specification realizable and the system cannot win by violating it."""
+def _helpful(spec: Specification, ask: Questions) -> tuple[list[str], list[str]]:
+    """Return the assumptions that one Boolean input is on, or off, infinitely often, that make the
+    specification realizable, although the system cannot win by violating them; and those that the
+    limits left undecided."""
     inputs = [v.name for v in spec.owned(Owner.INPUT) if v.bounds is None]
-    lines = [line for name in inputs for line in (f"{name}'", f"!{name}'")][:MOST_ASSUMPTIONS]
-    fair = {line: Constraint(Section.ENV_LIVENESS, line, _TRIED) for line in lines}
-    tried = {line: spec.with_more(constraint) for line, constraint in fair.items()}
-    ask.prepare(list(tried.values()))
+    lines = [line for name in inputs for line in (f"{name}'", f"!{name}'")]
+    helpful, undecided = list[str](), list[str]()
     never = Constraint(Section.SYS_LIVENESS, "FALSE", _TRIED)
-    for line, stronger in tried.items():
-        if ask.verdict(stronger) is Verdict.REALIZABLE:
-            hopeless = stronger.without(spec.section(Section.SYS_LIVENESS)).with_more(never)
-            if ask.verdict(hopeless) is Verdict.UNREALIZABLE:
-                yield line
+    for first in range(0, len(lines), MOST_AT_ONCE):
+        fair = {
+            line: spec.with_more(Constraint(Section.ENV_LIVENESS, line, _TRIED))
+            for line in lines[first : first + MOST_AT_ONCE]
+        }
+        ask.prepare(list(fair.values()))
+        for line, stronger in fair.items():
+            verdict = ask.verdict(stronger)
+            if verdict is Verdict.REALIZABLE:
+                hopeless = stronger.without(spec.section(Section.SYS_LIVENESS)).with_more(never)
+                verdict = ask.verdict(hopeless)
+                helpful += [line] * (verdict is Verdict.UNREALIZABLE)
+            undecided += [line] * (not verdict.proven)
+    return helpful, undecided
 
 
 _TRIED = Origin("explanation", "tried")

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from enum import StrEnum
+from hashlib import sha256
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -41,7 +42,7 @@ class Questions:
 
     def __init__(self, synthesizer: Synthesizer) -> None:
         self._synthesizer = synthesizer
-        self._known: dict[str, Verdict] = {}
+        self._known: dict[bytes, Verdict] = {}
         self._begun = time.monotonic()
         self._share = 1.0
 
@@ -65,18 +66,18 @@ class Questions:
 
     def prepare(self, specs: Sequence[Specification]) -> None:
         """Request several verdicts in parallel, on all processors."""
-        texts = {spec.to_structuredslugs(): spec for spec in specs}
-        left = [text for text in texts if text not in self._known]
+        found = {_key_of(spec): spec for spec in specs}
+        left = [key for key in found if key not in self._known]
         while left and not self.late:
             some, left = left[: self._synthesizer.at_once], left[self._synthesizer.at_once :]
-            wanted = [texts[text] for text in some]
+            wanted = [found[key] for key in some]
             results = self._limited().synthesize_all(wanted, strategy=False)
             self._known.update(zip(some, (result.verdict for result in results), strict=True))
 
     def verdict(self, spec: Specification) -> Verdict:
         """Return the verdict, or the limit that was reached."""
         self.prepare([spec])
-        return self._known.get(spec.to_structuredslugs(), Verdict.TIMEOUT)
+        return self._known.get(_key_of(spec), Verdict.TIMEOUT)
 
     def counterstrategy(self, spec: Specification) -> Strategy | None:
         """Return the environment's strategy; None if there is none within the limits."""
@@ -86,6 +87,10 @@ class Questions:
             return None if self.late else limited.counterstrategy(spec).strategy
         except ResourceLimitError:
             return None
+
+
+def _key_of(spec: Specification) -> bytes:
+    return sha256(spec.to_structuredslugs().encode()).digest()
 
 
 def cooperative(spec: Specification) -> Specification:

@@ -71,6 +71,8 @@ def line_explanation_lines(found: LineExplanation, file: str) -> Iterator[str]:
         yield ""
         yield "Any one of these assumptions suffices (each was tried):"
         yield from (f"  - [ENV_LIVENESS] {line}" for line in found.assumptions)
+    if found.undecided:
+        yield f"(the time limit left {counted(len(found.undecided), 'assumption')} undecided)"
 
 
 def _place(constraint: Constraint, file: str) -> str:
