@@ -4,9 +4,7 @@ declarations, evaluated by the verifier of strategies."""
 import json
 import pickle
 import re
-from collections.abc import Callable
 from random import Random
-from subprocess import run
 from typing import Any
 
 import pytest
@@ -15,20 +13,15 @@ from hypothesis import strategies as st
 
 from once import beside, from_yaml
 from oracle.specification import Atom, Compare, Constant, Formula, Number, apply
-from oracle.text import infix, read_slugsin, truth
+from oracle.text import infix, truth
 from safenav import (
     InputError,
     SafenavError,
-    Specification,
     Strategy,
     first_failure,
     load_scenario_text,
     read_specification,
 )
-from safenav.formula.syntax import predicate
-from safenav.spec.specification import formula_of
-from safenav.synthesis.program import find_binary
-from safenav.synthesis.strategy import bit_names
 
 BOOLEANS = ("a", "b", "c", "d", "flag", "next_one", "Xs")
 MEMORY: dict[str, Any] = {**dict.fromkeys(BOOLEANS, "bool"), "x": [2, 9], "y": [0, 9]}
@@ -156,45 +149,6 @@ def test_formulas_are_checked_against_declarations(
     assert [problem.column for problem in found] == [*problems]
     for problem in found:
         assert re.search(problems[problem.column], f"{problem.found} {problem.hint}")
-
-
-GRAMMAR = from_yaml(beside(__file__, "grammar.yaml"))
-DECLARED = "[INPUT]\ni\nF\nn:0...1\nX:1...4\n[OUTPUT]\nm:0...3\nnext:0...2\nU\nor\n[SYS_LIVENESS]\n"
-
-
-def written(source: Random, word: str, depth: int = 4) -> str:
-    """Return a random line, or a part of it that this ``word`` of the grammar stands for."""
-    form = source.choice([form for form in GRAMMAR[word] if depth or "<" not in form])
-    return re.sub(r"<(\w+)>", lambda part: written(source, part[1], max(0, depth - 1)), form)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_a_line_that_slugs_reads_is_read_with_its_meaning(
-    seed: int, played: Callable[[], None]
-) -> None:
-    source, done = Random(seed), None
-    lines = [written(source, "line") for _ in range(100)]
-    while done is None or done.returncode:
-        text = DECLARED + "\n".join(lines)
-        done = run([find_binary(), "--translate", "-"], input=text, capture_output=True, text=True)
-        wrong = {int(row) - 12 for row in re.findall(r"(?m)^-:(\d+):\d+: error", done.stderr)}
-        lines = [line for number, line in enumerate(lines) if number not in wrong]
-    spec = read_specification(text)
-    translated = read_slugsin(done.stdout).sys_liveness
-    for constraint, meant in zip(spec.constraints, translated, strict=True):
-        one, other = predicate(formula_of(constraint)), truth(meant)
-        for _ in range(8):
-            now, then = (drawn_values(spec, source) for _ in range(2))
-            assert one(now, then) == other(now, then), constraint.formula
-    if len(lines) >= 50:
-        played()
-
-
-def drawn_values(spec: Specification, source: Random) -> dict[str, int]:
-    """Values of all variables, and of the bits of numbers."""
-    found = {variable.name: source.choice(variable.range) for variable in spec.variables}
-    bits = ((v, k, bit) for v in spec.variables for k, bit in enumerate(bit_names(v)))
-    return found | {bit: found[v.name] - v.range[0] >> k & 1 for v, k, bit in bits}
 
 
 VALUES = [{"a": a, "b": b} for a in (0, 1) for b in (0, 1)]

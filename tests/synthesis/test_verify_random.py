@@ -1,4 +1,5 @@
-"""The check against the brute-force oracle: random games, and systematic damage.
+"""The check against the brute-force oracle: random games, and systematic damage. Its reader of
+formulas against that of slugs.
 
 Failures that the check reports are confirmed here with the plain evaluator: the path exists, the
 constraint is violated, the cycle misses the goal.
@@ -6,16 +7,20 @@ constraint is violated, the cycle misses the goal.
 
 import json
 import os
+import re
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from random import Random
+from subprocess import run
 
 import numpy as np
 import pytest
 
+from once import beside, from_yaml
 from oracle.automata import (
     DAMAGES,
     Automaton,
@@ -30,7 +35,7 @@ from oracle.automata import (
 )
 from oracle.game import Solution, build_game, extract, solve
 from oracle.generator import random_specification
-from oracle.text import inputs_first, to_structuredslugs, truth
+from oracle.text import inputs_first, read_slugsin, to_structuredslugs, truth
 from safenav import (
     ResourceLimitError,
     Specification,
@@ -39,7 +44,9 @@ from safenav import (
     Verdict,
     read_specification,
 )
-from safenav.spec.specification import Section
+from safenav.formula.syntax import predicate
+from safenav.spec.specification import Section, formula_of
+from safenav.synthesis.program import find_binary
 from safenav.synthesis.strategy import bit_names
 from safenav.verify.verification import Failure, Fault, Verification, verify
 
@@ -275,3 +282,42 @@ def test_tied_inputs_with_many_values_are_counted(last: str, faults: list[Fault]
     spec = read_specification(text + "[ENV_INIT]\nx + y + z = 21\nx = 7\ny = 7\n")
     strategy = Strategy.parse(json.dumps({"variables": names, "nodes": {"0": node}}).encode(), spec)
     assert [failure.fault for failure in verify(spec, strategy).failures] == faults
+
+
+GRAMMAR = from_yaml(beside(__file__, "grammar.yaml"))
+DECLARED = "[INPUT]\ni\nF\nn:0...1\nX:1...4\n[OUTPUT]\nm:0...3\nnext:0...2\nU\nor\n[SYS_LIVENESS]\n"
+
+
+def written(source: Random, word: str, depth: int = 4) -> str:
+    """Return a random line, or a part of it that this ``word`` of the grammar stands for."""
+    form = source.choice([form for form in GRAMMAR[word] if depth or "<" not in form])
+    return re.sub(r"<(\w+)>", lambda part: written(source, part[1], max(0, depth - 1)), form)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_line_that_slugs_reads_is_read_with_its_meaning(
+    seed: int, played: Callable[[], None]
+) -> None:
+    source, done = Random(seed), None
+    lines = [written(source, "line") for _ in range(100)]
+    while done is None or done.returncode:
+        text = DECLARED + "\n".join(lines)
+        done = run([find_binary(), "--translate", "-"], input=text, capture_output=True, text=True)
+        wrong = {int(row) - 12 for row in re.findall(r"(?m)^-:(\d+):\d+: error", done.stderr)}
+        lines = [line for number, line in enumerate(lines) if number not in wrong]
+    spec = read_specification(text)
+    translated = read_slugsin(done.stdout).sys_liveness
+    for constraint, meant in zip(spec.constraints, translated, strict=True):
+        one, other = predicate(formula_of(constraint)), truth(meant)
+        for _ in range(8):
+            now, then = (drawn_values(spec, source) for _ in range(2))
+            assert one(now, then) == other(now, then), constraint.formula
+    if len(lines) >= 50:
+        played()
+
+
+def drawn_values(spec: Specification, source: Random) -> dict[str, int]:
+    """Values of all variables, and of the bits of numbers."""
+    found = {variable.name: source.choice(variable.range) for variable in spec.variables}
+    bits = ((v, k, bit) for v in spec.variables for k, bit in enumerate(bit_names(v)))
+    return found | {bit: found[v.name] - v.range[0] >> k & 1 for v, k, bit in bits}
