@@ -22,7 +22,7 @@ import pytest
 
 import warm
 from children import gone, ran
-from once import SCENARIOS, made_once
+from once import SCENARIOS, beside, from_yaml, made_once
 from safenav import Mission, Outcome, Synthesizer, check_trace, load_scenario
 from slugs.conftest import ENDLESS
 
@@ -292,31 +292,7 @@ def test_another_thread_stops_a_run_within_a_synthesis(monkeypatch: pytest.Monke
 
 # Each command at a random moment.
 
-COMMANDS: dict[str, str] = {
-    "run": "run big.yaml --trace out.jsonl",
-    "run with pages": "run s.yaml --trace out.jsonl --html out.html",
-    "run live": "run s.yaml --clock live --trace out.jsonl",
-    "resume": "resume cut.jsonl --trace out.jsonl",
-    "synth": "synth big.yaml -o out",
-    "verify": "verify quad.structuredslugs quad.json",
-    "check": "check big.yaml",
-    "check with batteries": "check batteries.yaml",
-    "check with three carts": "check three_carts.yaml",
-    "explain": "explain unrealizable.yaml",
-    "explain with runs": "explain circle.yaml",
-    "batch": "batch suite --jobs 2 --junit out.xml",
-    "certify": "certify s.yaml -o out",
-    "check of a trace": "check t.jsonl",
-    "check of a bundle": "check bundle",
-    "draw": "draw big.yaml -o out.svg",
-    "replay": "replay t.jsonl -o out.html",
-    "export of a motion": "export t.jsonl --motion out.jsonl",
-    "check of a motion": "check m.jsonl t.jsonl",
-    "export": "export t.jsonl -o out.csv",
-    "new": "new out.yaml",
-    "schema": "new out.json --schema",
-    "doctor": "doctor",
-}
+COMMANDS: dict[str, str] = from_yaml(beside(__file__, "commands.yaml"))
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or len(COMMANDS)
 INPUTS = {
     "s.yaml": SCENARIOS / "case_study_1.yaml",

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from once import beside, from_yaml
 from safenav import RegionMap
 from safenav.world.map import coarsened, rooms, tiles
 
@@ -16,48 +17,7 @@ def maps(draw: st.DrawFn) -> RegionMap:
     return RegionMap.from_grid(draw(st.lists(line, min_size=rows, max_size=rows)))
 
 
-DIVIDED = {
-    "case study 1": """
-        #############
-        #aaaaaaa#bbb#
-        #aaaaaaa#bbb#
-        #aaa#aaaabbb#
-        #aaaaaaa#bbb#
-        #aaaaaaa#bbb#
-        #############""",
-    "case study 2": """
-        #############
-        #aaaaaaa#bbb#
-        #aaaaaaaabbb#
-        #aaa#aaa#bbb#
-        #aaaaaaaabbb#
-        #aaaaaaa#bbb#
-        #############""",
-    "case study 3": """
-        #############
-        #aaa#bbb#ccc#
-        #aaa#bbb#ccc#
-        #aaaabbbbccc#
-        #aaa#bbb#ccc#
-        #aaa#bbb#ccc#
-        #############""",
-    "a corridor is a cell": """
-        aa###cc
-        aabbbcc
-        aa###cc""",
-    "a deep doorway belongs to the first room": """
-        aa##bb
-        aaaabb
-        aa##bb""",
-    "a nook belongs to its room": """
-        aa#a
-        aaaa
-        aaa#""",
-    "tiles are divided by walls": """
-        a#bcc
-        a#bcc
-        dddee""",
-}
+DIVIDED = from_yaml(beside(__file__, "divided.yaml"))
 
 
 @pytest.mark.parametrize("claim", DIVIDED)
