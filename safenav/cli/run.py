@@ -182,8 +182,7 @@ def drive(
 
     @contextmanager
     def connected() -> Iterator[FleetWorld]:
-        begins = plan if first is None else first.standing(plan)
-        with closing(fleet_world(begins, stations)) as world:
+        with closing(fleet_world(plan, stations, first)) as world:
             world.open(patience)
             yield world
 

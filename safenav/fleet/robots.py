@@ -16,6 +16,7 @@ from msgspec import Struct, field
 
 from safenav.fleet.file import FleetFile, Station
 from safenav.fleet.transport import Located, Scanned, turned
+from safenav.runtime.run.checkpoint import Resumption
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.floor import Floor, Stages, floor_of
 from safenav.team.state import Stage
@@ -179,11 +180,12 @@ def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
 
 
 class FleetProgress:
-    """Progress in resolving the obstacles that a fleet knows, computed by the team's model."""
+    """Progress in resolving the obstacles that a fleet knows, computed by the team's model.
+    ``begun``: the run that they continue."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, begun: Resumption | None) -> None:
         self._team = team_of(scenario)
-        self._stages: dict[str, Stage] = {}
+        self._stages = begun.stages if begun else {}
 
     def need(self, obstacle: Obstacle) -> int:
         """Return the number of the next need of an obstacle."""

@@ -16,6 +16,7 @@ from safenav.errors import UsageError, needing
 from safenav.fleet import robots, transport
 from safenav.fleet.file import FleetFile, Station, TransportKind
 from safenav.fleet.goals import FRESH, LATE, SETTLING, Goals, frame_of
+from safenav.runtime.run.checkpoint import Resumption
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -25,25 +26,27 @@ from safenav.world.poses import Pose
 
 class FleetWorld:
     """World of a fleet behind a transport. Open it before the mission; always close it. ``goals``
-    executes the commands."""
+    executes the commands. ``begun``: the run that it continues."""
 
     def __init__(
-        self, scenario: Scenario, stations: Mapping[str, Station], middleware: transport.Transport
+        self,
+        scenario: Scenario,
+        stations: Mapping[str, Station],
+        middleware: transport.Transport,
+        begun: Resumption | None = None,
     ) -> None:
         self.goals = Goals(scenario, stations, middleware)
         self.now = self.goals.now
         self._bodies, self._sensing = self.goals.bodies, self.goals.sensing
         self._places = self.goals.places
         self._messages: queue.SimpleQueue[tuple[float, transport.Message]] = queue.SimpleQueue()
-        self._progress = robots.FleetProgress(scenario)
+        self._progress = robots.FleetProgress(scenario, begun)
         self._untold: dict[str, robots.FleetTask] = {}
         self._inputs: dict[str, bool] = {}
 
-    # The protocol
+        self.pauses = middleware.step is not None
 
-    @property
-    def pauses(self) -> bool:
-        return self.goals.transport.step is not None
+    # The protocol
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         self._take_all()
@@ -148,8 +151,11 @@ class FleetWorld:
         self._sensing.placed(robot.name)
 
     def cleared(self, obstacle: Obstacle) -> None:
-        """Record that an operator has resolved an obstacle."""
-        self._forget(obstacle)
+        """Discard a resolved obstacle: readings taken before are outdated."""
+        self._progress.forget(obstacle)
+        places = {name: body.place for name, body in self._bodies.items()}
+        stamps = {n: -inf if place is None else place.stamp for n, place in places.items()}
+        self._sensing.forget(obstacle.region, stamps, self.now())
 
     def cancel(self, robot: Robot) -> None:
         body = self._bodies[robot.name]
@@ -346,18 +352,11 @@ class FleetWorld:
             answer = message.robot, message.result, self._idle(task), message.reason
             if task.team_action.answer(*answer):
                 if task.team_action.resolved is not None:
-                    self._forget(task.team_action.resolved)
+                    self.cleared(task.team_action.resolved)
                 self._act_on_next(leader, task, task.team_action)
             return
 
     # Sensing
-
-    def _forget(self, obstacle: Obstacle) -> None:
-        """Discard a resolved obstacle: readings taken before are outdated."""
-        self._progress.forget(obstacle)
-        places = {name: body.place for name, body in self._bodies.items()}
-        stamps = {n: -inf if place is None else place.stamp for n, place in places.items()}
-        self._sensing.forget(obstacle.region, stamps, self.now())
 
     def _read(self, body: robots.DrivenRobot, now: float) -> None:
         """Evaluate the scans whose poses are known from odometry by now."""
@@ -372,15 +371,20 @@ class FleetWorld:
                 self._send_if_clear(body, task)
 
 
-def fleet_world(scenario: Scenario, fleet: FleetFile) -> FleetWorld:
-    """Return the world, not yet open. Raises UsageError if the transport's library is missing."""
+def fleet_world(
+    scenario: Scenario, fleet: FleetFile, begun: Resumption | None = None
+) -> FleetWorld:
+    """Return the world, not yet open. ``begun``: the run that it continues. Raises UsageError if
+    the transport's library is missing."""
+    scenario = begun.standing(scenario) if begun else scenario
     stations = fleet.stations
     frame_of(scenario)
     if fleet.transport is TransportKind.SIMULATION:
         from safenav.fleet.lab.simulation import SimulationTransport
 
-        return FleetWorld(scenario, stations, SimulationTransport(scenario, fleet))
+        simulation = SimulationTransport(scenario, fleet, begun)
+        return FleetWorld(scenario, stations, simulation, begun)
     with needing("transport ros2", "ros2", "cyclonedds"):
         from safenav.fleet.ros2.transport import Ros2Transport
     robots = Ros2Transport(fleet.network, stations, fleet.inputs)
-    return FleetWorld(scenario, stations, robots)
+    return FleetWorld(scenario, stations, robots, begun)

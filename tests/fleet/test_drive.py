@@ -266,6 +266,16 @@ def test_a_drive_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path)
     assert "safenav drive --resume continues it" in safenav("resume", first).stderr
 
 
+def test_a_resumed_drive_knows_the_load_that_a_robot_has_taken(tmp_path: Path) -> None:
+    """Its next action is not the first one again, for which the robot is in the wrong region."""
+    scenario, fleet = (beside(__file__, f"scenarios/load{each}.yaml") for each in ("", ".fleet"))
+    drive, rest = files(tmp_path, scenario, fleet), tmp_path / "rest"
+    assert safenav(*drive, "--time-limit", "6").returncode == 3
+    assert safenav(*drive[:-1], rest, "--resume", drive[-1]).returncode == 0
+    needs = [line["need"] for line in lines_of(rest) if line["type"] == "part"]
+    assert needs == [0, 1]
+
+
 def test_an_obstacle_declared_resolved_may_still_be_there(tmp_path: Path) -> None:
     """The judge accepts the trace, although the operator was wrong."""
     drive = files(tmp_path, DEBRIS, BLOCKED)

@@ -24,6 +24,7 @@ from safenav.motion.columns import body_rows
 from safenav.motion.file import Curve
 from safenav.motion.geometry import PEAK, quintic
 from safenav.pace.robot import glide
+from safenav.runtime.run.checkpoint import Resumption
 from safenav.scenario.model import Need, Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -115,15 +116,23 @@ class SimulatedBody(Struct):
 
 
 class Physics:
-    """A world in MuJoCo; robots start in the centre of their region."""
+    """A world in MuJoCo; robots start in the centre of their region. ``begun``: the run that it
+    continues, at its time."""
 
-    def __init__(self, scenario: Scenario, places: Places, obstacles: Iterable[Obstacle]) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        places: Places,
+        obstacles: Iterable[Obstacle],
+        begun: Resumption | None = None,
+    ) -> None:
         self._places, self._robots = places, scenario.robots
-        self._progress = FleetProgress(scenario)
+        self._progress = FleetProgress(scenario, begun)
         known = [LabObstacle(one, f"{one.name}~{number}") for number, one in enumerate(obstacles)]
         kinds = [body_of(robot) for robot in self._robots]
         self._model: Any = mujoco.MjModel.from_xml_string(_model_text(places, known, kinds))
         self._data: Any = mujoco.MjData(self._model)
+        self._data.time = begun.kept.state.time if begun else 0.0
         # Views that stay valid: reading from them takes a tenth of the time of a lookup.
         self._coordinate, self._velocity = self._data.qpos.item, self._data.qvel.item
         self._force = self._data.qfrc_applied

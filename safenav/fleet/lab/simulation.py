@@ -10,6 +10,7 @@ from safenav.errors import needing
 from safenav.fleet import transport
 from safenav.fleet.file import FleetFile
 from safenav.fleet.transport import Places
+from safenav.runtime.run.checkpoint import Resumption
 from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.world.map import Region
 
@@ -21,14 +22,18 @@ LOOKS = 5
 
 class SimulationTransport:
     """A fleet in MuJoCo. Only ``step`` advances time, at most ``pace`` times as fast as real time:
-    time stands still while the run computes, so a drive does not depend on the machine's speed."""
+    time stands still while the run computes, so a drive does not depend on the machine's speed.
+    ``begun``: the run that the drive continues."""
 
-    def __init__(self, scenario: Scenario, fleet: FleetFile) -> None:
+    def __init__(
+        self, scenario: Scenario, fleet: FleetFile, begun: Resumption | None = None
+    ) -> None:
         with needing("transport simulation", "simulation"):
             from safenav.fleet.lab.physics import Physics
         assert scenario.map.frame is not None
         places = Places(scenario.map, scenario.map.frame)
-        self.physics = Physics(scenario, places, fleet.obstacles)
+        left = [o for o in fleet.obstacles if begun is None or not begun.resolved(o)]
+        self.physics = Physics(scenario, places, left, begun)
         self.navigate, self.follow = self.physics.navigate, self.physics.follow
         self.cancel = self.physics.cancel
         self._stations, self._types = fleet.stations, scenario.catalogue.obstacles

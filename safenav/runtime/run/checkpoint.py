@@ -20,7 +20,8 @@ from safenav.runtime.run.deadlines import Due, Of
 from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective
-from safenav.team.state import State
+from safenav.team.acts import number
+from safenav.team.state import Is, Stage, State
 from safenav.team.team import Team, assigned, based, introduced, team_of
 from safenav.trace import records
 from safenav.trace.fields import WrongError, convert, plain
@@ -92,6 +93,18 @@ class Resumption(Struct, frozen=True):
         rows = zip(scenario.robots, self.team.members, self.kept.state.robots, strict=True)
         robots = [replace(robot, start=m.graph.pose(at.pose)) for robot, m, at in rows]
         return replace(scenario, robots=tuple(robots))
+
+    @property
+    def stages(self) -> dict[str, Stage]:
+        """The progress with the obstacles that the team knows as unresolved, by their names."""
+        rows = zip(self.team.obstacles, self.kept.state.obstacles, strict=True)
+        return {each.name: there.stage for each, there in rows if there.known}
+
+    def resolved(self, obstacle: Obstacle) -> bool:
+        """Return whether an obstacle of the world is resolved or gone, as far as the team knows."""
+        k, there = number(self.team, self.kept.state, obstacle), self.kept.state.obstacles
+        gone = k < len(there) and there[k].state in (Is.OVER, Is.SEALED)
+        return gone and not there[k].given_up
 
 
 def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
