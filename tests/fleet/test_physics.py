@@ -64,6 +64,19 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     assert hall.ended("quad") == "canceled" and not hall.physics.moving()
 
 
+def test_doors_stop_the_right_robots_of_a_large_team() -> None:
+    """Flyers pass above the others."""
+    wide = f"safenav: 1\nmap: {{resolution: 3.0, grid: ['{'.' * 70}']}}\nrobots:\n"
+    kinds = {2: "quadcopter", 3: "forklift", 6: "spot"}
+    for column in (2, 3, 6, *range(30, 70)):
+        robot = f"{{model: {kinds.get(column, 'jackal')}, start: [0, {column}], "
+        wide += f"  r{column}: {robot}objective: {{hold: [0, {column}]}}}}\n"
+    lab = Floor(Obstacle(built_in().obstacles["door"], 5), text=wide)
+    goals = ("r6", 5), ("r6", 6), ("r2", 4), ("r2", 3), ("r2", 5), ("r3", 4), ("r3", 5)
+    ends = [str(lab.goes(*goal)) for goal in goals]
+    assert ends == ["succeeded"] * 4 + ["aborted", "succeeded", "aborted"]
+
+
 def test_a_robot_tracks_its_reference() -> None:
     """Accelerations are needed: corrections alone would lag by centimetres."""
     yard = Floor()

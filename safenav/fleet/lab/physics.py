@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 from msgspec import Struct, field
 
+from safenav.errors import UsageError
 from safenav.fleet import transport
 from safenav.fleet.robots import FleetProgress
 from safenav.fleet.setpoints import TABLE, Setpoints
@@ -29,9 +30,8 @@ from safenav.scenario.model import Need, Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
-EVERY, FIRST, MOST = 1, 4, 28
-"""Contact bits of all robots and of the first robot; maximum number of robots with their own
-bit."""
+BITS = 31
+"""Contact bits in MuJoCo: one for all robots of a layer that the same obstacles stop."""
 BELOW = -10.0
 """Height in metres of obstacles that are absent: below the floor."""
 HEIGHT, TALL = 1.8, 3.0
@@ -71,6 +71,8 @@ class Dimensions(Struct, frozen=True):
     ``pull``: its maximum acceleration in m/s^2."""
 
     name: str
+    layer: str
+    bit: int
     radius: float
     speed: float
     height: float
@@ -78,13 +80,15 @@ class Dimensions(Struct, frozen=True):
     pull: float
 
 
-def body_of(robot: Robot) -> Dimensions:
-    """Return the dimensions of a robot, from its model's motion."""
+def body_of(robot: Robot, bit: int) -> Dimensions:
+    """Return the dimensions of a robot, from its model's motion, with its contact ``bit``."""
     model = robot.model
     flies = model.figures is not None and model.figures.kind == "flyer"
     numbers = model.figures.values if model.figures is not None else {}
     return Dimensions(
         robot.name,
+        model.layer,
+        bit,
         numbers.get("size", model.size or 0.5) / 2,
         numbers.get("speed", model.speed or 0.5),
         numbers.get("altitude", 2.2) if flies else 0.0,
@@ -129,7 +133,8 @@ class Physics:
         self._places, self._robots = places, scenario.robots
         self._progress = FleetProgress(scenario, begun)
         known = [LabObstacle(one, f"{one.name}~{number}") for number, one in enumerate(obstacles)]
-        kinds = [body_of(robot) for robot in self._robots]
+        bits = contact_bits(self._robots, known)
+        kinds = [*map(body_of, self._robots, bits)]
         self._model: Any = mujoco.MjModel.from_xml_string(_model_text(places, known, kinds))
         self._data: Any = mujoco.MjData(self._model)
         self._data.time = begun.kept.state.time if begun else 0.0
@@ -320,9 +325,8 @@ class Physics:
         if one.geom is None:
             return
         stage = self._progress.need(one.obstacle)
-        closed = [n for n, r in enumerate(self._robots) if one.obstacle.closed_to(r, stage)]
-        everyone = len(closed) == len(self._robots)
-        one.geom.conaffinity = EVERY if everyone else sum({*map(contact_bit, closed)})
+        closed = [r.name for r in self._robots if one.obstacle.closed_to(r, stage)]
+        one.geom.conaffinity = sum({self._bodies[name].kind.bit for name in closed})
         there = self.standing.get(one.obstacle.name) is one
         self._model.geom_pos[one.geom.id][2] = TALL / 2 if there else BELOW
 
@@ -410,9 +414,19 @@ class Physics:
             body.acts = None
 
 
-def contact_bit(number: int) -> int:
-    """Return the contact bit of the robot with this number in the team."""
-    return FIRST << number if number < MOST else EVERY
+def contact_bits(robots: Sequence[Robot], obstacles: Iterable[LabObstacle]) -> list[int]:
+    """Return the contact bit of each robot. Raises UsageError if there are too few."""
+    solids = [one.obstacle for one in obstacles if one.solid]
+    stages = [(one, need) for one in solids for need in range(len(one.needs))]
+    stopped = [
+        (robot.model.layer, *(one.closed_to(robot, need) for one, need in stages))
+        for robot in robots
+    ]
+    kinds = [*dict.fromkeys(stopped)]
+    if len(kinds) > BITS:
+        found = f"{len(kinds)} kinds of robots by layer and by the obstacles that stop them"
+        raise UsageError(f"{found}: the simulation distinguishes at most {BITS}")
+    return [1 << kinds.index(kind) for kind in stopped]
 
 
 def straight(
@@ -428,12 +442,13 @@ def straight(
 
 
 def _model_text(
-    places: Places, obstacles: Iterable[LabObstacle], bodies: Iterable[Dimensions]
+    places: Places, obstacles: Iterable[LabObstacle], bodies: Sequence[Dimensions]
 ) -> str:
     """Return the model of a lab in MuJoCo's format."""
     parts = [_box(places, r, f"wall.{r}", 0.5) for r in sorted(places.world.walls)]
     parts += [_box(places, o.obstacle.region, o.key, 0.3) for o in obstacles if o.solid]
-    parts += [_robot(body, contact_bit(number)) for number, body in enumerate(bodies)]
+    for body in bodies:
+        parts.append(_robot(body, sum({o.bit for o in bodies if o.layer == body.layer})))
     return (
         f'<mujoco><option timestep="{STEP}" integrator="implicitfast" gravity="0 0 0"/>'
         f"<worldbody>{''.join(parts)}</worldbody></mujoco>"
@@ -446,11 +461,13 @@ def _box(places: Places, region: Region, name: str, share: float) -> str:
     half = share * places.frame.resolution
     return (
         f'<geom name="{name}" type="box" pos="{x} {y} {TALL / 2}" contype="0" '
+        f'conaffinity="{(1 << BITS) - 1}" '
         f'size="{half} {half} {TALL / 2}" euler="0 0 {places.frame.yaw * 180 / pi}"/>'
     )
 
 
-def _robot(body: Dimensions, bit: int) -> str:
+def _robot(body: Dimensions, beside: int) -> str:
+    """Return a robot. ``beside``: the contact bits of all robots of its layer."""
     half = max(HEIGHT / 2 - body.radius, 0.01)
     shape, z = f'type="capsule" size="{body.radius} {half}"', half + body.radius
     if body.height:
@@ -461,5 +478,5 @@ def _robot(body: Dimensions, bit: int) -> str:
         f'<joint name="{body.name}.y" type="slide" axis="0 1 0"/>'
         f'<joint name="{body.name}.a" type="hinge" axis="0 0 1"/>'
         f'<geom name="{body.name}" {shape} mass="{body.mass}" friction="0.05" priority="1" '
-        f'contype="{EVERY | bit}"/></body>'
+        f'contype="{body.bit}" conaffinity="{beside}"/></body>'
     )
