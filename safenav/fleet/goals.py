@@ -18,7 +18,6 @@ from safenav.world.poses import Mobility, Pose
 if TYPE_CHECKING:
     from safenav.fleet.following import Following
 
-
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading taken after it."""
 LATE = 1.8
@@ -56,8 +55,7 @@ class Goals:
                 from safenav.fleet.following import Following
             self.following = Following(transport, scenario.robots, self.places, stations)
         self.transport = self.following or transport
-        self.begun = transport.now()
-        """Time of the clock at which this world's time is 0."""
+        self.now = transport.now
         self.bodies = {
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
             for robot in scenario.robots
@@ -65,9 +63,6 @@ class Goals:
         self.events: list[protocol.WorldEvent] = []
         self.sensing = Sensing(scenario, self.places, self.bodies, self._sensed)
         self._goals = 0
-
-    def now(self) -> float:
-        return self.transport.now() - self.begun
 
     def _sensed(self, obstacle: Obstacle, robot: str | None, there: bool) -> None:
         self.events.append(protocol.Sensed(self.now(), obstacle, robot, there=there))

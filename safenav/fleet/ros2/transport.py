@@ -37,11 +37,8 @@ from safenav.trace.vocabulary import ActResult
 if TYPE_CHECKING:
     from safenav.fleet.setpoints import Setpoints
 
-
 PERIOD = 0.05
 """Seconds between two messages."""
-
-
 FRAME = "map"
 """The frame of goals and setpoints."""
 JOINT = "mass"
