@@ -30,9 +30,10 @@ from safenav.trace.file import Trace, as_data
 FREE = ("name", "limits", "seed", "expect", "requirements", "catalogue", "clock", "failures")
 """Parts of a scenario that may differ when a run continues."""
 ENDED = ("completed", "unrealizable", "late")
-FEWEST, SHARE, LINE = 50, 2, 150
+FEWEST, SHARE, LINE, SECONDS = 50, 2, 150, 10.0
 """A checkpoint follows after at least ``FEWEST`` lines, when they take ``SHARE`` times the space of
-the last checkpoint, at ``LINE`` bytes per line."""
+the last checkpoint, at ``LINE`` bytes per line; of real robots also ``SECONDS`` after the last one:
+their run cannot be repeated."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
@@ -170,11 +171,11 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
 
 
 class Checkpoints:
-    """The writer of a run's checkpoints. ``emit`` takes their lines, at most a share of the
-    trace."""
+    """The writer of a run's checkpoints. ``emit`` takes their lines, at most a share of the trace
+    unless the run is ``real``."""
 
-    def __init__(self, emit: Callable[[records.Record], None]) -> None:
-        self._emit = emit
+    def __init__(self, emit: Callable[[records.Record], None], *, real: bool) -> None:
+        self._emit, self._real, self._since = emit, real, -SECONDS
         self.lines = self._last = self._size = self._at = 0
         self._first = b""
         self._kept: Kept | None = None
@@ -189,7 +190,8 @@ class Checkpoints:
         """Remember the run before a pass; record it if a checkpoint is due."""
         self._kept, self._at = kept, self.lines
         lines = self.lines - self._last
-        if lines >= FEWEST and lines * LINE >= SHARE * self._size:
+        many = lines >= FEWEST and lines * LINE >= SHARE * self._size
+        if many or (self._real and kept.state.time >= self._since + SECONDS):
             self.write()
 
     def write(self) -> None:
@@ -197,5 +199,5 @@ class Checkpoints:
         if self._kept is not None and self._at > self._last:
             line = self._kept.checkpoint(self._at, self._first)
             self._size = len(msgspec.json.encode(line))
-            self._last = self._at
+            self._last, self._since = self._at, self._kept.state.time
             self._emit(line)

@@ -99,7 +99,8 @@ class Mission:
         answers = Answers(synthesizer, self._check, progress)
         recorder = Recorder(team, self._tell, simulated=self._world.simulated)
         self._begun = begun
-        self._checkpoints = Checkpoints(recorder.emit) if checkpoints else None
+        real = live and self._world.truth is None
+        self._checkpoints = Checkpoints(recorder.emit, real=real) if checkpoints else None
         self._run = Run(team, self._world, answers, recorder, self._check)
         self.ending = self._started = False
         self._thread: int | None = None
