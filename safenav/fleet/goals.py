@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 from safenav.errors import UsageError, needing
 from safenav.fleet.file import Station
@@ -14,9 +13,6 @@ from safenav.runtime.worlds import protocol
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Frame, Region
 from safenav.world.poses import Mobility, Pose
-
-if TYPE_CHECKING:
-    from safenav.fleet.following import Following
 
 FRESH = 1.0
 """Seconds for which an arrival waits for a reading taken after it."""
@@ -49,12 +45,14 @@ class Goals:
     ) -> None:
         self.scenario = scenario
         self.places = Places(scenario.map, frame_of(scenario))
-        self.following: Following | None = None
+        self.transport = transport
+        self._seconds_left: Callable[[str], float] = lambda _: 0.0
+        """Seconds until the reference of a robot ends."""
         if any(station.follow is not None for station in stations.values()):
             with needing("'follow' of a robot", "motion"):
                 from safenav.fleet.following import Following
-            self.following = Following(transport, scenario.robots, self.places, stations)
-        self.transport = self.following or transport
+            following = Following(transport, scenario.robots, self.places, stations)
+            self.transport, self._seconds_left = following, following.left
         self.now = transport.now
         self.bodies = {
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
@@ -99,11 +97,7 @@ class Goals:
         short = task.phase is Phase.GOING and self.sensing.at(pose.region) is not None
         goal = GoalPoint(task.goal, x, y, self.places.yaw(pose), short)
         self.transport.navigate(body.robot.name, goal)
-        task.due = max(task.due, self.now() + SETTLING + self._seconds_left(body))
-
-    def _seconds_left(self, body: DrivenRobot) -> float:
-        """Return the seconds until the reference of a robot ends."""
-        return 0.0 if self.following is None else self.following.left(body.robot.name)
+        task.due = max(task.due, self.now() + SETTLING + self._seconds_left(body.robot.name))
 
     def _metres_to(self, body: DrivenRobot, region: Region) -> float:
         at = body.place
@@ -149,7 +143,7 @@ class Goals:
 
     def stop(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
         task.reason, task.phase = reason, Phase.STOPPING
-        task.due = self.now() + STOPPING + self._seconds_left(body)
+        task.due = self.now() + STOPPING + self._seconds_left(body.robot.name)
         self.transport.cancel(body.robot.name)
 
     def watch(self, body: DrivenRobot) -> None:

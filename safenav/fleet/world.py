@@ -15,7 +15,7 @@ from math import inf
 from safenav.errors import UsageError, needing
 from safenav.fleet import robots, transport
 from safenav.fleet.file import FleetFile, Station, TransportKind
-from safenav.fleet.goals import FRESH, LATE, SETTLING, Goals, frame_of
+from safenav.fleet.goals import FRESH, LATE, SETTLING, Goals
 from safenav.runtime.run.checkpoint import Resumption
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -371,20 +371,16 @@ class FleetWorld:
                 self._send_if_clear(body, task)
 
 
-def fleet_world(
-    scenario: Scenario, fleet: FleetFile, begun: Resumption | None = None
-) -> FleetWorld:
+def fleet_world(scenario: Scenario, fleet: FleetFile, begun: Resumption | None) -> FleetWorld:
     """Return the world, not yet open. ``begun``: the run that it continues. Raises UsageError if
     the transport's library is missing."""
     scenario = begun.standing(scenario) if begun else scenario
-    stations = fleet.stations
-    frame_of(scenario)
     if fleet.transport is TransportKind.SIMULATION:
         from safenav.fleet.lab.simulation import SimulationTransport
 
         simulation = SimulationTransport(scenario, fleet, begun)
-        return FleetWorld(scenario, stations, simulation, begun)
+        return FleetWorld(scenario, fleet.stations, simulation, begun)
     with needing("transport ros2", "ros2", "cyclonedds"):
         from safenav.fleet.ros2.transport import Ros2Transport
-    robots = Ros2Transport(fleet.network, stations, fleet.inputs)
-    return FleetWorld(scenario, stations, robots, begun)
+    robots = Ros2Transport(fleet.network, fleet.stations, fleet.inputs)
+    return FleetWorld(scenario, fleet.stations, robots, begun)

@@ -418,10 +418,7 @@ def contact_bits(robots: Sequence[Robot], obstacles: Iterable[LabObstacle]) -> l
     """Return the contact bit of each robot. Raises UsageError if there are too few."""
     solids = [one.obstacle for one in obstacles if one.solid]
     stages = [(one, need) for one in solids for need in range(len(one.needs))]
-    stopped = [
-        (robot.model.layer, *(one.closed_to(robot, need) for one, need in stages))
-        for robot in robots
-    ]
+    stopped = [(r.model.layer, *(one.closed_to(r, need) for one, need in stages)) for r in robots]
     kinds = [*dict.fromkeys(stopped)]
     if len(kinds) > BITS:
         found = f"{len(kinds)} kinds of robots by layer and by the obstacles that stop them"

@@ -9,6 +9,7 @@ from math import tau
 from safenav.errors import needing
 from safenav.fleet import transport
 from safenav.fleet.file import FleetFile
+from safenav.fleet.goals import frame_of
 from safenav.fleet.transport import Places
 from safenav.runtime.run.checkpoint import Resumption
 from safenav.scenario.model import Obstacle, Scenario, name_parts
@@ -30,8 +31,7 @@ class SimulationTransport:
     ) -> None:
         with needing("transport simulation", "simulation"):
             from safenav.fleet.lab.physics import Physics
-        assert scenario.map.frame is not None
-        places = Places(scenario.map, scenario.map.frame)
+        places = Places(scenario.map, frame_of(scenario))
         left = [o for o in fleet.obstacles if begun is None or not begun.resolved(o)]
         self.physics = Physics(scenario, places, left, begun)
         self.navigate, self.follow = self.physics.navigate, self.physics.follow
