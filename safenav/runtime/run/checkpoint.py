@@ -32,8 +32,8 @@ FREE = ("name", "limits", "seed", "expect", "requirements", "catalogue", "clock"
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE, SECONDS = 50, 2, 150, 10.0
 """A checkpoint follows after at least ``FEWEST`` lines, when they take ``SHARE`` times the space of
-the last checkpoint, at ``LINE`` bytes per line; of real robots also ``SECONDS`` after the last one:
-their run cannot be repeated."""
+the last checkpoint, at ``LINE`` bytes per line; of real robots also ``SECONDS`` after the last one, or
+after a need was fulfilled: their run cannot be repeated."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
@@ -185,6 +185,8 @@ class Checkpoints:
         self.lines += 1
         if isinstance(line, records.Header):
             self._first = text_of(line)
+        elif isinstance(line, records.Part | records.Resolved):
+            self._since = -SECONDS
 
     def take(self, kept: Kept) -> None:
         """Remember the run before a pass; record it if a checkpoint is due."""
