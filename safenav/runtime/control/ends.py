@@ -282,7 +282,8 @@ class Request:
         busy = [i for i in able if i in duties and duties[i].g != g]
         if busy:
             pairs = ((members[i].name, self._obstacle(duties[i].g)) for i in busy)
-            return "; ".join(f"{name} helps with {other}" for name, other in pairs)
+            helps = (f"{name} helps with {other}" for name, other in pairs)
+            return "; ".join(filter(None, (*helps, self._loads())))
         if g not in self.found.served:
             near = {i: there for i in able if (there := self._spots(i))}
             if len(near) < missing:  # robots out of service may be in the way
