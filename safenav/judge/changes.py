@@ -22,9 +22,9 @@ def listed(e: Line, s: State) -> Iterator[str]:
 
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered by the scenario, a user, or a world that is not
-    simulated; those of a scenario or a user never appear where a robot is. Truths change only when
-    obstacles appear."""
+    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world; those
+    of a scenario or a user never appear where a robot is. Truths change only when obstacles
+    appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         new = e.cause == "user" and one.since == e.tick
@@ -59,8 +59,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
-    """Inputs change as the scenario lists, or by a user; objectives and service of robots also with
-    an input, or in a world that is not simulated."""
+    """Inputs change as the scenario lists, or by a user; objectives and service of each robot in
+    order, also with an input, or in a user's world."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
@@ -75,9 +75,10 @@ def changes(e: Line, s: State) -> Iterator[str]:
     yield from unread(e.robot, e.objective)
     if e.active is not None and e.active is not robot.out:
         yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
-    found = [one for one in s.scenario.changes if one.at == s.now(e) and e.kind == "service"]
-    if e.cause == "scenario" and not any(applies(one, e, s) for one in s.changes + found):
-        yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
+    found = [one for one in s.changes if one.robot == e.robot][:1]  # in their order
+    found += [one for one in s.scenario.changes if one.at == s.now(e) and e.kind == "service"]
+    if e.cause == "scenario" and not any(applies(one, e, s) for one in found):
+        yield f"that is not the next change of {e.robot} in the scenario by {s.now(e):g}"
     elif e.cause == "input":
         within = None if s.away(e.robot) else robot.data.within
         if e.objective != _by_inputs(e.robot, s) or e.within != within:
@@ -106,11 +107,12 @@ def _by_inputs(robot: str, s: State) -> Line:
     return found
 
 
-@rule("move", "depart", "act", "outcome")
+@rule("move", "depart", "act", "part", "resolved", "outcome")
 def due_changes(e: Line, s: State) -> Iterator[str]:
-    """A simulated world lets obstacles appear and disappear, and applies inputs, at the times of
-    the scenario. Changes of robots apply at these times in each world."""
-    first = s.live or e.robot == s.names[0]  # in lockstep, before the first robot's turn
+    """In a simulated world, obstacles appear and disappear, and inputs change, when the scenario
+    states that; in each world, changes of robots do."""
+    # in lockstep, before the first robot's turn
+    first = s.live or (e.robot == s.names[0] and e.kind == "move")
     ends = e.outcome in (None, "completed", "operator_needed")
     if not first or not ends:
         return

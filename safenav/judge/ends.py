@@ -14,7 +14,7 @@ from safenav.judge.world import TooLargeError
 @rule("header")
 def header(_: Line, s: State) -> Iterator[str]:
     """The scenario is consistent: free starts, different starts for robots in conflict, headings
-    where needed, batteries at most full, and one type per name."""
+    where needed, batteries at most full, no deadlines in a live run, and one type per name."""
     for name, robot in s.robots.items():
         region = robot.pose[0]
         if region not in s.world.free:
@@ -31,6 +31,10 @@ def header(_: Line, s: State) -> Iterator[str]:
         yield from unread(name, robot.own)
         for one in s.closing(name, region):
             yield f"{name} starts at {s.show(region)}, where {one.name} is"
+    h = s.scenario
+    each = [h, h.until, *h.robots, *h.changes, *h.obstacles, *s.kinds.values()]
+    if s.live and any((x.by, x.within, x.resolve_within) != (None, None, None) for x in each):
+        yield "a live run has no deadlines in ticks"
     for kind in (one.type for one in s.scenario.obstacles):
         if kind != s.kinds[kind.name]:
             yield f"the types of the name {kind.name} differ"
@@ -58,9 +62,10 @@ def time(e: Line, s: State) -> Iterator[str]:
 
 @rule("goal")
 def goal(e: Line, s: State) -> Iterator[str]:
-    """A robot that meets a target is in its region, and not lost. The goals of formulas are met by
-    its last step, or by staying, with some possible memory. In lockstep, a step meets each goal
-    once, and only one of several goals in turn."""
+    """A robot that meets a target is in its region, not lost, and in service unless its step or
+    action has just ended. The goals of formulas are met by its last move (live: or by staying),
+    with some possible memory. In lockstep, a move meets each goal once, and only one of several
+    goals in turn."""
     robot = s.robots[e.robot]
     own, given, here = robot.own, robot.given, robot.pose[0]
     fits = counts(e, robot, s.live)
@@ -71,6 +76,8 @@ def goal(e: Line, s: State) -> Iterator[str]:
         return
     if robot.lost:
         yield f"{e.robot} is lost"
+    if robot.out and not (e.duty or robot.finishes(e)):
+        yield f"{e.robot} is out of service"
     if robot.bound is not None:
         yield f"{e.robot} is in transit to {s.show(robot.bound)}"
     if not fits:
@@ -135,9 +142,9 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as required since the last
-    resolution. Robots with a last target are there. A live run states the rounds of a stay
-    at a last target. A completed run states no cause of failure. A run ends at a limit exactly when
-    it reaches the limit."""
+    resolution, robots with a last target are there, and no cause of failure is stated. A live run
+    states the rounds of a stay at a last target. A run ends at a limit exactly when it reaches
+    that."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
         rounds = _rounds(name, e, s)
@@ -174,7 +181,7 @@ def end(e: Line, s: State) -> Iterator[str]:
 @rule("assumption", "outcome", "waiting")
 def assumption(e: Line, s: State) -> Iterator[str]:
     """A run that ends or waits because other robots have violated an assumption records that: a
-    robot that the strategy observes has moved by more than a step, or was put elsewhere."""
+    robot that the strategy observes was moved farther than a step."""
     observed = s.robots[e.robot].observes.items() if e.kind == "assumption" else ()
     if e.kind == "assumption" and not any(s.robots[name].jumps > n for name, n in observed):
         yield f"no robot that the strategy of {e.robot} observes was moved farther than a step"
@@ -185,7 +192,7 @@ def assumption(e: Line, s: State) -> Iterator[str]:
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission. The
-    scenario then changes nothing more. If the run waits for a change, the scenario lists it."""
+    scenario then changes nothing more, and lists each change that a run waits for."""
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
@@ -267,8 +274,10 @@ def meeting(e: Line, robot: Robot, live: bool) -> set[int]:
     formulas, here = robot.own.formulas, robot.pose
     known = robot.memories or set()
     known = formulas.lasting(known, here, robot.heard) if live else known
-    each = [(robot.recalled, robot.before)] * (e.goal not in robot.met) + [(known, here)]
+    rests = live or robot.before == here
+    each = [(robot.recalled, robot.before)] * (not live or e.goal not in robot.met)
+    each += [(known, here)] * rests
     steps = ((start, formulas.steps(before, here)) for start, before in each)
     met = {j for start, some in steps for i, j, goals in some if i in start and e.goal in goals}
-    stays = {one for one in known if e.goal in formulas.met_by_staying(here, one)}
+    stays = {one for one in known if rests and e.goal in formulas.met_by_staying(here, one)}
     return (met & robot.heard) | stays

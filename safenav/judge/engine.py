@@ -33,9 +33,9 @@ def after(e: Line, s: State) -> None:
             s.inputs |= e.values
             s.switched |= dict.fromkeys(e.values, e.tick)
             s.by_user = {*(e.user or ())}
-            for robot in (one for one in s.robots.values() if one.memories is not None):
-                robot.heard |= robot.hears(s.inputs)
-                robot.memories = robot.own.formulas.hearing(robot.memories, robot.heard)
+            # In lockstep, the next move of a robot hears them.
+            for robot in s.robots.values() if s.live else ():
+                robot.hear(s.inputs)
         case "duty":
             for name, objective in e.objectives.items():
                 s.robots[name].given = objective
@@ -82,7 +82,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.given = e.objective if e.at_once else robot.given
             applied = next((one for one in s.changes if applies(one, e, s)), None)
             s.changes = [one for one in s.changes if one is not applied]
-            robot.within = None if s.live else e.within
+            robot.within = e.within
             s.restart(robot)
             robot.was_away, robot.away = False, not robot.given.serves(robot.own)
             robot.follow(s.inputs)
@@ -91,6 +91,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             if s.live or e.cause != "battery":  # in lockstep a tick's changes follow
                 _find_changes(e, s)
             robot.out = not e.active
+            s.drained.discard(robot.name)
             robot.progress.stayed += s.live and robot.stays
             if e.active:
                 robot.given = robot.own  # until a line gives the robot a duty
@@ -110,6 +111,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 if e.objective == robot.own and e.memory:
                     robot.first = max(0, next(iter(e.memory.values())))
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
+            if begins:  # with the present inputs
+                robot.hear(s.inputs)
             if begins and robot.memories is not None and e.memory and e.objective == robot.own:
                 told = robot.own.formulas.remembering(e.memory)
                 robot.memories = {m for m in s.memories(robot) if told & s.arriving(robot, [m])}
@@ -150,7 +153,8 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
         return
     stays, robot.recalled = robot.pose == here, robot.memories
     after = formulas.after(robot.recalled, here, robot.pose) & robot.heard
-    robot.memories = robot.recalled | after if stays else after or robot.recalled
+    kept = formulas.hearing(robot.recalled, robot.heard)
+    robot.memories = kept | after if stays else after or robot.recalled
 
 
 def _find_changes(e: Line, s: State) -> None:
@@ -168,7 +172,7 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
     acts = robot.acts
     for each in s.robots.values():
         if each.acts is acts and acts is not None:
-            each.acts, each.acted = None, (e.tick, acts)
+            each.acts, each.acted = None, Line(**vars(acts) | vars(e))
     s.barred |= {(robot.name, name) for name in e.barred or ()}
 
 
@@ -187,7 +191,8 @@ def _use_charge(e: Line, robot: Robot, s: State) -> None:
 
 def _goal(e: Line, robot: Robot, s: State) -> None:
     own, progress = robot.own, robot.progress
-    if e.duty or not counts(e, robot, s.live) or robot.again(e, s.live):
+    meets = counts(e, robot, s.live) and not robot.again(e, s.live)
+    if e.duty or not meets or (robot.out and not robot.finishes(e)):
         return
     if robot.memories is not None:
         robot.memories = meeting(e, robot, s.live)
@@ -202,9 +207,7 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
             progress.stayed += robot.stays
         else:
             progress.turn %= own.count
-    arrived = robot.before != robot.pose and e.goal not in robot.met
-    acted = robot.acted is not None and robot.acted[0] == e.tick != robot.met.get(e.goal)
-    if robot.out and own.settles and (arrived or acted) and (not own.ends or progress.ended(own)):
+    if robot.out and own.settles and (not own.ends or progress.ended(own)):
         progress.stayed += 1
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
@@ -246,6 +249,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 name = next((n for n in empty if n not in s.flat.values()), None)
                 if name:  # another robot must replace it
                     s.flat[one.name] = name
+                    s.drained.add(name)
                     one.needs = tuple(n._replace(able=n.able - {name}) for n in one.needs)
                     one.rest = one.rest._replace(left=one.needs)
                 one.known = True

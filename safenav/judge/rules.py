@@ -112,14 +112,19 @@ def mobility(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "outcome", "appeared", "gone", "objective", "service", "inputs", *RESULTS)
 def pace(e: Line, s: State) -> Iterator[str]:
-    """In lockstep each robot has one move per tick, in the header's order and after the scenario's
-    changes; a step takes the ticks that its model states. After a lost deadline, nothing of that
-    turn follows."""
+    """In lockstep each robot has one move per tick, then acts, in the header's order and after the
+    changes by the scenario or a new battery; a step takes the ticks that its model states. After a
+    lost deadline, nothing of that turn follows."""
     if e.kind in RESULTS and s.over == e.tick:
         yield "a lost deadline is recorded before the end of a turn"
+    had = [name for name in s.names if s.robots[name].moved >= e.tick]
+    acts = e.kind in ("part", "resolved") and not (s.live or s.external)
+    if acts and had[-1:] != [e.robot]:
+        yield f"{e.robot} acts on {e.obstacle}, but not in its turn"
     listed = e.cause == "scenario" or (e.kind == "inputs" and not (e.user or s.external))
-    if listed and not s.live and s.robots[s.names[0]].moved >= e.tick > 0:
-        yield "the scenario changes something after the first move of a tick"
+    listed = listed or (e.cause == "battery" and e.active)
+    if listed and not s.live and had and e.tick > 0:
+        yield "a change comes after the first move of a tick"
     if s.live or e.kind not in ("move", "outcome"):
         return
     whole = e.outcome == "tick_limit"  # runs with another outcome may end within a tick
@@ -160,8 +165,8 @@ def never_together(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
-    entering: in that turn, or else it returns to where it came from. If an obstacle appears around
-    it (external worlds), it leaves on any side."""
+    entering; else it returns to where it came from. If an obstacle appears around it (external
+    worlds), it leaves on any side."""
     robot, step = s.robots[e.robot], e.step
     entered = step.holds - robot.holds
     if not entered or (step.strays and s.external):
@@ -196,8 +201,7 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
         return  # a step may end under other rules than it began
     way = s.world.side(step.start, step.to) if robot.faces else None
     here = step.start, robot.pose[1]
-    remembers = robot.memories is not None and robot.given.serves(robot.own)
-    known = s.memories(robot) if remembers else range(len(formulas.values))
+    known = range(len(formulas.values)) if robot.memories is None else s.memories(robot)
     if formulas.after(known, here, (step.to, way)).isdisjoint(robot.hears(s.inputs)):
         yield f"{e.robot} steps from {s.show(here[0])} to {s.show(step.to)} against its formulas"
 
@@ -213,39 +217,45 @@ def service(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
-    """No step exceeds the charge of a robot. In lockstep, a robot whose charge is used up is out of
-    service in its turn. Its battery is replaced only when the obstacle that then appeared is
-    resolved or gone."""
+    """No step exceeds the charge of a robot. In lockstep, a robot whose charge is used up leaves
+    service once an obstacle represents that, and by its turn. Its battery is replaced only when
+    that obstacle is resolved or gone."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         if e.active and e.cause == "battery" and not robot.filled:
             yield f"the battery of {e.robot} was not replaced"
-    elif robot.charge is None:
         return
-    elif e.to != e.start and s.charge(robot, s.now(e)) < robot.data.battery.move:
-        yield f"{e.robot} takes a step with a charge of {s.charge(robot, s.now(e)):g}"
-    elif not (s.live or s.external or robot.out or robot.bound is not None) and s.is_empty(
-        robot, s.now(e)
-    ):
-        yield f"{e.robot} is in service, but its charge is used up"
+    battery, steps = robot.data.battery, e.to != e.start
+    if steps and battery and (charge := s.charge(robot, s.now(e))) < battery.move:
+        yield f"{e.robot} takes a step with a charge of {charge:g}"
+    serves = not robot.out and robot.bound is None
+    empty = {e.robot} if serves and s.is_empty(robot, s.now(e)) else set[str]()
+    for name in sorted(empty | s.drained) if not (s.live or s.external) else ():
+        yield f"{name} is in service, but its charge is used up"
 
 
 @rule("act", "acted", "part", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
-    """Robots that begin an action are in service and not in transit. In a simulated world, only
-    robots in service (live: that act) resolve obstacles, and no action fails."""
+    """Robots that begin an action are in service, and neither in transit nor in another action. In
+    a simulated world, only robots in service (live: that have just acted) resolve obstacles, and no
+    action fails."""
     robot = s.robots[e.robot]
     if e.kind == "act":
         for name in e.robots:
             if s.rests(s.robots[name], s.now(e)) or s.robots[name].bound is not None:
                 yield f"{name} acts, but is out of service or in transit"
+            if s.robots[name].acts is not None:
+                yield f"{name} begins another action while it takes part in one"
     elif e.kind == "acted":
         if robot.acts is None and not s.external:
             yield f"{e.robot} has not begun to act"
         if not s.external and ("failed" in e.results.values() or e.barred):
             yield f"an action of {e.robot} fails, in a simulated world"
-    elif s.live and not s.external and not _acts(robot, None, e.tick):
-        yield f"{e.robot} does not act"
+    elif s.live and not s.external:
+        if robot.acted.tick != e.tick:
+            yield f"{e.robot} has not ended an action"
+        elif robot.acted.results.get(e.obstacle) == "nothing":
+            yield f"the action of {e.robot} has no effect on {e.obstacle}"
     elif s.rests(robot, s.now(e)) and not (s.live or s.external):
         yield f"{e.robot} acts, but is out of service"
 
@@ -253,7 +263,7 @@ def actions(e: Line, s: State) -> Iterator[str]:
 def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
     """Return whether a robot acts, or has just acted, on an obstacle (None: any). An action that
     names no obstacle counts for every one."""
-    one = robot.acts or (robot.acted[1] if robot.acted and robot.acted[0] == tick else None)
+    one = robot.acts or (robot.acted if robot.acted.tick == tick else None)
     return one is not None and obstacle in (None, *(one.obstacles or [obstacle]))
 
 
@@ -267,11 +277,15 @@ def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
     return not (moves or s.rests(robot, s.time if s.live else s.tick))
 
 
-@rule("move", "outcome")
+@rule("move", "depart", "act", "outcome")
 def done(e: Line, s: State) -> Iterator[str]:
-    """In a simulated lockstep world, a robot in service in a need's regions does its part in each
-    turn, unless this takes a load. A need with `together` waits for enough robots."""
+    """An obstacle without open needs is resolved. In a simulated lockstep world, a robot in service
+    in a need's regions does its part in each turn, unless this takes a load. A need with `together`
+    waits for enough robots."""
     names = s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None)
+    for one in s.obstacles.values():
+        if one.open and not (one.rest.left or one.shut):
+            yield f"each need of {one.name} is fulfilled, but it is not resolved"
     for one in s.obstacles.values() if not (s.live or s.external) else ():
         for name in names if one.open and one.rest.left and not one.rest.takes() else ():
             need = one.rest.left[0]

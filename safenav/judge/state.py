@@ -63,7 +63,7 @@ class Robot:
     when it uses its ``charge`` without a step (None: it takes one); ``filled``: its battery was
     replaced; ``kept``: its progress with the objective that it resumes after an input; ``first``:
     the target with which its strategy begins; ``told``: a user gave it its objective; ``acts``: the
-    action in which it takes part, ``acted``: the one that ended last, and when; ``knew``: the
+    action in which it takes part, ``acted``: the one that ended last, with its end; ``knew``: the
     obstacles known when it began (idle robots also act on others); ``met``: the goals that its last
     step has met, each with its tick; ``jumps``: how often it was farther from its last region than
     a step; ``observes``: the robots that its strategy observes, with their jumps before it was
@@ -97,7 +97,7 @@ class Robot:
     first: int | None = None
     told: bool = False
     acts: Line | None = None
-    acted: tuple[int, Line] | None = None
+    acted: Line = field(default_factory=Line)
     knew: frozenset[tuple[str, int]] = frozenset()
     met: dict[int, int] = field(default_factory=dict)
     jumps: int = 0
@@ -125,10 +125,21 @@ class Robot:
             return self.own.kind == "ltl" and e.tick == self.met.get(e.goal)
         return bool(self.met) if self.own.in_turn else e.goal in self.met
 
+    def finishes(self, e: Line) -> bool:
+        """Return whether a goal line follows a step or an action that the robot has just ended."""
+        arrived = self.before != self.pose and e.goal not in self.met
+        return arrived or self.acted.tick == e.tick != self.met.get(e.goal)
+
     def hears(self, inputs: Mapping[str, bool]) -> set[int]:
         """Return the memories of the robot's formulas with these values of the inputs."""
         stated = {name: inputs.get(name, 0) for name in self.own.formulas.inputs}
         return {*self.own.formulas.remembering(stated)}
+
+    def hear(self, inputs: Mapping[str, bool]) -> None:
+        """Let the memories of the robot's formulas have these values of the inputs as well."""
+        if self.memories is not None:
+            self.heard |= self.hears(inputs)
+            self.memories = self.own.formulas.hearing(self.memories, self.heard)
 
     def follow(self, inputs: Mapping[str, bool]) -> None:
         """Begin to follow the memories of the robot's formulas, unless there are too many."""
@@ -305,7 +316,7 @@ class State:
         self.coming = sorted(listed, key=lambda one: one.appears)
         self.changes = sorted(h.changes, key=lambda one: one.at)
         self.by_user: set[str] = set()
-        self.by = None if self.live else h.until.by
+        self.by = h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
         self.kept = dict(self.dues)
         self.switched: dict[str, int] = {}
@@ -314,6 +325,7 @@ class State:
         kinds = [one.type for one in h.obstacles] + [h.flat] * bool(h.flat)
         self.kinds, self.flat_type = {one.name: one for one in kinds}, h.flat and h.flat.name
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
+        self.drained: set[str] = set()  # those of them that have not left service since
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
@@ -335,8 +347,8 @@ class State:
     def _robot(self, data: Line) -> Robot:
         (region, heading), own = data.start, data.objective
         pose = region, heading if data.mobility == "heading" else None
-        within, held = None if self.live else data.within, frozenset([region])
-        robot = Robot(data.name, data, pose, held, own, own, Progress(), within, pose)
+        held = frozenset([region])
+        robot = Robot(data.name, data, pose, held, own, own, Progress(), data.within, pose)
         robot.charge = float(data.battery.start) if data.battery else None
         robot.follow(self.inputs)
         return robot
@@ -367,7 +379,7 @@ class State:
         """Return the ticks from the request of an obstacle to its resolution, if it has a
         deadline."""
         limits = data.resolve_within, data.type.resolve_within, self.scenario.resolve_within
-        return next((each for each in limits if each is not None and not self.live), None)
+        return next((each for each in limits if each is not None), None)
 
     def _regions(self, at: Any, region: int) -> frozenset[int]:
         """Return the free regions where a need of an obstacle is fulfilled."""
