@@ -158,11 +158,13 @@ class Bound:
         return {p: max(t, since) for p, t in former.items() if p[0] in earlier.regions}
 
 
-def objectives_change(s: State, tick: int) -> bool:
-    """Return whether the scenario still gives a robot another objective, perhaps with other
-    formulas."""
-    times = [one.at for one in s.scenario.changes if one.objective is not None]
-    if any(robot.data.when for robot in s.robots.values()):
+def objectives_change(s: State, tick: int, names: Collection[str] | None = None) -> bool:
+    """Return whether the scenario still gives one of some robots (None: any) another objective,
+    perhaps with other formulas."""
+    names = s.names if names is None else names
+    changes = (one for one in s.scenario.changes if one.robot in names)
+    times = [one.at for one in changes if one.objective is not None]
+    if any(s.robots[name].data.when for name in names):
         spans = (span for each in s.scenario.inputs for span in each.spans)
         times += [at for first, last in spans for at in (first, last + 1)]
     return any(at > tick for at in times)
@@ -233,6 +235,8 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
         if most is None:
             yield f"{of} is refused, but no deadline or charge limits it"
             continue
+        if robot is not None and objectives_change(s, 0, [name]):
+            yield f"{of} is refused, but {name} gets another objective"
         if robot is None:
             least = mission(Bound(s, 0), 0)
         else:

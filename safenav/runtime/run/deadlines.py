@@ -182,14 +182,15 @@ class Ledger:
         return mission_end(bound, every)
 
 
-def objectives_change(team: Team, tick: int) -> bool:
-    """Return whether the scenario still gives a robot another objective, which changes the bound of
-    the mission, and perhaps its rules for steps."""
-    scenario = team.scenario
-    if any(change.objective is not None and change.at > tick for change in scenario.changes):
+def objectives_change(team: Team, tick: int, members: Iterable[Member] | None = None) -> bool:
+    """Return whether the scenario still gives one of some robots (None: any) another objective,
+    which changes the bound of the mission, and perhaps its rules for steps."""
+    robots = {each.name: each.robot for each in members or team.members}
+    changes = (one for one in team.scenario.changes if one.robot in robots)
+    if any(change.objective is not None and change.at > tick for change in changes):
         return True
-    listed = any(at > tick for at in switching(scenario.inputs))
-    return listed and any(robot.when for robot in scenario.robots)
+    listed = any(at > tick for at in switching(team.scenario.inputs))
+    return listed and any(robot.when for robot in robots.values())
 
 
 Orders = list[list[Mask]]
@@ -239,7 +240,7 @@ def refusal_of(team: Team, state: State) -> End | None:
     pairs = [*zip(team.members, state.robots, strict=True)]
     for member, robot in pairs:
         within = member.robot.within
-        if within is None:
+        if within is None or objectives_change(team, 0, [member]):
             continue
         least, _ = least_first(member, robot.pose, robot.own.memory)
         if least is None or least > within:
@@ -256,7 +257,8 @@ def refusal_of(team: Team, state: State) -> End | None:
             parts.append(f"the mission cannot be completed {when}, and is due by {by}")
     for member, robot in pairs:
         energy = member.energy
-        if energy is None or team.scenario.flat is not None:
+        needless = team.scenario.flat is not None or objectives_change(team, 0, [member])
+        if energy is None or needless:
             continue
         energy = replace(energy, returns=False)  # only the charge that its own objective needs
         need = energy.need(member.floor, robot.pose, energy.turn(robot.own.memory))
