@@ -32,8 +32,8 @@ FREE = ("name", "limits", "seed", "expect", "requirements", "catalogue", "clock"
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE, SECONDS = 50, 2, 150, 10.0
 """A checkpoint follows after at least ``FEWEST`` lines, when they take ``SHARE`` times the space of
-the last checkpoint, at ``LINE`` bytes per line; of real robots also ``SECONDS`` after the last one, or
-after a need was fulfilled: their run cannot be repeated."""
+the last checkpoint, at ``LINE`` bytes per line; of real robots also ``SECONDS`` after the last one,
+or after a need was fulfilled: their run cannot be repeated."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
