@@ -106,7 +106,8 @@ class Answers:
         """Return the joint plan for the remaining mission, or why there is none (None: unknown).
         ``state``: the team's state, with charges; ``better``: only a plan with enough of these."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
-        key = floor.team, *about, floor.helping, floor.laden, joint, served, len(state.over)
+        more = floor.helping, floor.laden, floor.away
+        key = floor.team, *about, *more, joint, served, len(state.over)
         plain, charged = _searches(floor, joint, served, state)
         if charged is None:
             return self._ask(key, plain)

@@ -366,7 +366,7 @@ class Decision:
             # Robots out of service are in the way of rounds, but perhaps not of requests; those
             # that get a battery return.
             if gates and (answer is None or isinstance(answer, Deadlock)):
-                brought = answers.plan(brings, joint, gates, state)
+                brought = answers.plan(_beyond(brings, gates), joint, gates, state)
                 answer = brought if isinstance(brought, Found) else answer
         match answer:
             case Found(plan, turned):
@@ -435,6 +435,14 @@ def _meets(floor: Floor, state: State, i: int) -> bool:
     """Return whether a robot reaches all its targets although others stand."""
     reached = floor.graphs[i].closure(1 << state.robots[i].next, floor.floors[i])
     return all(reached & target for target in floor.team.members[i].targets)
+
+
+def _beyond(floor: Floor, gates: Collection[int]) -> Floor:
+    """Return the floor on which robots may end before obstacles other than these gates, which the
+    team resolves with the robots that return to service."""
+    closed = [floor.gate(g).region for g in range(len(floor.gates)) if g not in gates]
+    pairs = zip(floor.graphs, floor.away, strict=True)
+    return replace(floor, away=tuple(away | graph.on(closed) for graph, away in pairs))
 
 
 def _is_timed(member: Member, pose: int) -> bool:
