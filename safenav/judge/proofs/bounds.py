@@ -158,16 +158,18 @@ class Bound:
         return {p: max(t, since) for p, t in former.items() if p[0] in earlier.regions}
 
 
-def objectives_change(s: State, tick: int, names: Collection[str] | None = None) -> bool:
-    """Return whether the scenario still gives one of some robots (None: any) another objective,
-    perhaps with other formulas."""
+def objectives_change(
+    s: State, tick: int, names: Collection[str] | None = None, most: int = NEVER
+) -> bool:
+    """Return whether the scenario, after a tick and until ``most``, gives one of some robots (None:
+    any) another objective, perhaps with other formulas."""
     names = s.names if names is None else names
     changes = (one for one in s.scenario.changes if one.robot in names)
     times = [one.at for one in changes if one.objective is not None]
     if any(s.robots[name].data.when for name in names):
         spans = (span for each in s.scenario.inputs for span in each.spans)
         times += [at for first, last in spans for at in (first, last + 1)]
-    return any(at > tick for at in times)
+    return any(tick < at <= most for at in times)
 
 
 def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
@@ -211,6 +213,8 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
         least = mission(bound, e.tick)
     elif e.of in s.robots:
         robot = s.robots[e.of]
+        if objectives_change(s, e.tick, [e.of], e.due):
+            yield f"{e.of} gets another objective before its round is due"
         if not robot.own.ordered:
             yield f"{e.of} may visit its targets in any order: no bound shows that a round is lost"
             return
@@ -235,7 +239,7 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
         if most is None:
             yield f"{of} is refused, but no deadline or charge limits it"
             continue
-        if robot is not None and objectives_change(s, 0, [name]):
+        if robot and objectives_change(s, 0, [name], int(most) if name == of else NEVER):
             yield f"{of} is refused, but {name} gets another objective"
         if robot is None:
             least = mission(Bound(s, 0), 0)

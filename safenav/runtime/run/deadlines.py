@@ -174,6 +174,9 @@ class Ledger:
         if kind == REQUEST:
             return bound.resolved(number)
         if kind == ROUND:
+            due = self.dues[of].tick
+            if objectives_change(team, self.tick, [team.members[number]], due):
+                return 0
             served = state.robots[number].active and on_own(team, state, number)
             ready = served and not self.dues[of].excused
             left = _orders_left(team, state, number) if ready else []
@@ -182,15 +185,18 @@ class Ledger:
         return mission_end(bound, every)
 
 
-def objectives_change(team: Team, tick: int, members: Iterable[Member] | None = None) -> bool:
-    """Return whether the scenario still gives one of some robots (None: any) another objective,
-    which changes the bound of the mission, and perhaps its rules for steps."""
+def objectives_change(
+    team: Team, tick: int, members: Iterable[Member] | None = None, most: int = NEVER
+) -> bool:
+    """Return whether the scenario, after a tick and until ``most``, gives one of some robots (None:
+    any) another objective, which changes the bound of the mission, and perhaps its rules for
+    steps."""
     robots = {each.name: each.robot for each in members or team.members}
     changes = (one for one in team.scenario.changes if one.robot in robots)
-    if any(change.objective is not None and change.at > tick for change in changes):
-        return True
-    listed = any(at > tick for at in switching(team.scenario.inputs))
-    return listed and any(robot.when for robot in robots.values())
+    times = [change.at for change in changes if change.objective is not None]
+    if any(robot.when for robot in robots.values()):
+        times += switching(team.scenario.inputs)
+    return any(tick < at <= most for at in times)
 
 
 Orders = list[list[Mask]]
@@ -240,7 +246,7 @@ def refusal_of(team: Team, state: State) -> End | None:
     pairs = [*zip(team.members, state.robots, strict=True)]
     for member, robot in pairs:
         within = member.robot.within
-        if within is None or objectives_change(team, 0, [member]):
+        if within is None or objectives_change(team, 0, [member], within):
             continue
         least, _ = least_first(member, robot.pose, robot.own.memory)
         if least is None or least > within:
