@@ -191,6 +191,11 @@ class Decision:
         if found.hopeless and before.left:
             found = solve.settle(solve.Solver(serving), poses, stages, aside, lone)
         never: ends.End | None = None
+        if found.hopeless and floor.flat:  # perhaps not when these robots have returned
+            later = aside.union(range(len(floor.gates))).difference(floor.flat.values())
+            beyond = solve.Solver(_beyond(serving, floor.flat.values()))
+            brought = solve.settle(beyond, poses, stages, later, lone)
+            found = brought if brought.served and not brought.hopeless else found
         if found.hopeless:
             out = [i for i, robot in enumerate(state.robots) if not robot.active]
             all_, rest = (
@@ -361,12 +366,16 @@ class Decision:
                 answer = Unserved(served) if isinstance(without, Found) else None
             elif isinstance(first := answers.plan(brings, joint, served, state), Found):
                 answer = replace(first, plan=replace(first.plan, part=True))
-        empty = tuple(g for g in served if team.obstacles[floor.gates[g]].battery_of in out)
+        empty = tuple(g for g in served if g in floor.flat.values())
         for gates in dict.fromkeys((served, empty)) if out else ():
             # Robots out of service are in the way of rounds, but perhaps not of requests; those
             # that get a battery return.
-            if gates and (answer is None or isinstance(answer, Deadlock)):
+            left = answer.gates if isinstance(answer, Unserved) else ()
+            if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):
                 brought = answers.plan(_beyond(brings, gates), joint, gates, state)
+                if isinstance(brought, Unserved):  # perhaps after the others have returned
+                    rest = tuple(g for g in gates if g not in brought.gates)
+                    brought = answers.plan(_beyond(brings, rest), joint, rest, state)
                 answer = brought if isinstance(brought, Found) else answer
         match answer:
             case Found(plan, turned):
@@ -379,8 +388,8 @@ class Decision:
                 return _without(team, state, out) if out else ends.deadlocked(team, state, answer)
             case None:
                 why = "search budget exhausted while planning a joint plan; no verdict"
-                left = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
-                return _without(team, state, left, why) if left else ends.End("search_limit", why)
+                gone = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
+                return _without(team, state, gone, why) if gone else ends.End("search_limit", why)
         return None
 
 
