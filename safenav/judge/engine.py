@@ -45,6 +45,7 @@ def after(e: Line, s: State) -> None:
             s.over = e.tick
         case "outcome":
             s.ended = e.outcome
+    s.served = e.tick if e.kind == "service" else s.served
     _find_changes(e, s)
 
 
@@ -111,7 +112,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 if e.objective == robot.own and e.memory:
                     robot.first = max(0, next(iter(e.memory.values())))
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
-            if begins:  # with the present inputs
+            if begins and (s.live or s.served == e.tick):  # with the present inputs
                 robot.hear(s.inputs)
             if begins and robot.memories is not None and e.memory and e.objective == robot.own:
                 told = robot.own.formulas.remembering(e.memory)
@@ -140,7 +141,9 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     robot.lost = e.kind == "arrive" and bool(e.regions)
     robot.moved, s.over = e.tick if e.kind == "move" else robot.moved, None
     robot.met.clear()
-    if e.kind != "depart":
+    if e.kind == "depart":
+        robot.acted = Line()
+    else:
         _memories(robot, here)
     robot.turn = e.number if e.kind == "move" else robot.turn
     robot.progress.stayed += robot.stays
@@ -229,7 +232,8 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.shut = one.shut and one.resolved  # the team tries a given-up obstacle again
         case "appeared":
             one.begin()
-            one.since, one.begun, one.goes = e.tick, e.number, None
+            one.since = -1 if e.cause == "scenario" else e.tick
+            one.begun, one.goes = e.number, None
             for robot in (s.robots[name] for name in one.blocks if s.external):
                 robot.came = None if robot.pose[0] == one.region else robot.came
             s.orders.discard(one.name)

@@ -29,6 +29,8 @@ class Rule(NamedTuple):
 
 RULES: list[Rule] = []
 STEPS, RESULTS = ("move", "depart", "arrive"), ("part", "resolved", "goal")
+DEFAULTS = {"part": "done", "resolved": "nothing"}
+"""The result of an action on an obstacle that it does not name, by the line that follows."""
 
 
 def rule(*kinds: str) -> Callable[[Judge], Judge]:
@@ -133,6 +135,8 @@ def pace(e: Line, s: State) -> Iterator[str]:
         if (moved := s.robots[name].moved) < e.tick - (name not in before):
             yield f"{name} has no move in tick {moved + 1}"
     if e.kind == "outcome":
+        if e.outcome == "completed" and e.tick and not had:
+            yield f"the run is completed in tick {e.tick}, in which no robot has a move"
         return
     robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing
     if e.tick != robot.moved + 1:
@@ -254,7 +258,7 @@ def actions(e: Line, s: State) -> Iterator[str]:
     elif s.live and not s.external:
         if robot.acted.tick != e.tick:
             yield f"{e.robot} has not ended an action"
-        elif robot.acted.results.get(e.obstacle) == "nothing":
+        elif robot.acted.results.get(e.obstacle, DEFAULTS[e.kind]) == "nothing":
             yield f"the action of {e.robot} has no effect on {e.obstacle}"
     elif s.rests(robot, s.now(e)) and not (s.live or s.external):
         yield f"{e.robot} acts, but is out of service"

@@ -211,10 +211,10 @@ class Rest(NamedTuple):
 @dataclass
 class Obstacle:
     """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part, ``party``: of
-    any; ``asked``: those that encountered it; ``there``: whether it is present, ``since`` a tick;
-    ``shut``: whether it is given up or permanent; ``known``: whether the team knows it;
-    ``declared``: by an operator; ``begun``: the line since which its next need is the next one, and
-    no robot has returned to service."""
+    any; ``asked``: those that encountered it; ``there``: whether it is present; ``since``: the tick
+    in which it last appeared, unless by the scenario; ``shut``: whether it is given up or
+    permanent; ``known``: whether the team knows it; ``declared``: by an operator; ``begun``: the
+    line since which its next need is the next one, and no robot has returned to service."""
 
     name: str
     type: str
@@ -329,6 +329,7 @@ class State:
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
+        self.served = -1  # the tick of the last change of service
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
         self.ended: str | None = None
