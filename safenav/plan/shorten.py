@@ -186,12 +186,16 @@ def earlier(course: Course) -> Course:
 
 def _recharged(course: Course, ways: list[list[int]]) -> Course | None:
     """Return the execution with these poses of each robot by tick, and the same end; None if there
-    is none, or the charges do not suffice."""
+    is none, an obstacle would open only later, or the charges do not suffice."""
     first, last = course.states[0], course.states[-1]
     states = [first]
     for poses in zip(*(way[1:] for way in ways), strict=True):
-        after = [joint for _, joint in course.floor.sequence(states[-1], poses)]
-        states.append((after or states)[-1]._replace(charges=course.capacities))
+        joint = states[-1]
+        for i, after in course.floor.sequence(joint, poses):
+            if not course.floor.allowed(i, joint.stages) >> after.poses[i] & 1:
+                return None
+            joint = after
+        states.append(joint._replace(charges=course.capacities))
     states[-1] = states[-1]._replace(charges=last.charges)
     return course_of(course.floor, states, exact=False) if states[-1] == last else None
 
