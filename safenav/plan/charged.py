@@ -126,9 +126,10 @@ class ChargedSearch(Search):
         return None
 
     def progress(self, joint: Joint) -> tuple[int, int]:
-        """Return the numbers of needs fulfilled and of targets met."""
-        pairs = zip(self.team.members, joint.counts, strict=True)
-        met = sum(member.pursuit.reached(*count) for member, count in pairs)
+        """Return the numbers of needs fulfilled, and of targets met by robots that have rounds to
+        complete here."""
+        each = zip(self.team.members, joint.counts, self.floor.wanted, strict=True)
+        met = sum(member.pursuit.reached(*count) for member, count, rounds in each if rounds)
         return sum(stage.need for stage in joint.stages), met
 
     def legs(self) -> Iterator[list[Joint]]:
