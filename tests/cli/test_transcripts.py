@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from shlex import quote
@@ -54,6 +55,7 @@ def test_commands_print_their_transcript(file: Path, tmp_path: Path) -> None:
     def run(words: list[str], variables: Mapping[str, str]) -> tuple[int, str]:
         own = {"NO_COLOR": "1", "COLUMNS": "100", "SAFENAV_CACHE": str(tmp_path / "cache")}
         env = {**os.environ, **own, **variables}
+        words = [sys.executable if word == "python" else word for word in words]
         if words[0] != "safenav":
             said = " ".join(word if word in (">", ">>", "|") else quote(word) for word in words)
             done = ran(["sh", "-c", f"{{ {said}; }} 2>&1"], cwd=tmp_path)
