@@ -74,7 +74,7 @@ def _hindered(floor: Floor, best: Draft) -> bool:
     if len(floor.robots) > FEWEST:
         return False
     ways, times = _ways(best.ticks), _times(floor)
-    alone = ((i, _earliest(floor, best.ticks, ways, i, None)) for i in floor.robots)
+    alone = ((i, _earliest(floor, best.ticks, ways, i, None, vain=False)) for i in floor.robots)
     slowest = max((times[i] * _moves(way)[1] for i, way in alone if way is not None), default=0)
     return best.cost[0] > MUCH * (slowest + 1)
 
@@ -293,7 +293,7 @@ def _earliest(
     shared: dict[frozenset[int], list[Mask]] | None,
     course: Course | None = None,
     *,
-    vain: bool = False,
+    vain: bool,
 ) -> list[int] | None:
     """Return the poses of a robot by tick on its earliest path through all places where it counts
     or acts in ``ticks``, around the paths of other robots (without ``shared``: as if it were

@@ -373,9 +373,10 @@ class Decision:
             left = answer.gates if isinstance(answer, Unserved) else ()
             if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):
                 brought = answers.plan(_beyond(brings, gates), joint, gates, state)
-                if isinstance(brought, Unserved):  # perhaps after the others have returned
-                    rest = tuple(g for g in gates if g not in brought.gates)
-                    brought = answers.plan(_beyond(brings, rest), joint, rest, state)
+                rest = {*gates}.difference(brought.gates) if isinstance(brought, Unserved) else ()
+                if rest:  # the others perhaps when the robots of these have returned
+                    some = tuple(sorted(rest))
+                    brought = answers.plan(_beyond(brings, some), joint, some, state)
                 answer = brought if isinstance(brought, Found) else answer
         match answer:
             case Found(plan, turned):
