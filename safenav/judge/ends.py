@@ -10,6 +10,9 @@ from safenav.judge.rules import NotJudged, rule
 from safenav.judge.state import Robot, State
 from safenav.judge.world import TooLargeError
 
+UNFINISHED = ("tick_limit", "time_limit", "search_limit")
+"""Outcomes of missions that are not completed."""
+
 
 @rule("header")
 def header(_: Line, s: State) -> Iterator[str]:
@@ -176,6 +179,63 @@ def end(e: Line, s: State) -> Iterator[str]:
             yield NotJudged(f"unrealizability of {names} (a bundle proves it)")
     elif e.refused:
         yield "only a run that never begins refuses a deadline or a charge"
+
+
+@rule("move", "depart", "arrive", "act", "outcome")
+def finished(e: Line, s: State) -> Iterator[str]:
+    """A run ends in the tick in which its mission is completed or, with `late: stop`, in which a
+    deadline is missed."""
+    goes_on = e.kind != "outcome" and (s.now(e) > s.time if s.live else e.tick > s.tick)
+    if goes_on and s.missed and s.scenario.late == "stop":
+        yield f"missed, but the run goes on: {', '.join(sorted(s.missed))}"
+    if (goes_on or e.outcome in UNFINISHED) and s.moves and _is_finished(s):
+        yield f"the mission is completed in tick {s.tick}"
+
+
+def _is_finished(s: State) -> bool:
+    """Return whether the mission is certainly completed: nothing is to be resolved, or was in this
+    tick, and no robot has another objective than its own."""
+    if s.restarted == s.tick or any(one.ordered for one in s.coming):
+        return False
+    if any(one.open and one.known for one in s.obstacles.values()):
+        return False
+    for robot in s.robots.values():
+        stays = s.live and robot.own.settles
+        if stays or robot.acts is not None or not robot.given.serves(robot.own):
+            return False
+    return next(_unmet(Line(tick=s.tick, t=s.time), s), None) is None
+
+
+@rule("move", "depart", "outcome")
+def counted(e: Line, s: State) -> Iterator[str]:
+    """A goal of its own objective that a robot has met is recorded: in lockstep before the next
+    move, in a simulated live run before the robot departs."""
+    if s.live and s.external:
+        return
+    if e.kind == "outcome" and e.outcome not in (*UNFINISHED, "late", "operator_needed"):
+        return
+    for robot in [s.robots[e.robot]] if e.kind == "depart" else s.robots.values():
+        rests = robot.bound is None and robot.acts is None and not (robot.out or robot.lost)
+        own = robot.given.serves(robot.own) and not robot.met
+        if robot.arrived and rests and own and (goals := _unrecorded(robot, s)):
+            yield f"{robot.name} is at its target {goals[0]}, but meets no goal"
+
+
+def _unrecorded(robot: Robot, s: State) -> list[int]:
+    """Return the goals that a robot has met where it is, and that are missing."""
+    own, progress, here = robot.own, robot.progress, robot.pose[0]
+    if own.kind == "hold" or progress.ended(own):
+        return []
+    if own.ordered:
+        turn = 0 if progress.turn is None and not own.strict else progress.turn
+        return [] if turn is None or here not in own.targets[turn] else [turn]
+    left = [k for k in range(own.count) if not progress.seen >> k & 1]
+    if own.kind != "ltl":
+        return [k for k in left if here in own.targets[k]]
+    if s.live or not robot.memories:
+        return []
+    each = ((k, Line(goal=k, tick=s.tick)) for k in left)
+    return [k for k, line in each if robot.memories <= meeting(line, robot, s.live)]
 
 
 @rule("assumption", "outcome", "waiting")

@@ -146,6 +146,9 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     else:
         _memories(robot, here)
     robot.turn = e.number if e.kind == "move" else robot.turn
+    for other in s.robots.values() if e.kind == "move" else ():
+        other.arrived = False
+    robot.arrived = e.kind == "move" or e.result == "arrived"
     robot.progress.stayed += robot.stays
 
 
@@ -307,7 +310,9 @@ def _due(e: Line, one: Obstacle, s: State) -> None:
 
 
 def _restart_rounds(e: Line, s: State) -> None:
+    s.restarted = e.tick
     for robot in s.robots.values():
+        robot.arrived = False
         robot.progress = robot.progress.anew()
         s.restart(robot)
         robot.met.clear()

@@ -67,7 +67,8 @@ class Robot:
     obstacles known when it began (idle robots also act on others); ``met``: the goals that its last
     step has met, each with its tick; ``jumps``: how often it was farther from its last region than
     a step; ``observes``: the robots that its strategy observes, with their jumps before it was
-    made; ``turn``: the line of its last turn."""
+    made; ``turn``: the line of its last turn; ``arrived``: whether goals met by its last step are
+    still to be recorded."""
 
     name: str
     data: Line
@@ -103,6 +104,7 @@ class Robot:
     jumps: int = 0
     observes: dict[str, int] = field(default_factory=dict)
     turn: int = 0
+    arrived: bool = False
 
     @property
     def faces(self) -> bool:
@@ -329,6 +331,7 @@ class State:
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
+        self.restarted = -1  # the tick of the last resolution
         self.served = -1  # the tick of the last change of service
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
