@@ -18,7 +18,8 @@ from safenav.fleet.file import FleetFile, Station
 from safenav.fleet.transport import Located, Scanned, turned
 from safenav.runtime.run.checkpoint import Resumption
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.team.floor import Floor, Stages, floor_of
+from safenav.team.floor import Floor, Stages
+from safenav.team.known import floor_of
 from safenav.team.state import Stage
 from safenav.team.team import introduced, team_of
 from safenav.trace.vocabulary import ActResult

@@ -11,7 +11,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from safenav.team.acts import acts_on, standing
 from safenav.team.apply import will_count
-from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
+from safenav.team.floor import Floor, Joint, restarted
+from safenav.team.known import floor_now, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
 from safenav.team.team import Need, Team
 from safenav.world.poses import FAR, bits

@@ -5,7 +5,8 @@ from collections.abc import Collection, Iterator, Sequence
 
 from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Need, Obstacle, ObstacleType, Robot
 from safenav.team import state as now
-from safenav.team.floor import acting_floor, barred, put, stages_of
+from safenav.team.floor import put
+from safenav.team.known import acting_floor, barred, stages_of
 from safenav.team.state import Is, State
 from safenav.team.team import Team, introduced
 from safenav.world.map import Region

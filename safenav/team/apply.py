@@ -12,8 +12,9 @@ from safenav.spec.guarantees import guarantees_of
 from safenav.team import state as now
 from safenav.team.acts import is_shut, stands_for
 from safenav.team.bound import least_first
-from safenav.team.floor import charged, restarted
+from safenav.team.floor import restarted
 from safenav.team.formulas import reached
+from safenav.team.known import charged
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
 from safenav.world.poses import bits, plain_graph

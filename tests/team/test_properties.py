@@ -22,7 +22,8 @@ from safenav.solve.solve import Solver, settle
 from safenav.team import state as now
 from safenav.team.acts import acts_on, is_reserved, standing
 from safenav.team.apply import apply, initial
-from safenav.team.floor import Floor, Joint, floor_now
+from safenav.team.floor import Floor, Joint
+from safenav.team.known import floor_now
 from safenav.team.state import Is, State
 from safenav.team.team import Team, team_of
 from support.draft import Data

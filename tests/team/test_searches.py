@@ -9,7 +9,7 @@ from safenav.plan.order import joint_now
 from safenav.scenario.objective import number_word
 from safenav.solve.reasons import Helper, Hindrance, Shortfall, shortfall_words
 from safenav.team.apply import initial
-from safenav.team.floor import floor_now
+from safenav.team.known import floor_now
 from safenav.team.team import Need, team_of
 
 CHARGED = """

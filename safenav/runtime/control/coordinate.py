@@ -21,7 +21,8 @@ from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE, driven
 from safenav.team.apply import apply, done, initial, on_own, orders_ahead, stands
-from safenav.team.floor import Floor, charged, floor_now, floor_with, stages_of
+from safenav.team.floor import Floor
+from safenav.team.known import charged, floor_now, floor_with, stages_of
 from safenav.team.state import State
 from safenav.team.team import Member, Team, hearing, without_memory
 from safenav.trace.words import listed

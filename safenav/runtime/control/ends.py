@@ -25,7 +25,7 @@ from safenav.solve.solve import (
     time_of,
 )
 from safenav.spec.task import Memory, Task
-from safenav.team import floor as floors
+from safenav.team import known
 from safenav.team.apply import done, stands
 from safenav.team.state import Is, State
 from safenav.team.team import Team, without_memory
@@ -58,12 +58,12 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
-    floor = floors.floor_with(team, state, (*state.gates, *again), sealed)
+    floor = known.floor_with(team, state, (*state.gates, *again), sealed)
     if serving:
-        here, free = floors.floor_now(team, state), enumerate(floor.floors)
+        here, free = known.floor_now(team, state), enumerate(floor.floors)
         within = tuple(each if i in here.robots else here.floors[i] for i, each in free)
         floor = replace(floor, robots=here.robots, floors=within)
-    found = around(floor, tuple(r.next for r in state.robots), floors.stages_of(floor, state))
+    found = around(floor, tuple(r.next for r in state.robots), known.stages_of(floor, state))
     for i, robot in enumerate(state.robots):
         if robot.to is not None and not team.live:  # it still acts in its old region
             found = found.placed(i, found.sets[i] | (1 << robot.pose))
@@ -250,8 +250,8 @@ class Request:
     def __init__(self, team: Team, state: State, found: Settlement, k: int) -> None:
         team, state = without_memory(team, state)
         self.team, self.state, self.found, self.k = team, state, found, k
-        self.floor = floors.floor_now(team, state)
-        self.stages, self.g = floors.stages_of(self.floor, state), self.floor.gates.index(k)
+        self.floor = known.floor_now(team, state)
+        self.stages, self.g = known.stages_of(self.floor, state), self.floor.gates.index(k)
         self.need = self.floor.need(self.g, self.stages)
         self.now = Sets(self.floor, tuple(1 << robot.next for robot in state.robots), self.stages)
 
@@ -308,7 +308,7 @@ class Request:
             ticks, duty = bids.get(self.team.members[i].name), self.found.duties.get(i)
             if i in helpers:
                 continue
-            if (i, self.k) in floors.barred(self.team, self.state):
+            if (i, self.k) in known.barred(self.team, self.state):
                 why = "has failed"
             elif not self.state.robots[i].active:
                 why = "is out of service"

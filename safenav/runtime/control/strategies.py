@@ -22,8 +22,9 @@ from safenav.spec.compile import compile_task
 from safenav.spec.guarantees import values_of
 from safenav.synthesis.slugs import SynthesisResult
 from safenav.team import state as now
-from safenav.team.floor import Floor, stages_of
+from safenav.team.floor import Floor
 from safenav.team.formulas import targets_of
+from safenav.team.known import stages_of
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 from safenav.trace.vocabulary import Form

@@ -12,7 +12,7 @@ from safenav.scenario.objective import ruled
 from safenav.spec.guarantees import guarantees_of
 from safenav.spec.specification import Section
 from safenav.team.acts import is_reserved
-from safenav.team.floor import barred, turns_back
+from safenav.team.known import barred, turns_back
 from safenav.team.state import Is, Values
 
 

@@ -25,7 +25,7 @@ from safenav.runtime.run.lines import (
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
 from safenav.spec.belief import automatic
-from safenav.team import floor as floors
+from safenav.team import known
 from safenav.team import state as now
 from safenav.team.acts import participants, standing
 from safenav.team.apply import goals
@@ -254,7 +254,7 @@ class Recorder:
         for k, truth in event.truths if self.team.live else ():
             results[self._name(k)] = ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE
         results |= {self._name(k): ActResult.NOTHING for k in event.gone}
-        late = floors.barred(self.team, after) - floors.barred(self.team, before)
+        late = known.barred(self.team, after) - known.barred(self.team, before)
         left = tuple(self._name(k) for i, k in sorted(late)) or None
         who = self.tick, event.command if self.team.live else 0, self._robot(event.robot)
         self.emit(records.ActionEnd(*who, results, left, event.why or None))

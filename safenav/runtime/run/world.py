@@ -25,7 +25,7 @@ from safenav.scenario import model
 from safenav.scenario.model import switching
 from safenav.team import acts
 from safenav.team import state as now
-from safenav.team.floor import charged
+from safenav.team.known import charged
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
