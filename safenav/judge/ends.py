@@ -185,10 +185,10 @@ def end(e: Line, s: State) -> Iterator[str]:
 def finished(e: Line, s: State) -> Iterator[str]:
     """A run ends in the tick in which its mission is completed or, with `late: stop`, in which a
     deadline is missed."""
-    goes_on = e.kind != "outcome" and (s.now(e) > s.time if s.live else e.tick > s.tick)
-    if goes_on and s.missed and s.scenario.late == "stop":
-        yield f"missed, but the run goes on: {', '.join(sorted(s.missed))}"
-    if (goes_on or e.outcome in UNFINISHED) and s.moves and _is_finished(s):
+    continues = e.kind != "outcome" and (s.now(e) > s.time if s.live else e.tick > s.tick)
+    if continues and s.missed and s.scenario.late == "stop":
+        yield f"missed, but the run continues: {', '.join(sorted(s.missed))}"
+    if (continues or e.outcome in UNFINISHED) and s.moves and _is_finished(s):
         yield f"the mission is completed in tick {s.tick}"
 
 

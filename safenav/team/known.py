@@ -1,4 +1,4 @@
-"""What the team knows: the floor with the obstacles that are open or sealed at present."""
+"""The floor at present, as the team knows it: obstacles that are open or sealed, robots in service."""
 
 from collections.abc import Collection
 from functools import lru_cache
