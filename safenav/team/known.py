@@ -1,4 +1,4 @@
-"""The floor at present, as the team knows it: obstacles that are open or sealed, robots in service."""
+"""The floor at present, as the team knows it: its open and sealed obstacles, robots in service."""
 
 from collections.abc import Collection
 from functools import lru_cache
