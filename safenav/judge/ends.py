@@ -199,16 +199,18 @@ def _is_finished(s: State) -> bool:
         return False
     if any(one.open and one.known for one in s.obstacles.values()):
         return False
-    for robot in s.robots.values():
-        stays = s.live and robot.own.settles
-        if stays or robot.acts is not None or not robot.given.serves(robot.own):
+    now = Line(tick=s.tick, t=s.time)
+    for name, robot in s.robots.items():
+        if robot.acts is not None or not robot.given.serves(robot.own):
             return False
-    return next(_unmet(Line(tick=s.tick, t=s.time), s), None) is None
+        if robot.own.settles and (s.live or _rounds(name, now, s) <= s.scenario.until.rounds):
+            return False  # the first tick of a stay may not have counted
+    return next(_unmet(now, s), None) is None
 
 
 @rule("move", "depart", "outcome")
 def counted(e: Line, s: State) -> Iterator[str]:
-    """A goal of its own objective that a robot has met is recorded: in lockstep before the next
+    """A target of its own objective that a robot has met is recorded: in lockstep before the next
     move, in a simulated live run before the robot departs."""
     if s.live and s.external:
         return
@@ -217,25 +219,20 @@ def counted(e: Line, s: State) -> Iterator[str]:
     for robot in [s.robots[e.robot]] if e.kind == "depart" else s.robots.values():
         rests = robot.bound is None and robot.acts is None and not (robot.out or robot.lost)
         own = robot.given.serves(robot.own) and not robot.met
-        if robot.arrived and rests and own and (goals := _unrecorded(robot, s)):
+        if robot.arrived and rests and own and (goals := _unrecorded(robot)):
             yield f"{robot.name} is at its target {goals[0]}, but meets no goal"
 
 
-def _unrecorded(robot: Robot, s: State) -> list[int]:
-    """Return the goals that a robot has met where it is, and that are missing."""
+def _unrecorded(robot: Robot) -> list[int]:
+    """Return the targets that a robot has met where it is, and that are missing."""
     own, progress, here = robot.own, robot.progress, robot.pose[0]
-    if own.kind == "hold" or progress.ended(own):
+    if own.kind in ("hold", "ltl") or progress.ended(own):
         return []
     if own.ordered:
         turn = 0 if progress.turn is None and not own.strict else progress.turn
         return [] if turn is None or here not in own.targets[turn] else [turn]
-    left = [k for k in range(own.count) if not progress.seen >> k & 1]
-    if own.kind != "ltl":
-        return [k for k in left if here in own.targets[k]]
-    if s.live or not robot.memories:
-        return []
-    each = ((k, Line(goal=k, tick=s.tick)) for k in left)
-    return [k for k, line in each if robot.memories <= meeting(line, robot, s.live)]
+    left = (k for k in range(own.count) if not progress.seen >> k & 1)
+    return [k for k in left if here in own.targets[k]]
 
 
 @rule("assumption", "outcome", "waiting")
