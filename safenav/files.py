@@ -251,7 +251,8 @@ def _writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise UsageError(f"cannot write {path}: {error.strerror or error}") from error
+        file = error.filename2 or path  # in a folder, the file in the way
+        raise UsageError(f"cannot write {file}: {error.strerror or error}") from error
 
 
 def tell(path: Path) -> None:

@@ -18,7 +18,7 @@ from safenav import errors
 
 COMMANDS = {
     "run": ("run", "Run a scenario and print what happens."),
-    "resume": ("run", "Continue a run that was interrupted or killed."),
+    "resume": ("run", "Continue a run that was cut off, or ended at a limit."),
     "drive": ("run", "Run a scenario with real robots, or rehearse it."),
     "synth": ("synth", "Synthesize the controllers and write them to files."),
     "verify": ("synth", "Check a strategy file against its specification."),
@@ -30,7 +30,7 @@ COMMANDS = {
     "draw": ("replay", "Draw a scenario without running it."),
     "export": ("export", "Export a trace: waypoints, motion, samples, ROS 2 bag."),
     "studio": ("new", "Draw and run a scenario in a browser, and change its world."),
-    "new": ("new", "Write an example scenario, a fleet file or a schema."),
+    "new": ("new", "Write an example scenario, or a schema."),
     "doctor": ("new", "List the installed parts and test the synthesizer."),
 }
 """The module of each command, and its line of help."""

@@ -27,7 +27,7 @@ a quoted pattern, a matrix file (docs/batch.md), or - (standard input).
 After an interruption, --resume with the same --out continues.
 """
 PASSED = "all as expected (without 'expect': completed in time, no order open)"
-FAILED = "some not as expected, invalid, crashed, hung or not run"
+FAILED = "some not passed or not run"
 
 
 @options.command(EXAMPLES, PASSED, FAILED)
@@ -45,7 +45,7 @@ def batch(
         "-o --output --out",
         "Write results.jsonl, and the trace of each failure.",
     ],
-    resume: Annotated[bool, "Run only cases without a result in --out."],
+    resume: Annotated[bool, "Run only cases without a result in --out, or changed."],
     dask: Annotated[str | None, "--dask ADDRESS", "Run on this Dask cluster."],
 ) -> int:
     """Run every scenario that the PATHs name, each in a process of its own, and compare each

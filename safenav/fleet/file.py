@@ -90,7 +90,7 @@ class Station(Part, frozen=True):
     )
     speed: float = key("Metres per second, for time limits.", above=0, default=0.5)
     timeout: float = key(
-        "Time limit of a goal, as a multiple of the expected time.", above=0, default=3.0
+        "Time limit of a goal: this multiple of the expected time, plus 5 s.", above=0, default=3.0
     )
     scan: ScanUse | None = None
     report: Annotated[

@@ -9,22 +9,22 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """An unlisted obstacle has no end or deadline of its own and, in a simulated world, appears by
-    now. Types with one name are equal."""
+    """An obstacle that the header does not list has no end or deadline of its own; in a simulated
+    world it has appeared before it is discovered. Types with one name are equal."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind:
         yield f"the scenario has another type {kind.name}"
     if not s.external and (one.appears is None or one.appears > s.now(e)):
         yield f"the scenario has no {one.name}"
     if one.goes is not None or one.resolve_within is not None:
-        yield f"no scenario states when {one.name} disappears, or is due"
+        yield f"{one.name} is unlisted, but has an end or a deadline"
 
 
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world; those
-    of a scenario or a user never appear where a robot is. Truths change only when obstacles
-    appear."""
+    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world.
+    Except orders, those of a scenario or a user never appear where a robot is. Truths change only
+    when obstacles appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         new = e.cause == "user" and one.since == e.tick
@@ -59,8 +59,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
-    """Inputs change as the scenario lists, or by a user; objectives and service of each robot in
-    order, also with an input, or in a user's world."""
+    """Inputs change as the scenario lists, or by a user; objectives and service also with an input
+    or a battery, or in a user's world. The scenario's changes of a robot come in its order."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
@@ -78,7 +78,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
     found = [one for one in s.changes if one.robot == e.robot][:1]  # in their order
     found += [one for one in s.scenario.changes if one.at == s.now(e) and e.kind == "service"]
     if e.cause == "scenario" and not any(applies(one, e, s) for one in found):
-        yield f"that is not the next change of {e.robot} in the scenario by {s.now(e):g}"
+        yield f"not the next change of {e.robot} that the scenario lists by {s.now(e):g}"
     elif e.cause == "input":
         within = None if s.away(e.robot) else robot.data.within
         if e.objective != _by_inputs(e.robot, s) or e.within != within:
@@ -109,8 +109,8 @@ def _by_inputs(robot: str, s: State) -> Line:
 
 @rule("move", "depart", "act", "part", "resolved", "outcome")
 def due_changes(e: Line, s: State) -> Iterator[str]:
-    """In a simulated world, obstacles appear and disappear, and inputs change, when the scenario
-    states that; in each world, changes of robots do."""
+    """The scenario's changes of robots happen when it states, in a simulated world also those of
+    obstacles and inputs."""
     # in lockstep, before the first robot's turn
     first = s.live or (e.robot == s.names[0] and e.kind == "move")
     ends = e.outcome in (None, "completed", "operator_needed")

@@ -65,7 +65,7 @@ def time(e: Line, s: State) -> Iterator[str]:
 
 @rule("goal")
 def goal(e: Line, s: State) -> Iterator[str]:
-    """A robot that meets a target is in its region, not lost, and in service unless its step or
+    """A robot that meets a target is there, not lost, and in service unless its step or
     action has just ended. The goals of formulas are met by its last move (live: or by staying),
     with some possible memory. In lockstep, a move meets each goal once, and only one of several
     goals in turn."""
@@ -145,9 +145,9 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as required since the last
-    resolution, robots with a last target are there, and no cause of failure is stated. A live run
-    states the rounds of a stay at a last target. A run ends at a limit exactly when it reaches
-    that."""
+    resolution, robots with a last target are there, and no cause of failure is stated. In a live
+    run the stated rounds of a stay at a last target are accepted. A run ends at a limit exactly
+    when it reaches that."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
         rounds = _rounds(name, e, s)
@@ -254,7 +254,9 @@ def negative(e: Line, s: State) -> Iterator[str]:
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
         out = any(robot.out and robot.own.settles for robot in s.robots.values())
-        if not out and next(_unmet(e, s), None) is None:  # its rounds may not have counted
+        if (
+            not out and next(_unmet(e, s), None) is None
+        ):  # rounds out of service may not have counted
             yield "every robot has met its objective: the mission is completed"
         yield from _proven(negative_problems(e, s))
     if e.until is not None and not (e.until in listed_times(s) and e.until > s.now(e)):

@@ -115,8 +115,8 @@ def mobility(e: Line, s: State) -> Iterator[str]:
 @rule("move", "outcome", "appeared", "gone", "objective", "service", "inputs", *RESULTS)
 def pace(e: Line, s: State) -> Iterator[str]:
     """In lockstep each robot has one move per tick, then acts, in the header's order and after the
-    changes by the scenario or a new battery; a step takes the ticks that its model states. After a
-    lost deadline, nothing of that turn follows."""
+    changes by the scenario or a new battery; a step takes the ticks that its model states. A `lost`
+    deadline follows all results of its turn."""
     if e.kind in RESULTS and s.over == e.tick:
         yield "a lost deadline is recorded before the end of a turn"
     had = [name for name in s.names if s.robots[name].moved >= e.tick]
@@ -169,7 +169,7 @@ def never_together(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
-    entering; else it returns to where it came from. If an obstacle appears around it (external
+    entering; else it returns to where it came from. If an obstacle appears in its region (user's
     worlds), it leaves on any side."""
     robot, step = s.robots[e.robot], e.step
     entered = step.holds - robot.holds
@@ -177,7 +177,7 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
         return
     for region in entered:
         for one in s.closing(e.robot, region):
-            yield f"{e.robot} enters {s.show(region)} with {one.name}, which is not resolved"
+            yield f"{e.robot} enters {s.show(region)}, where {one.name} is not resolved"
     for one in s.at.get(step.start, ()):
         inside = one.open and e.robot in one.blocks
         inside = inside and not (s.external and not one.known) and robot.came is not None
@@ -222,7 +222,7 @@ def service(e: Line, s: State) -> Iterator[str]:
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
     """No step exceeds the charge of a robot. In lockstep, a robot whose charge is used up leaves
-    service once an obstacle represents that, and by its turn. Its battery is replaced only when
+    service with its `flat` obstacle, at the latest in its turn. Its battery is replaced only when
     that obstacle is resolved or gone."""
     robot = s.robots[e.robot]
     if e.kind == "service":

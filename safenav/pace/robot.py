@@ -157,8 +157,8 @@ class Pace:
             self.facing = self._direction(at, region)
 
     def acted(self, now: float, at: int, region: int) -> None:
-        """Record that the robot has acted. In its own region it acts short of the centre, and goes
-        to the centre next."""
+        """Record that the robot has acted. It acts on an obstacle in its own region short of
+        the centre, and goes there next."""
         self._short = at == region
         self._since, self._settling = now, self._resuming() if self._short else 0.0
         self.faces(at, region)

@@ -52,7 +52,7 @@ class Deadlock(Struct, frozen=True):
 
 
 class Unserved(Struct, frozen=True):
-    """The team can complete its rounds, but no joint state also serves these gates."""
+    """The team can complete its rounds, but no joint state also serves these open obstacles."""
 
     gates: tuple[int, ...]
 

@@ -166,7 +166,7 @@ class Run(Struct):
         goal, after, part = region, heading, 0.0
         step = track.transit(tick)
         if step is None and self.seconds is None and tick < self.last:
-            step = track.transit(tick + 1)  # the robot departs in this tick
+            step = track.transit(tick + 1)  # the robot departs in the next tick
             goal, after, part = track.regions[tick + 1], track.headings[tick + 1], fraction
         if step is not None:
             there = min(step.last + 1, self.last)

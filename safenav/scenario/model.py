@@ -273,7 +273,7 @@ class RobotModel(Part, frozen=True):
         "Diameter of its body's bounding circle in metres. Default: that of its motion.", above=0
     )
     speed: float | None = key(
-        "Metres per second (a walker: of each foot). Default: that of its motion.", above=0
+        "Metres per second (a walker: over each foot). Default: that of its motion.", above=0
     )
     timing: Annotated[int, Meta(ge=1, le=1000)] = key(
         "Ticks of a step in lockstep (live: the seconds of its motion).", default=1

@@ -198,8 +198,8 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
 
 def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Constraint]:
     """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
-    infinitely often. Without ``goal`` the first target is next: a strategy takes its goals in their
-    order, and a robot that is at each target infinitely often is also at each in turn."""
+    infinitely often. Without ``goal`` the next target comes first: a strategy takes its goals in
+    their order, and a robot that is at each target infinitely often is also at each in turn."""
     objective, region = task.objective, task.pose.region
     targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
     settles, first = objective.settles, objective.begin(region, task.memory.index)

@@ -124,7 +124,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def one_way(self) -> bool:
-        """Whether some robot cannot turn around."""
+        """Whether some robot may be unable to undo a step."""
         return any(self.graphs[i].one_way for i in self.robots)
 
     @cached_method
@@ -364,7 +364,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             if free and not here >> count[0] & 1:
                 count = (next(bits(here)), 0)
             if pursuit.in_turn and self.is_done(i, count) and self.open(stages):
-                # the goals after a restart of rounds
+                # rounds may restart: only the next target advances
                 count = pursuit.step(count[0], here)[0], count[1]
             while not self.is_done(i, count):
                 memory, more = pursuit.step(count[0], here)

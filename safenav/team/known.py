@@ -30,8 +30,8 @@ def turns_back(team: Team, state: State, i: int, k: int) -> bool:
 
 
 def charged(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot that ran out of charge has another battery, so that it is in service
-    again."""
+    """Return whether a robot that ran out of charge has another battery, so that it returns to
+    service."""
     robot, energy = state.robots[i], team.members[i].energy
     return robot.flat and energy is not None and robot.charge >= energy.battery.capacity
 

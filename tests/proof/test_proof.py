@@ -100,7 +100,7 @@ def test_edited_files_are_read_as_safenav_reads_them(
         assert bool(reason) is bool(verified) is ("refused" in edit), (name, reason)
 
 
-def test_the_program_refuses_unreadable_files(
+def test_the_program_refuses_incomplete_or_missing_files(
     program: Path, proved: Callable[[Files], str], tmp_path: Path
 ) -> None:
     files = lift_of(4, tmp_path)

@@ -78,7 +78,7 @@ def test_pictures_that_are_too_large_are_refused(tmp_path: Path) -> None:
         slow.write_gif(tmp_path / "x.gif")
 
 
-def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "resvg_py", None)
     with pytest.raises(UsageError, match="resvg-py>="):
         png_of("<svg/>")

@@ -129,7 +129,7 @@ def test_a_map_or_a_team_that_is_too_large_is_refused() -> None:
         loaded({"map": {"grid": ["." * 600] * 500}, "areas": {}})
 
 
-def test_without_pillow_an_image_is_refused_with_the_extra_to_install(
+def test_without_pillow_an_image_is_refused_with_the_command_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     real = builtins.__import__

@@ -104,7 +104,7 @@ def something(drawing: dict[str, Any], chance: random.Random) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + SEQUENCES))
-def test_random_edits_leave_a_text_that_reads_back(seed: int, desk: Desk) -> None:
+def test_random_edits_leave_a_valid_or_diagnosed_text(seed: int, desk: Desk) -> None:
     """Mistakes are diagnostics, never exceptions, and a drawing never loses its map."""
     chance = random.Random(seed)
     desk.page.say("open", kind="blank")

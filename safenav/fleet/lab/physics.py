@@ -331,8 +331,8 @@ class Physics:
         self._model.geom_pos[one.geom.id][2] = TALL / 2 if there else BELOW
 
     def _change(self, now: float) -> None:
-        """Let obstacles appear and disappear at their times. None appears in a region that a robot
-        occupies or is in transit to."""
+        """Let obstacles appear and disappear at their times. None with a body appears in a region
+        that a robot occupies or is in transit to."""
         for one in [*self.standing.values()]:
             if one.obstacle.goes is not None and one.obstacle.goes <= now:
                 self._remove(one)

@@ -60,7 +60,7 @@ KNOWN = re.compile(
 """Names of files that no line of the trace needs to name."""
 SOURCE = "source/"
 UNCOMPARED = {
-    "index.html": "the page, which explains",
+    "index.html": "the page index.html",
     SOURCE: "the source of the scenario (safenav check reads it again, if it is in the bundle)",
 }
 

@@ -139,7 +139,7 @@ class Evidence:
         self.files, self.named = files, set[str]()
         self.claims: list[dict[str, Any]] = []
         self.drives: dict[str, Drive] = {}
-        self.tasks: dict[tuple[str, bool], Task] = {}  # by the file of the proof
+        self.tasks: dict[tuple[str, bool], Task] = {}  # by proof file and whether at the start
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
         self.proven = set[int]()  # lines whose negatives the checker ignores
         self.plan: Plan | None = None

@@ -270,7 +270,7 @@ def check_tracks(case: Examination) -> None:
         times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
         whole = abs(track.t0) < NEAR and times[-1] > case.makespan - track.step - NEAR
         if not (whole and 0 < track.step <= LONGEST + NEAR):
-            what = f"a simulated flight has a row at least every {LONGEST:g} s, to the end"
+            what = f"a simulated flight must have a row every {LONGEST:g} s, to the end"
             case.wrong(0.0, track.robot, "track", what)
         else:
             _flown(case, track, rows, times)

@@ -274,7 +274,7 @@ class Request:
         able = floor.able(g, self.stages)
         absent = (i for i in self._skilled() if not self.state.robots[i].active)
         out = [i for i in absent if i not in able]
-        if len(able) + len(out) < missing:  # otherwise the obstacle would be given up
+        if len(able) + len(out) < missing:  # loads: else it would be given up
             return self._loads()
         if len(able) < missing:
             return self._absent(out)

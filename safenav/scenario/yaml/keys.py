@@ -120,7 +120,7 @@ def name_key(
         assert isinstance(node, Scalar)
         text = node.text
         if not re.fullmatch(pattern, text):
-            hint = f"use letters from a to z, {signs}, beginning with a letter"
+            hint = f"use letters from a to z, {signs}, beginning with a letter or '_'"
             if len(text) > MOST_OF_A_NAME:
                 hint = f"it has {len(text)} characters; use at most {MOST_OF_A_NAME}"
             elif not text.isascii():
