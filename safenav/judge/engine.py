@@ -50,6 +50,7 @@ def after(e: Line, s: State) -> None:
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
+    robot.arrived &= e.kind not in ("operator", "objective", "service")
     match e.kind:
         case "move" | "depart" | "arrive":
             _moved(e, robot, s)
