@@ -123,6 +123,8 @@ def changed(node: ast.AST) -> ast.AST | None:
         case ast.Call(ast.Name("isinstance" | "max" | "min")):
             return None  # a crash, or no error
         case ast.Call(func, [first, second, *rest], keywords):
+            if ast.dump(first) == ast.dump(second):
+                return None
             return ast.Call(func, [second, first, *rest], keywords)
         case ast.AugAssign() | ast.Expr(ast.Call()):
             return ast.Pass()

@@ -12,7 +12,7 @@ import pytest
 from once import ROOT, SCENARIOS
 from report.runs import own, picture_of, run_of
 from safenav.report.picture.scene import svg_of
-from safenav.report.picture.svg import GLYPHS
+from safenav.report.picture.svg import GLYPHS, text_width
 from safenav.run.values import StoryKind
 from warm import safenav
 
@@ -98,6 +98,12 @@ def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
     text, svg = drawn(own("zone"), tmp_path)
     assert "parcel@loading_dock: ordered at tick 4 at loading_dock" in text
     assert '"9 3 2 3"' in svg
+
+
+def test_widths_of_texts_are_those_of_the_font() -> None:
+    font = ImageFont.truetype(str(FONTS / "DejaVuSans.ttf"), 1000)
+    for char in map(chr, range(32, 127)):
+        assert text_width(char, 1000) == round(font.getlength(char)), char
 
 
 def test_a_robot_out_of_service_has_a_sign() -> None:
