@@ -5,33 +5,27 @@ the last decision. A joint plan is computed iff none is in force: a surprise has
 (``apply``), or it has ended and the mission is not complete.
 """
 
-from collections.abc import Collection, Hashable, Sequence
+from collections.abc import Collection, Hashable
 from math import inf
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.ask import Deadlock, Found, Unserved, lost
-from safenav.plan.order import at_end, awaited, blind, joint_now, starving, stuck
+from safenav.plan.ask import Found, lost
+from safenav.plan.order import awaited, joint_now, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
+from safenav.runtime.control.planning import Planning, beyond, helped
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.solve import solve
 from safenav.team import state as now
-from safenav.team.acts import FAILURE, driven
+from safenav.team.acts import driven
 from safenav.team.apply import apply, done, initial, on_own, orders_ahead, stands
 from safenav.team.floor import Floor
-from safenav.team.known import charged, floor_now, floor_with, stages_of
+from safenav.team.known import floor_now, floor_with, stages_of
 from safenav.team.state import State
-from safenav.team.team import Member, Team, hearing, without_memory
-from safenav.trace.words import listed
-
-_OUT = {
-    "scenario": "by a change of the scenario",
-    "user": "by an operator",
-    FAILURE: "its steps fail",
-}
+from safenav.team.team import Team, hearing, without_memory
 
 
 class Control(Struct, frozen=True):
@@ -109,7 +103,7 @@ class Decision:
         if control.end is not None:
             return self._waiting(control, before)
         try:
-            end = _out_of_service(self.team, self.state, control)
+            end = ends.out_of_service(self.team, self.state, control.found)
             if end is None and (left := _left(self.team, self.state, control)):
                 return self._again(replace(control, question=None, left=control.left | left))
             control = replace(control, end=end or self._planned(control))
@@ -194,8 +188,8 @@ class Decision:
         never: ends.End | None = None
         if found.hopeless and floor.flat:  # perhaps not when these robots have returned
             later = aside.union(range(len(floor.gates))).difference(floor.flat.values())
-            beyond = solve.Solver(_beyond(serving, floor.flat.values()))
-            brought = solve.settle(beyond, poses, stages, later, lone)
+            solver = solve.Solver(beyond(serving, floor.flat.values()))
+            brought = solve.settle(solver, poses, stages, later, lone)
             found = brought if brought.served and not brought.hopeless else found
         if found.hopeless:
             out = [i for i, robot in enumerate(state.robots) if not robot.active]
@@ -205,7 +199,7 @@ class Decision:
             if not out:
                 never = ends.infeasible(plain, here, solve.around(floor, poses, stages))
             elif len(out) == len(poses) or any(_is_feasible(each) for each in (all_, rest)):
-                never = _without(team, state, out)  # only absent robots stop the others
+                never = ends.without(team, state, out)  # only absent robots stop the others
             else:  # with the whole team, or else without the robots out of service
                 lives = enumerate(solve.closure_of(all_).live)
                 lame = any(not live and i not in out for i, live in lives)
@@ -246,7 +240,7 @@ class Decision:
                 if proven is not None:  # a robot out of service might have resolved what is open
                     out = [i for i, robot in enumerate(state.robots) if not robot.active]
                     dead = ends.deadlocked(team, state, proven)
-                    dead = _without(team, state, out) if out else dead
+                    dead = ends.without(team, state, out) if out else dead
                     links = (*end.links, *(dead.links or (dead.explanation,)))
                     end = replace(dead, explanation="; ".join(links), links=links)
         return Control(None, found, roles, controllers, tuple(asked), end)
@@ -303,95 +297,12 @@ class Decision:
     def _planned(self, control: Control) -> ends.End | None:
         """Give the robots of joint plans a plan if they need one; return the end of the run if
         no plan exists. Raises Pending."""
-        team, state, answers = self.team, self.state, self.answers
-        if not team.sharing:
-            return None
-        helped = _helped(team, control)
-        goes_on = not is_complete(team, state, control)
-        unseen = bool(team.charged) and blind(state) and len(state.over) > answers.examined
-        kept = state.plan is not None and state.plan is answers.kept
-        starves = goes_on and (unseen or (not kept and starving(team, state)))
-        acts = any(state.robots[i].acting is not None for i in team.sharing)
-        over = state.plan is None or (at_end(state, team.sharing) and not acts)
-        due = over or stuck(team, state, helped)
-        out = [i for i, robot in enumerate(state.robots) if not robot.active]
-        returns = any(charged(team, state, i) for i in out)  # then a plan follows
-        if returns or (not starves and not due):
-            return None
-        sharing = driven(team, state)
-        if not sharing:
-            return None
-        floor = floor_now(hearing(team, state.inputs), state)
-        joint, served = joint_now(state, floor), control.found.served
-        open_ = {floor.gates[g] for g in served}
-        leaves = state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing)
-        for_others = open_ if leaves else helped
-        foreseen = frozenset[int]() if state.plan is None else state.plan.foreseen
-        if not starves and open_ & helped and open_ <= foreseen & for_others:
-            return None  # robots with strategies are still to resolve them
-        alone = helped.difference(control.roles[i].helps for i in sharing)
-        if not starves and open_ <= alone and floor.completed(joint, frozenset(), sharing):
-            timed = [i for i in sharing if _is_timed(team.members[i], joint.poses[i])]
-            if goes_on and timed and not open_:  # other robots have work: deadlines continue
-                more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
-                floor = replace(floor, robots=sharing, rounds=(more,) * len(team.members))
-                if (plan := answers.more(floor, joint, state)) is not None:
-                    self._decide(now.Planned(plan))
-            return None  # these robots have nothing left to do
-        duties = control.found.duties
-        helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
-        floor = replace(floor, helping=tuple(helping.items())) if helping else floor
-        if leaves:
-            # The plan left all to robots with strategies: only their chosen helpers act.
-            others = [(i, role) for i, role in enumerate(control.roles) if i not in sharing]
-            only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
-            floor = replace(floor, barred=floor.barred | only)
-        better = blind(state) and not due
-        answer = answers.plan(floor, joint, served, state, better=better)
-        if floor.team is not team and not isinstance(answer, Found):  # impossible with any inputs
-            floor = replace(floor, team=team, graphs=floor_now(team, state).graphs)
-            joint = joint_now(state, floor)
-            if open_ <= alone and floor.completed(joint, frozenset(), sharing):
-                return None
-            answer = answers.plan(floor, joint, served, state, better=better)
-        answers.examined = len(state.over)
-        if better and not isinstance(answer, Found):
-            answers.kept = state.plan
-            return None  # the team keeps its plan
-        brings = replace(floor, rounds=(0,) * len(team.members))
-        if answer is None and served:
-            # The search took too long. The mission may not need requests of robots; an order may
-            # be served before the rounds, which its resolution restarts.
-            if all(state.obstacles[floor.gates[g]].asked for g in served):
-                without = answers.plan(floor, joint, (), state)
-                answer = Unserved(served) if isinstance(without, Found) else None
-            elif isinstance(first := answers.plan(brings, joint, served, state), Found):
-                answer = replace(first, plan=replace(first.plan, part=True))
-        empty = tuple(g for g in served if g in floor.flat.values())
-        for gates in dict.fromkeys((served, empty)) if out else ():
-            # Robots out of service are in the way of rounds, but perhaps not of requests; those
-            # that get a battery return.
-            left = answer.gates if isinstance(answer, Unserved) else ()
-            if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):
-                brought = answers.plan(_beyond(brings, gates), joint, gates, state)
-                rest = {*gates}.difference(brought.gates) if isinstance(brought, Unserved) else ()
-                if rest:  # the others perhaps when the robots of these have returned
-                    some = tuple(sorted(rest))
-                    brought = answers.plan(_beyond(brings, some), joint, some, state)
-                answer = brought if isinstance(brought, Found) else answer
-        match answer:
-            case Found(plan, turned):
-                for i, memory in turned:
-                    self._decide(now.Turned(i, memory))
-                self._decide(now.Planned(plan))
-            case Unserved(gates):
-                self._decide(now.SetAside(tuple(floor.gates[g] for g in gates)))
-            case Deadlock():  # a robot out of service may stand in the way
-                return _without(team, state, out) if out else ends.deadlocked(team, state, answer)
-            case None:
-                why = "search budget exhausted while planning a joint plan; no verdict"
-                gone = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
-                return _without(team, state, gone, why) if gone else ends.End("search_limit", why)
+        about = self.team, self.state, self.answers, control.found, control.roles
+        events = Planning(*about, is_complete(self.team, self.state, control)).events()
+        if isinstance(events, ends.End):
+            return events
+        for event in events:
+            self._decide(event)
         return None
 
 
@@ -416,19 +327,13 @@ def _is_a_game(failed: tuple[int, Controller]) -> bool:
     return objective.formulas is not None or (objective.strict and objective.literal)
 
 
-def _helped(team: Team, control: Control) -> frozenset[int]:
-    """Return the obstacles that robots with strategies are to resolve."""
-    helps = (control.roles[i].helps for i in team.lone)
-    return frozenset(k for k in helps if k is not None)
-
-
 def _left(team: Team, state: State, control: Control) -> frozenset[int]:
     """Return the obstacles that a stuck plan leaves to robots with strategies, although none of
     these was chosen to help: the chosen helpers may have no path past other robots."""
     if state.plan is None or not state.requests:
         return frozenset()
     waits = awaited(team, state) - control.left
-    if not waits or not stuck(team, state, _helped(team, control)):
+    if not waits or not stuck(team, state, helped(team, control.roles)):
         return frozenset()
     floor = floor_now(team, state)
     stages = stages_of(floor, state)
@@ -446,55 +351,6 @@ def _meets(floor: Floor, state: State, i: int) -> bool:
     """Return whether a robot reaches all its targets although others stand."""
     reached = floor.graphs[i].closure(1 << state.robots[i].next, floor.floors[i])
     return all(reached & target for target in floor.team.members[i].targets)
-
-
-def _beyond(floor: Floor, gates: Collection[int]) -> Floor:
-    """Return the floor on which robots may end before obstacles other than these gates, which the
-    team resolves with the robots that return to service."""
-    closed = [floor.gate(g).region for g in range(len(floor.gates)) if g not in gates]
-    pairs = zip(floor.graphs, floor.away, strict=True)
-    return replace(floor, away=tuple(away | graph.on(closed) for graph, away in pairs))
-
-
-def _is_timed(member: Member, pose: int) -> bool:
-    """Return whether a robot that has completed the mission has to move for the deadlines of its
-    next rounds."""
-    stays = member.pursuit.settles or all(target >> pose & 1 for target in member.targets)
-    return member.robot.within is not None and not stays
-
-
-def _out_of_service(team: Team, state: State, control: Control) -> ends.End | None:
-    """Return the end if only robots out of service have not met their objectives."""
-    robots, out = state.robots, [i for i, r in enumerate(state.robots) if not r.active]
-    if control.found.served or not out or any(r.acting is not None for r in robots):
-        return None
-    every = range(len(robots))
-    left = [i for i in every if not (done(team, state, i) and stands(team, state, i))]
-    if not left or any(state.robots[i].active or charged(team, state, i) for i in left):
-        return None
-    return _without(team, state, left)
-
-
-def _without(team: Team, state: State, robots: Sequence[int], left: str = "") -> ends.End:
-    """Return the end of a run that cannot continue without robots out of service. ``left``: the
-    reason why it is not completed, if known."""
-    names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
-    left = left or ends.what_is_left(team, state, ())
-    return ends.End("operator_needed", f"{names} out of service; {left}", "out_of_service")
-
-
-def _why_out(team: Team, state: State, i: int) -> str:
-    """Return the reason why a robot is out of service, and the robots of which it occupies a
-    target."""
-    robot, where = state.robots[i], 1 << state.robots[i].next % team.size
-    why = (
-        [text] if (text := "its battery is empty" if robot.flat else _OUT.get(robot.cause)) else []
-    )
-    others = [team.members[j] for j in sorted(team.members[i].rivals) if state.robots[j].active]
-    here = [m.name for m in others if any(m.graph.regions_of(t) == where for t in m.targets)]
-    if here:
-        why.append(f"at {team.world.label(robot.next % team.size)}, a target of {listed(here)}")
-    return f" ({'; '.join(why)})" if why else ""
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:

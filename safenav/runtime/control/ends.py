@@ -26,6 +26,7 @@ from safenav.solve.solve import (
 )
 from safenav.spec.task import Memory, Task
 from safenav.team import known
+from safenav.team.acts import FAILURE
 from safenav.team.apply import done, stands
 from safenav.team.state import Is, State
 from safenav.team.team import Team, without_memory
@@ -33,6 +34,11 @@ from safenav.trace.vocabulary import OperatorCause, Proof
 from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words, some
 from safenav.world.poses import FAR, Mask
 
+_OUT = {
+    "scenario": "by a change of the scenario",
+    "user": "by an operator",
+    FAILURE: "its steps fail",
+}
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
 
@@ -201,6 +207,40 @@ def completed(team: Team, state: State, found: Settlement) -> End:
                 why = Request(team, state, found, k).why_nobody()
             undone.append(obstacle_words(name, word) + (f" ({why})" if why else ""))
     return End("completed", whole + (f"; still open: {', '.join(undone)}" if undone else ""))
+
+
+def out_of_service(team: Team, state: State, found: Settlement) -> End | None:
+    """Return the end if only robots out of service have not met their objectives."""
+    robots, out = state.robots, [i for i, r in enumerate(state.robots) if not r.active]
+    if found.served or not out or any(r.acting is not None for r in robots):
+        return None
+    every = range(len(robots))
+    left = [i for i in every if not (done(team, state, i) and stands(team, state, i))]
+    if not left or any(state.robots[i].active or known.charged(team, state, i) for i in left):
+        return None
+    return without(team, state, left)
+
+
+def without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
+    """Return the end of a run that cannot continue without robots out of service. ``left``: the
+    reason why it is not completed, if known."""
+    names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
+    left = left or what_is_left(team, state, ())
+    return End("operator_needed", f"{names} out of service; {left}", "out_of_service")
+
+
+def _why_out(team: Team, state: State, i: int) -> str:
+    """Return the reason why a robot is out of service, and the robots of which it occupies a
+    target."""
+    robot, where = state.robots[i], 1 << state.robots[i].next % team.size
+    why = (
+        [text] if (text := "its battery is empty" if robot.flat else _OUT.get(robot.cause)) else []
+    )
+    others = [team.members[j] for j in sorted(team.members[i].rivals) if state.robots[j].active]
+    here = [m.name for m in others if any(m.graph.regions_of(t) == where for t in m.targets)]
+    if here:
+        why.append(f"at {team.world.label(robot.next % team.size)}, a target of {listed(here)}")
+    return f" ({'; '.join(why)})" if why else ""
 
 
 def what_is_left(team: Team, state: State, roles: Sequence[Role]) -> str:

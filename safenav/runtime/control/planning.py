@@ -1,0 +1,201 @@
+"""The joint plan of a team: when its robots need one, and what is asked if that has no answer."""
+
+from collections.abc import Collection, Sequence
+from functools import cached_property
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.plan.ask import Deadlock, Found, Unserved
+from safenav.plan.order import at_end, blind, joint_now, starving, stuck
+from safenav.runtime.control import ends
+from safenav.runtime.control.answers import Answers
+from safenav.runtime.control.roles import Role
+from safenav.solve.solve import Settlement
+from safenav.team import state as now
+from safenav.team.acts import driven
+from safenav.team.apply import done, stands
+from safenav.team.floor import Floor, Joint
+from safenav.team.known import charged, floor_now
+from safenav.team.state import State
+from safenav.team.team import Member, Team, hearing
+
+Answer = Found | Deadlock | Unserved | None
+"""Answer to the question for a plan; None: the search took too long."""
+
+
+class Planning(Struct, frozen=True, dict=True):
+    """The decision on a joint plan at one moment. ``found``: the resolutions that are served;
+    ``roles``: those of all robots; ``complete``: whether the mission is complete."""
+
+    team: Team
+    state: State
+    answers: Answers
+    found: Settlement
+    roles: Sequence[Role]
+    complete: bool
+
+    @cached_property
+    def helped(self) -> frozenset[int]:
+        """Obstacles that robots with strategies are to resolve."""
+        return helped(self.team, self.roles)
+
+    @cached_property
+    def out(self) -> list[int]:
+        """Robots out of service."""
+        return [i for i, robot in enumerate(self.state.robots) if not robot.active]
+
+    @cached_property
+    def sharing(self) -> tuple[int, ...]:
+        """Robots that a plan drives now."""
+        return driven(self.team, self.state)
+
+    @cached_property
+    def leaves(self) -> bool:
+        """Whether a plan is in force that leaves all to robots with strategies."""
+        plan = self.state.plan
+        return plan is not None and all(len(plan.ways[i]) < 2 for i in self.sharing)
+
+    def events(self) -> Sequence[now.Event] | ends.End:
+        """Return the plan that the robots need, with what it presumes (empty: they need none), or
+        the end of the run if no plan exists. Raises Pending."""
+        team, state, answers = self.team, self.state, self.answers
+        if not team.sharing:
+            return ()
+        starves, due = self._starves(), self._is_due()
+        returns = any(charged(team, state, i) for i in self.out)  # then a plan follows
+        if returns or not (starves or due) or not self.sharing:
+            return ()
+        floor = floor_now(hearing(team, state.inputs), state)
+        joint = joint_now(state, floor)
+        open_ = {floor.gates[g] for g in self.found.served}
+        if not starves and self._waits(open_):
+            return ()  # robots with strategies are still to resolve them
+        alone = self.helped.difference(self.roles[i].helps for i in self.sharing)
+        idle = open_ <= alone
+        if not starves and idle and floor.completed(joint, frozenset(), self.sharing):
+            return self._rounds(floor, joint) if not (self.complete or open_) else ()
+        floor, better = self._with_helpers(floor), blind(state) and not due
+        answer = answers.plan(floor, joint, self.found.served, state, better=better)
+        if floor.team is not team and not isinstance(answer, Found):  # impossible with any inputs
+            floor = replace(floor, team=team, graphs=floor_now(team, state).graphs)
+            joint = joint_now(state, floor)
+            if idle and floor.completed(joint, frozenset(), self.sharing):
+                return ()
+            answer = answers.plan(floor, joint, self.found.served, state, better=better)
+        answers.examined = len(state.over)
+        if better and not isinstance(answer, Found):
+            answers.kept = state.plan
+            return ()  # the team keeps its plan
+        return self._decided(self._otherwise(answer, floor, joint), floor)
+
+    def _starves(self) -> bool:
+        """Return whether robots would lose rounds or charge by the plan in force."""
+        state, answers = self.state, self.answers
+        if self.complete:
+            return False
+        if self.team.charged and blind(state) and len(state.over) > answers.examined:
+            return True
+        kept = state.plan is not None and state.plan is answers.kept
+        return not kept and starving(self.team, state)
+
+    def _is_due(self) -> bool:
+        """Return whether no plan is in force, or it has ended or cannot continue."""
+        state, sharing = self.state, self.team.sharing
+        if state.plan is None:
+            return True
+        acts = any(state.robots[i].acting is not None for i in sharing)
+        return (at_end(state, sharing) and not acts) or stuck(self.team, state, self.helped)
+
+    def _waits(self, open_: Collection[int]) -> bool:
+        """Return whether the plan in force waits for robots with strategies to resolve these."""
+        for_others = {*open_} if self.leaves else self.helped
+        foreseen = frozenset[int]() if self.state.plan is None else self.state.plan.foreseen
+        return bool(self.helped.intersection(open_)) and {*open_} <= foreseen & for_others
+
+    def _rounds(self, floor: Floor, joint: Joint) -> Sequence[now.Event]:
+        """Return a plan of further rounds while others have work, if robots have deadlines."""
+        members = self.team.members
+        timed = [i for i in self.sharing if _is_timed(members[i], joint.poses[i])]
+        if not timed:
+            return ()
+        more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
+        floor = replace(floor, robots=self.sharing, rounds=(more,) * len(members))
+        plan = self.answers.more(floor, joint, self.state)
+        return () if plan is None else (now.Planned(plan),)
+
+    def _with_helpers(self, floor: Floor) -> Floor:
+        """Return the floor with the robots that help now."""
+        duties = self.found.duties
+        helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
+        floor = replace(floor, helping=tuple(helping.items())) if helping else floor
+        if not self.leaves:
+            return floor
+        # The plan left all to robots with strategies: only their chosen helpers act.
+        others = [(i, role) for i, role in enumerate(self.roles) if i not in self.sharing]
+        only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
+        return replace(floor, barred=floor.barred | only)
+
+    def _otherwise(self, answer: Answer, floor: Floor, joint: Joint) -> Answer:
+        """Return the answer to a smaller question if this one is none, or is negative."""
+        state, answers, served = self.state, self.answers, self.found.served
+        brings = replace(floor, rounds=(0,) * len(self.team.members))
+        if answer is None and served:
+            # The search took too long. The mission may not need requests of robots; an order may
+            # be served before the rounds, which its resolution restarts.
+            if all(state.obstacles[floor.gates[g]].asked for g in served):
+                without = answers.plan(floor, joint, (), state)
+                answer = Unserved(served) if isinstance(without, Found) else None
+            elif isinstance(first := answers.plan(brings, joint, served, state), Found):
+                answer = replace(first, plan=replace(first.plan, part=True))
+        empty = tuple(g for g in served if g in floor.flat.values())
+        for gates in dict.fromkeys((served, empty)) if self.out else ():
+            # Robots out of service are in the way of rounds, but perhaps not of requests; those
+            # that get a battery return.
+            left = answer.gates if isinstance(answer, Unserved) else ()
+            if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):
+                brought = answers.plan(beyond(brings, gates), joint, gates, state)
+                rest = {*gates}.difference(brought.gates) if isinstance(brought, Unserved) else ()
+                if rest:  # the others perhaps when the robots of these have returned
+                    some = tuple(sorted(rest))
+                    brought = answers.plan(beyond(brings, some), joint, some, state)
+                answer = brought if isinstance(brought, Found) else answer
+        return answer
+
+    def _decided(self, answer: Answer, floor: Floor) -> Sequence[now.Event] | ends.End:
+        """Return what follows from an answer."""
+        team, state, gone = self.team, self.state, self.out
+        match answer:
+            case Found(plan, turned):
+                return (*(now.Turned(i, memory) for i, memory in turned), now.Planned(plan))
+            case Unserved(gates):
+                return (now.SetAside(tuple(floor.gates[g] for g in gates)),)
+            case Deadlock():
+                end = ends.deadlocked(team, state, answer)
+                return ends.without(team, state, gone) if gone else end  # they may be in the way
+            case None:
+                why = "search budget exhausted while planning a joint plan; no verdict"
+                gone = [i for i in gone if not (done(team, state, i) and stands(team, state, i))]
+                end = ends.End("search_limit", why)
+                return ends.without(team, state, gone, why) if gone else end
+
+
+def helped(team: Team, roles: Sequence[Role]) -> frozenset[int]:
+    """Return the obstacles that robots with strategies are to resolve."""
+    helps = (roles[i].helps for i in team.lone)
+    return frozenset(k for k in helps if k is not None)
+
+
+def beyond(floor: Floor, gates: Collection[int]) -> Floor:
+    """Return the floor on which robots may end before obstacles other than these gates, which the
+    team resolves with the robots that return to service."""
+    closed = [floor.gate(g).region for g in range(len(floor.gates)) if g not in gates]
+    pairs = zip(floor.graphs, floor.away, strict=True)
+    return replace(floor, away=tuple(away | graph.on(closed) for graph, away in pairs))
+
+
+def _is_timed(member: Member, pose: int) -> bool:
+    """Return whether a robot that has completed the mission has to move for the deadlines of its
+    next rounds."""
+    stays = member.pursuit.settles or all(target >> pose & 1 for target in member.targets)
+    return member.robot.within is not None and not stays
