@@ -1,4 +1,4 @@
-"""The joint plan of a team: when its robots need one, and what is asked if that has no answer."""
+"""The joint plan of a team: when its robots need one, which questions lead to it."""
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
