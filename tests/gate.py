@@ -60,14 +60,11 @@ OTHERS: dict[type[ast.AST], type[ast.AST]] = {
 """Operators, each with the one that takes its place."""
 UNCHANGED = (ast.JoinedStr, ast.pattern, ast.arguments)
 TYPES = ("annotation", "returns")
-"""Nodes and fields in which nothing changes: texts, patterns, parameters, types; neither do the
-keywords of a class."""
-
+"""Nodes and fields in which nothing changes, like in the keywords of a class."""
 
 RECORD = ROOT / "build" / "gate"
 """What a record consists of: which test has run which lines, and how long each test takes."""
-TEST = "SAFENAV_GATE_TEST"
-"""The environment variable with the label of the test that runs."""
+TEST = "SAFENAV_GATE_TEST"  # the environment variable with the label of the test that runs
 SETTINGS = """[run]
 parallel = true
 data_file = {}/data
@@ -76,8 +73,7 @@ context = ${{{}-}}
 patch = _exit
 disable_warnings = no-data-collected, module-not-imported, module-not-measured, already-imported
 """
-FIRST = 20
-"""Tests of the first round: nearly all errors are found by one of them."""
+FIRST = 20  # tests of the first round, which find nearly all errors
 
 
 class Mutant(NamedTuple):
@@ -122,9 +118,9 @@ def changed(node: ast.AST) -> ast.AST | None:
             return ast.Constant(value + 1)
         case ast.Call(ast.Name("isinstance" | "max" | "min")):
             return None  # a crash, or no error
-        case ast.Call(func, [first, second, *rest], keywords):
-            if ast.dump(first) == ast.dump(second):
-                return None
+        case ast.Call(func, [first, second, *rest], keywords) if ast.dump(first) != ast.dump(
+            second
+        ):
             return ast.Call(func, [second, first, *rest], keywords)
         case ast.AugAssign() | ast.Expr(ast.Call()):
             return ast.Pass()

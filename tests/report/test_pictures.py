@@ -9,10 +9,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from once import ROOT, SCENARIOS
+from once import SCENARIOS
 from report.runs import own, picture_of, run_of
 from safenav.report.picture.scene import svg_of
-from safenav.report.picture.svg import GLYPHS, text_width
+from safenav.report.picture.svg import FONTS, GLYPHS, text_width
 from safenav.run.values import StoryKind
 from warm import safenav
 
@@ -22,7 +22,6 @@ pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py
 from PIL import Image  # noqa: E402
 
 SVG = "{http://www.w3.org/2000/svg}"
-FONTS = ROOT / "safenav" / "report" / "picture" / "fonts"
 BLUE, ORANGE = "#0072B2", "#E69F00"
 Box = tuple[float, float, float, float]
 

@@ -79,12 +79,11 @@ def test_pictures_that_are_too_large_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "resvg_py", None)
+    for name in ("resvg_py", "mcap.writer", "PIL"):
+        monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(UsageError, match="resvg-py>="):
         png_of("<svg/>")
-    monkeypatch.setitem(sys.modules, "mcap.writer", None)
     with pytest.raises(UsageError, match="mcap"):
         write_mcap(tmp_path / "x.mcap", ())
-    monkeypatch.setitem(sys.modules, "PIL", None)
     with pytest.raises(UsageError, match="pillow"):
         Film(run_of("door")).write_gif(tmp_path / "x.gif")
