@@ -273,7 +273,6 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--at-once", type=int, default=1)
-    parser.add_argument("--patience", type=float, default=600, help="seconds for a test")
     parser.add_argument("--seconds", type=float, default=300, help="for all recorded tests")
     asked = parser.parse_args()
     if asked.record:
@@ -287,7 +286,7 @@ def main() -> int:
     tests = [running(mutant) for mutant in drawn]
     rounds = [folders if asked.folders else [own[:FIRST], own[FIRST:]] for own in tests]
     with ThreadPoolExecutor(asked.at_once) as pool:
-        kills = [*pool.map(killer, drawn, rounds, repeat(asked.patience))]
+        kills = [*pool.map(killer, drawn, rounds, repeat(600.0))]
     print(f"{sum(map(bool, kills))} of {len(kills)} killed")
     return int(sum(map(bool, kills)) < 0.85 * len(kills))
 

@@ -219,13 +219,14 @@ def judge_trace(mission: Mission, trace: Sequence[Line]) -> str:
 def told_by_signals(trace: Sequence[Line]) -> list[str]:
     """With signals a team is synthesized once; and robots for which the known map has changed, or
     that are elsewhere than their strategies say."""
-    blocked: set[str] = set()  # with a new permanent obstacle since their last strategy
-    found = []
+    blocked, found = set[str](), list[str]()  # robots whose strategies no longer suffice
     for line in trace:
         if line["type"] == "blocked":
             blocked.update(line["robots"])
         elif line["type"] == "violation" or line.get("result", "arrived") != "arrived":
             blocked.add(line["robot"])  # its next target may be behind the obstacle
+        elif line.get("by") == "stay":
+            blocked.add(line["robot"])  # it has left its strategy to act
         elif line["type"] == "resumed":  # robots may have been interrupted in their steps
             blocked.update(robot["name"] for robot in trace[0]["scenario"]["robots"])
         if line["type"] != "synthesis" or line["tick"] == 0 or line["verdict"] != "realizable":
