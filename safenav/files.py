@@ -81,7 +81,7 @@ def json_flaw(error: Exception) -> str:
     """Return the reason why a text is not JSON, and the position."""
     if isinstance(error, json.JSONDecodeError):
         line = f"line {error.lineno}, " if error.lineno > 1 else ""
-        return f"{error.msg} at {line}column {error.colno}"
+        return f"{error.msg.removesuffix(' at')} at {line}column {error.colno}"
     if isinstance(error, UnicodeDecodeError):
         return f"byte {error.start} is not UTF-8"
     return "too deeply nested" if isinstance(error, RecursionError) else str(error)
@@ -104,7 +104,7 @@ PICTURE = "picture"
 ROS_MAP = "map of ROS map_server"
 _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     "specification": (
-        (rf"\A(?:\s|#[^\n]*\n)*{_SECTION}",),
+        (rf"\A(?:\s|#[^\n]*\n)*{_SECTION}|\n\[(?:SYS|ENV)_[A-Z]+\]",),
         "its strategy: safenav synth {0}; why not: safenav explain",
     ),
     "motion file": (
@@ -153,7 +153,7 @@ def kind_of(text: str) -> str | None:
 
 ADVICE = (
     "a scenario is YAML ('safenav new FILE' writes one); 'check' also reads traces and motions "
-    "(.jsonl) and bundles, and 'synth' reads specifications of slugs, LTLMoP and TuLiP"
+    "(.jsonl) and bundles, and 'synth' reads structuredslugs and slugsin files, also of LTLMoP"
 )
 """The hint for a file of a kind that safenav does not read."""
 

@@ -12,6 +12,7 @@ from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.files import printable, write_out
 from safenav.report.terminal.layout import echo_lines
+from safenav.trace.words import counted
 
 if TYPE_CHECKING:
     from safenav.batch.search import FoundCases
@@ -83,7 +84,9 @@ def batch(
     err = as_json or str(junit) == "-"
     echo_lines(summary(report), err=err)
     if report.left and out is not None:
-        click.echo(f"to continue, repeat with --resume ({report.left} cases left)", err=True)
+        click.echo(
+            f"to continue, repeat with --resume (left: {counted(report.left, 'case')})", err=True
+        )
     if report.interrupted:
         return ExitCode.INTERRUPTED
     return options.code_of(report.as_expected)

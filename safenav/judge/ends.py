@@ -48,7 +48,7 @@ def time(e: Line, s: State) -> Iterator[str]:
     """Ticks and seconds never decrease, each tick of a live run has its second, and nothing follows
     the outcome."""
     if s.ended is not None:
-        yield f"a {e.kind} line after the outcome"
+        yield f"a line after the outcome: {e.kind}"
     if e.tick < s.tick:
         yield f"tick {e.tick} follows tick {s.tick}"
     if s.live and e.t is None and e.kind != "header":

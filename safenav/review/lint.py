@@ -1,14 +1,14 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
 They concern an obstacle that blocks no robot; a robot larger than a region, or without room to turn
-there; chargers without batteries; a literal patrol that a joint plan drives; a misspelt layer.
+there; keys without effect; a literal patrol that a joint plan drives; a misspelt layer.
 """
 
 from collections.abc import Iterator, Mapping
 from math import floor
 
 from safenav.pace.robot import Figures, least_side
-from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.model import Clock, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 from safenav.team.team import team_of
@@ -22,8 +22,11 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     found = [*scenario.map.notes, *_misnamed(scenario)]
     for obstacle in scenario.obstacles:
         found += _unnoticed(obstacle, scenario)
-    if scenario.chargers and all(robot.model.battery is None for robot in scenario.robots):
-        found.append("'chargers' has no effect: no robot has a battery")
+    if all(robot.model.battery is None for robot in scenario.robots):
+        given = {"chargers": scenario.chargers, "flat": scenario.flat}
+        found += [f"'{key}' has no effect: no robot has a battery" for key in given if given[key]]
+    if scenario.clock is Clock.LIVE and scenario.expect.ticks is not None:
+        found.append("'ticks' of expect has no effect in a live run, which has no ticks")
     found += [*oversized(scenario), *cramped(scenario), *_alternating(scenario)]
     return tuple(dict.fromkeys(found))
 

@@ -111,7 +111,7 @@ class Wording(Struct, frozen=True):
                 return f"the action of {line.robot} ends ({', '.join(ends)})"
             case records.Inputs():
                 on = sorted(name for name, value in line.values.items() if value)
-                return f"inputs: {' and '.join(on) or 'none'} on"
+                return f"inputs: {' and '.join(on)} on" if on else "inputs: all off"
             case records.Plan():
                 reason = _OBSTACLE.sub(lambda found: self.obstacle(found[0]), line.reason)
                 count, whole = len(line.robots), "all " * (len(line.robots) == len(self.skills))
