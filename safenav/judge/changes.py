@@ -9,8 +9,8 @@ from safenav.judge.state import State
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """An obstacle that the header does not list has no end or deadline of its own; in a simulated
-    world it has appeared before it is discovered. Types with one name are equal."""
+    """An unlisted obstacle has no end or deadline of its own; in a simulated world it has appeared
+    before it is discovered. Types with one name are equal."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind:
         yield f"the scenario has another type {kind.name}"
@@ -27,8 +27,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
     when obstacles appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
-        new = e.cause == "user" and one.since == e.tick
-        if not one.open or one.blocks or not (one.ordered or s.external or new):
+        if not one.open or one.blocks or not one.ordered:
             yield f"{one.name} is not an order of the scenario"
         return
     if e.cause == "world" and not s.external:
@@ -79,6 +78,10 @@ def changes(e: Line, s: State) -> Iterator[str]:
     found += [one for one in s.scenario.changes if one.at == s.now(e) and e.kind == "service"]
     if e.cause == "scenario" and not any(applies(one, e, s) for one in found):
         yield f"not the next change of {e.robot} that the scenario lists by {s.now(e):g}"
+    elif e.cause == "scenario" and e.kind == "service":
+        each = (one for one in s.scenario.changes if one.robot == e.robot and one.at <= s.now(e))
+        if s.told.get((e.robot, e.active), 0) >= sum(one.active is e.active for one in each):
+            yield f"the scenario changes the service of {e.robot} less often"
     elif e.cause == "input":
         within = None if s.away(e.robot) else robot.data.within
         if e.objective != _by_inputs(e.robot, s) or e.within != within:
@@ -243,14 +246,18 @@ def memory(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} continues with target {min(turns)}, not {max(stated.values())}"
 
 
-@rule("duty", "synthesis", "objective")
+@rule("duty", "synthesis", "objective", "move", "depart")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while the team knows an unresolved obstacle
     that the robot has encountered, that needs its action, or that represents its empty battery. Its
     strategy pursues the present objective."""
-    every = [x for x in s.obstacles.values() if x.open and x.known]
-    busy = frozenset[str]().union(*(x.asked.union(*(n.able for n in x.needs)) for x in every))
-    busy |= {s.flat[x.name] for x in every if x.name in s.flat}
+    if e.kind in ("move", "depart"):
+        robot = s.robots[e.robot]
+        idle = robot.given.serves(robot.own) or robot.out or s.waits
+        if not idle and e.robot not in _busy(s, given_up=False):
+            yield f"{e.robot} keeps another objective, but nothing is to be resolved"
+        return
+    busy = _busy(s, given_up=True)
     others = [n for n, one in (e.objectives or {}).items() if not one.serves(s.robots[n].own)]
     if e.at_once is False and s.robots[e.robot].given.serves(s.robots[e.robot].own):
         others.append(e.robot)
@@ -260,3 +267,11 @@ def duties(e: Line, s: State) -> Iterator[str]:
     begins = e.kind == "synthesis" and e.node is not None and e.places is None
     if begins and not e.objective.serves(s.robots[e.robot].given):
         yield f"{e.robot} has a strategy for an objective that it does not have"
+
+
+def _busy(s: State, *, given_up: bool) -> frozenset[str]:
+    """Return the robots that have encountered an unresolved obstacle, have an action that it needs,
+    or are without charge."""
+    every = [x for x in s.obstacles.values() if x.open and x.known and (given_up or not x.shut)]
+    flat = {s.flat[x.name] for x in every if x.name in s.flat}
+    return frozenset(flat).union(*(x.asked.union(*(n.able for n in x.needs)) for x in every))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from safenav.judge.changes import later_change, listed_times, unread
 from safenav.judge.lines import Line
-from safenav.judge.proofs.bounds import lost_problems, refused_problems
+from safenav.judge.proofs.bounds import bound_problems, refused_problems
 from safenav.judge.proofs.negatives import negative_problems, shut_problems
 from safenav.judge.rules import NotJudged, rule
 from safenav.judge.state import Robot, State
@@ -88,6 +88,12 @@ def goal(e: Line, s: State) -> Iterator[str]:
     elif not e.duty:
         if robot.again(e, s.live) and own.kind != "cover":
             yield f"{e.robot} counts goal {e.goal} twice for one step"
+        after = robot.progress.after(own, e.goal)
+        passes = own.strict or after.ended(own)
+        if own.in_turn and after is robot.progress and not passes:
+            yield f"target {e.goal} of {e.robot} is out of turn"
+        elif not (own.settles or robot.again(e, s.live)) and e.round != after.rounds(own, e.tick):
+            yield f"{e.robot} has completed {after.rounds(own, e.tick)} rounds, not {e.round}"
         most = robot.progress.rounds(own, e.tick) + 1
         if not (s.live and own.settles) and e.round > most:
             yield f"{e.robot} has completed at most {most} rounds, not {e.round}"
@@ -104,8 +110,8 @@ def deadline(e: Line, s: State) -> Iterator[str]:
         yield f"{e.of} has no deadline"
     elif e.due != due and e.verdict != "excused":
         yield f"{e.of} is due in {'no tick' if due is None else f'tick {due}'}, not {e.due}"
-    elif e.verdict == "lost":
-        yield from _proven(lost_problems(e, s))
+    elif e.verdict in ("lost", "set"):
+        yield from _proven(bound_problems(e, s))
     elif e.verdict == "excused" and not _is_excused(e.of, s):
         yield f"{e.of} is still due"
     elif e.verdict == "late" and e.of in s.robots and _is_excused(e.of, s):
@@ -144,10 +150,10 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
-    """In a completed run each objective has been met as often as required since the last
-    resolution, robots with a last target are there, and no cause of failure is stated. In a live
-    run the stated rounds of a stay at a last target are accepted. A run ends at a limit exactly
-    when it reaches that."""
+    """In a completed run each objective has been met as often as required since the last resolution
+    and robots with a last target are there. Only a run that needs an operator states a cause. In a
+    live run the stated rounds of a stay at a last target are accepted. A run ends at a limit
+    exactly when it reaches that."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
         rounds = _rounds(name, e, s)
@@ -157,9 +163,18 @@ def end(e: Line, s: State) -> Iterator[str]:
         done, exact = e.outcome == "completed", not (s.live or robot.own.settles)
         if stated > rounds or (done and exact and stated < rounds):
             yield f"{name} has {rounds} rounds, not {stated}"
-    if e.outcome == "completed" and (e.cause or e.proof or e.unrealizable):
-        yield "a completed run has a cause of failure"
-    if not s.live and e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
+    if (e.cause or e.proof) and e.outcome != "operator_needed":
+        yield f"a {e.outcome} run has no cause of failure"
+    elif e.proof and e.cause != "deadlock":
+        yield f"{e.cause} has no proof"
+    stated = {*(e.unrealizable or {}).items()}
+    if stated and e.outcome not in ("operator_needed", "unrealizable"):
+        yield f"a {e.outcome} run lists no robots as unrealizable"
+    for name, _ in sorted(stated - s.unrealizable):
+        yield f"no synthesis of {name} has failed"
+    if e.makespan is not None and not s.external and e.makespan != s.worked:
+        yield f"the last command ends at {s.worked:g} s, not {e.makespan:g} s"
+    if e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
         yield f"the run ends in tick {e.tick}, not {e.ticks}"
     if e.outcome == "tick_limit" and (s.live or e.tick != s.limit):
         yield f"the limit of {s.limit} ticks is not reached"
@@ -169,7 +184,7 @@ def end(e: Line, s: State) -> Iterator[str]:
     if (s.time if s.live else s.tick) > s.limit and not (s.live and s.external):
         yield f"the limit is {s.limit:g} {'s' if s.live else 'ticks'}"
     if e.outcome == "unrealizable":
-        failed = [name for name, spec in (e.unrealizable or {}).items() if (name, spec) in s.failed]
+        failed = [name for name, spec in stated if (name, spec) in s.failed]
         if s.moves:
             yield "unrealizable is for runs that never begin, but robots have moved"
         elif not (failed or e.refused):
@@ -269,8 +284,10 @@ def permanence(e: Line, s: State) -> Iterator[str]:
     robot can ever resolve it."""
     one = s.obstacles[e.obstacle]
     if e.kind == "reopened":
-        if not one.shut or one.resolved:
+        if not one.shut or one.resolved or one.declared:
             yield f"{one.name} is reopened, but was not given up"
+    elif not (one.there and one.known):
+        yield f"{one.name} is not known to be there"
     elif e.robots != one.blocks:
         yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
     elif e.reason == "untraversable" and not (one.resolved and one.shut):

@@ -18,6 +18,7 @@ def after(e: Line, s: State) -> None:
     if e.tick > s.tick:
         s.missed |= s.overdue(e.tick)
     s.tick, s.time = e.tick, s.time if e.t is None else e.t
+    s.worked = s.time if e.kind in ("arrive", "acted") else s.worked
     by_hand = e.cause in ("user", "world") and e.kind != "order"
     s.hands += bool(by_hand or e.user or e.kind == "operator")
     if e.robot is not None:
@@ -36,7 +37,10 @@ def after(e: Line, s: State) -> None:
             # In lockstep, the next move of a robot hears them.
             for robot in s.robots.values() if s.live else ():
                 robot.hear(s.inputs)
+        case "waiting":
+            s.waits = e.outcome == "operator_needed"
         case "duty":
+            s.waits = False
             for name, objective in e.objectives.items():
                 s.robots[name].given = objective
         case "deadline" if e.verdict == "kept" and e.of == "mission":
@@ -93,6 +97,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             if s.live or e.cause != "battery":  # in lockstep a tick's changes follow
                 _find_changes(e, s)
             robot.out = not e.active
+            if e.cause == "scenario":
+                s.told[e.robot, e.active] = s.told.get((e.robot, e.active), 0) + 1
             s.drained.discard(robot.name)
             robot.progress.stayed += s.live and robot.stays
             if e.active:
@@ -105,6 +111,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 _fill(e, robot, s)
         case "synthesis":
             if e.verdict == "unrealizable":
+                s.unrealizable.add((e.robot, e.spec))
                 if e.objective == robot.own and not (robot.own.literal and e.form == "alternation"):
                     s.failed[e.robot, e.spec] = e.memory or {}
             elif e.node is not None:
@@ -203,21 +210,13 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
         return
     if robot.memories is not None:
         robot.memories = meeting(e, robot, s.live)
-    rounds = progress.rounds(own, e.tick)
-    if not own.ordered:
-        progress.seen |= 1 << e.goal
-        if progress.seen + 1 == 1 << own.count:
-            progress.goals, progress.seen = progress.goals + 1, 0
-    elif e.goal == (progress.turn or 0) or (own.strict and not progress.goals):
-        progress.goals, progress.turn = progress.goals + 1, e.goal + 1
-        if own.ends:
-            progress.stayed += robot.stays
-        else:
-            progress.turn %= own.count
-    if robot.out and own.settles and (not own.ends or progress.ended(own)):
-        progress.stayed += 1
+    robot.progress = progress.after(own, e.goal)
+    if own.ends and robot.progress is not progress:
+        robot.progress.stayed += robot.stays
+    if robot.out and own.settles and (not own.ends or robot.progress.ended(own)):
+        robot.progress.stayed += 1
     robot.met[e.goal] = e.tick
-    if progress.rounds(own, e.tick) > rounds and not own.settles:
+    if robot.progress.rounds(own, e.tick) > progress.rounds(own, e.tick) and not own.settles:
         s.kept |= {robot.name: s.dues[robot.name]} if robot.name in s.dues else {}
         s.restart(robot)
 
@@ -261,6 +260,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                     one.needs = tuple(n._replace(able=n.able - {name}) for n in one.needs)
                     one.rest = one.rest._replace(left=one.needs)
                 one.known = True
+                _due(e, one, s)
         case "gone":
             one.there = one.known = one.shut = False
             s.dues.pop(one.name, None)

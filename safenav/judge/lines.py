@@ -266,7 +266,7 @@ KINDS = {
         "plan": "robots:place*~ orders:order*",
         "plan_end": "reason:reached|violation|changed",
         "duty": "objectives:objective~",
-        "violation": "robot obstacle",
+        "violation": "robot obstacle at?:count proposed?:count action?",
         "request": "obstacle",
         "discovered": "obstacle:obstacle",
         "appeared": f"obstacle {_CAUSE}|battery",
@@ -290,7 +290,7 @@ KINDS = {
         "checkpoint": "lines:count",
         "waiting": f"outcome:{_AVERTED} {_ENDS} until?:number unrealizable?:str~",
         "outcome": f"outcome:{_AVERTED}|{_ENDED} {_ENDS} rounds:count~ ticks:count"
-        " unrealizable?:str~ late?:str* refused?:least~",
+        " unrealizable?:str~ late?:str* refused?:least~ makespan?:number",
     }.items()
 }
 """The types of facts, which are judged; all other lines are marked as notes, and explain."""

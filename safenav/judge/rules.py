@@ -223,12 +223,16 @@ def service(e: Line, s: State) -> Iterator[str]:
 def charge(e: Line, s: State) -> Iterator[str]:
     """No step exceeds the charge of a robot. In lockstep, a robot whose charge is used up leaves
     service with its `flat` obstacle, at the latest in its turn. Its battery is replaced only when
-    that obstacle is resolved or gone."""
+    that obstacle is resolved or gone; then it returns."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         if e.active and e.cause == "battery" and not robot.filled:
             yield f"the battery of {e.robot} was not replaced"
         return
+    first = not s.live and e.robot == s.names[0]
+    for name in s.names if first and not s.external else ():
+        if s.robots[name].filled and s.robots[name].out:
+            yield f"{name} has a new battery, but is not in service"
     battery, steps = robot.data.battery, e.to != e.start
     if steps and battery and (charge := s.charge(robot, s.now(e))) < battery.move:
         yield f"{e.robot} takes a step with a charge of {charge:g}"
@@ -306,7 +310,7 @@ def encounter(e: Line, s: State) -> Iterator[str]:
     the obstacle is present. Only known obstacles are requested."""
     one = s.obstacles[e.obstacle]
     if e.kind != "violation":
-        if not (one.open and one.known):
+        if not (one.open and one.known) or one.declared:
             yield f"{one.name} is requested, but is not a known open obstacle"
         return
     here, _ = s.robots[e.robot].pose
@@ -315,6 +319,11 @@ def encounter(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} cannot encounter {one.name} from {s.show(here)}"
     elif not one.open and not s.external:
         yield f"{one.name} is absent or resolved"
+    elif not s.external:
+        true = here, one.region, one.rest.left[0].action
+        if any(x not in (None, y) for x, y in zip((e.at, e.proposed, e.action), true, strict=True)):
+            places = f"from {s.show(here)} to {s.show(one.region)}"
+            yield f"{e.robot} finds {one.name} {places}, which needs {true[2]}"
 
 
 @rule("part", "resolved")
@@ -339,6 +348,9 @@ def resolution(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, but is not there"
     elif more := {*(e.robots or ())} - one.party:
         yield f"{', '.join(sorted(more))} took no part in {one.name}"
+    ends = (s.robots[e.robot].acted.results or {}).get(e.obstacle) if s.live and last else None
+    if not s.external and ends and (ends == "untraversable") is not (e.traversable is False):
+        yield f"the action of {e.robot} on {one.name} has another result"
     if last and not s.external and e.traversable != one.truth:
         yield f"the truth of {one.name} is {e.traversable}, but {one.truth} in the scenario"
 
@@ -353,6 +365,8 @@ def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Itera
     there = frozenset(n for n in near if s.external or _may_act(s.robots[n], one, s, knew=knew))
     before = frozenset[str]() if need.together or number > one.stage else one.rest.done
     missing = need.robots - len(before | who)
+    if one.rest.takes() and not (one.known or s.external):
+        yield f"{e.robot} takes a load that the team does not know"
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there - before:
         yield f"{e.robot} cannot {need.action} at {one.name} from {s.show(e.at)}"
     elif others := who - there - before:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import takewhile
 from typing import Any, NamedTuple
@@ -42,6 +42,17 @@ class Progress:
         if not own.count:
             return tick - self.since
         return int(self.goals // own.count) if own.ordered else self.goals
+
+    def after(self, own: Objective, goal: int) -> Progress:
+        """Return the progress after a goal; the same if that is out of turn."""
+        if not own.ordered:
+            seen = self.seen | 1 << goal
+            whole = seen + 1 == 1 << own.count
+            return replace(self, goals=self.goals + whole, seen=0 if whole else seen)
+        if goal != (self.turn or 0) and not (own.strict and not self.goals):
+            return self
+        turn = goal + 1 if own.ends else (goal + 1) % own.count
+        return replace(self, goals=self.goals + 1, turn=turn)
 
     def ended(self, own: Objective) -> bool:
         return own.ends and self.turn == own.count
@@ -304,6 +315,7 @@ class State:
         self.show = self.world.show
         self.cells: tuple[frozenset[int], ...] = header.cells or ()
         self.tick, self.time = 0, 0.0
+        self.worked = 0.0  # live: the end of the last command
         self.limit = (h.limits.seconds or h.limits.ticks * SLOWEST) if self.live else h.limits.ticks
         self.promised: int | None = None
         self.over: int | None = None
@@ -331,10 +343,13 @@ class State:
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
+        self.told: dict[tuple[str, bool], int] = {}  # changes of service by the scenario so far
+        self.waits = False  # the team waits, and takes no duty back
         self.restarted = -1  # the tick of the last resolution
         self.served = -1  # the tick of the last change of service
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
+        self.unrealizable: set[tuple[str, str]] = set()  # robots and their specifications
         self.ended: str | None = None
         self.zones = [(zone.robots, zone.regions) for zone in h.never_together]
         self.rivals, self.mates = dict[str, list[str]](), dict[str, list[str]]()

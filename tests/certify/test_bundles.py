@@ -56,14 +56,14 @@ def test_the_outcome_of_a_run_is_proven(name: str, words: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["never resolvable", "deadlock"])
-def test_no_claim_covers_an_unrealizable_robot_without_a_counterstrategy(
+def test_an_unrealizable_robot_without_a_failed_synthesis_is_refused(
     name: str, tmp_path: Path
 ) -> None:
     files = files_of(shipped(name))
     lines = lines_of(files)
     lines[-1]["unrealizable"] = {"a": "0" * 64}
     status, said = judged(rewrite(with_lines(files, lines), tmp_path / "bundle"))
-    assert status == 0 and "no strategy" not in said, said
+    assert status == 1 and "no synthesis of a has failed" in said, said
 
 
 def test_a_bundle_makes_no_claim_about_a_wait(monkeypatch: pytest.MonkeyPatch) -> None:

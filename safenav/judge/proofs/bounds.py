@@ -206,8 +206,9 @@ def mission(bound: Bound, tick: int) -> int:
     return max(ends)
 
 
-def lost_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why a deadline of the scenario may still be met. Raises TooLargeError."""
+def bound_problems(e: Line, s: State) -> Iterator[str]:
+    """Yield why a lost deadline may still be met, or may be met before its stated ``earliest``
+    tick. Raises TooLargeError."""
     bound = Bound(s, e.tick)
     if e.of == "mission":
         least = mission(bound, e.tick)
@@ -222,7 +223,7 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
         least = min(bound.round(e.of, one) for one in _left(robot, done + 1, e.tick))
     else:
         least = bound.resolution(e.of)
-    if least <= e.due:
+    if e.verdict == "lost" and least <= e.due:
         yield f"{e.of} is recorded as lost, but may be in time in tick {least}"
     elif e.earliest is not None and e.earliest > least:
         yield f"{e.of} is possible from tick {least} on, not {e.earliest}"

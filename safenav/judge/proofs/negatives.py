@@ -222,8 +222,11 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why an `operator_needed` is not proven. Raises TooLargeError."""
     if e.cause == "out_of_service":
         yield from _out_of_service_problems(s)
-    elif unread := _unread(s):
+        return
+    if unread := _unread(s):
         yield NotJudged(f"why an operator is needed: too many memory values of {unread}")
+    elif any(r.out for r in s.robots.values()) and (e.proof or not is_hopeless(case_of(s))):
+        yield f"the stated cause is {e.cause}, but only robots out of service are missing"
     elif e.proof is not None:
         yield from _deadlock_problems(e, s)
     elif not is_hopeless(case := case_now(s)):
