@@ -4,7 +4,7 @@ Searches count steps; among their plans, the fastest is chosen.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain, combinations, pairwise
+from itertools import chain, combinations, pairwise, product
 from math import inf
 from typing import NamedTuple
 
@@ -169,17 +169,18 @@ def _disturbed(
 
 
 def earlier(course: Course) -> Course:
-    """Return a faster execution with the same end and stops, in which all robots in turn, or else
-    one of them, follow their earliest routes; the given one if none is faster."""
+    """Return a faster execution with the same end, in which all robots in turn, or else one of
+    them, follow their earliest routes: in lockstep without stops if the charges suffice, else with
+    the same stops. Return the given one if none is faster."""
     for _ in range(REPEATS):
-        order = sorted(course.floor.robots, key=lambda i: -course.arrives[i][-1])
-        for group in (order, *([i] for i in order)):
-            ways = _rerouted(course.floor, course.states, group, course)
+        before, order = course, sorted(course.floor.robots, key=lambda i: -course.arrives[i][-1])
+        groups = (order, *([i] for i in order))
+        for group, stops in product(groups, (True,) if course.floor.team.live else (False, True)):
+            ways = _rerouted(course.floor, course.states, group, course, stops=stops)
             found = None if ways is None else _recharged(course, ways)
             if found is not None and found.cost < course.cost:
                 course = found
-                break
-        else:
+        if course is before:
             break
     return course
 
@@ -207,16 +208,17 @@ def _rerouted(
     course: Course | None = None,
     *,
     vain: bool = True,
+    stops: bool = True,
 ) -> list[list[int]] | None:
     """Return the poses of each robot by tick if these, one after the other, follow their earliest
-    routes, with the stops of a ``course``; None if nothing changes."""
+    routes, with the ``stops`` of a ``course``; None if nothing changes."""
     ways, changed = _ways(best), False
     shared: dict[frozenset[int], list[Mask]] = {}
     size = floor.team.size
     for i in who:
         if any(behind is not None for *_, behind in floor.inside[i]):
             continue  # the robot leaves an obstacle only the way it came
-        way = _earliest(floor, best, ways, i, shared, course, vain=vain)
+        way = _earliest(floor, best, ways, i, shared, course, vain=vain, stops=stops)
         if way is not None and _pays(way, ways[i]):
             crowd = floor.team.crowds[i]
             if crowd is not None and (masks := shared.get(crowd)) is not None:
@@ -294,14 +296,15 @@ def _earliest(
     course: Course | None = None,
     *,
     vain: bool,
+    stops: bool = True,
 ) -> list[int] | None:
     """Return the poses of a robot by tick on its earliest path through all places where it counts
     or acts in ``ticks``, around the paths of other robots (without ``shared``: as if it were
-    alone); with the stops and the last pose of a ``course``. ``vain``: see ``_faster``. None if
+    alone); with the last pose and the ``stops`` of a ``course``. ``vain``: see ``_faster``. None if
     there is none."""
     graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
-    stops = {} if course is None else course.stops(i)
-    vias, rivals = _vias(floor, ticks, i, stops, vain=vain), floor.team.members[i].rivals
+    places = course.stops(i) if course is not None and stops else {}
+    vias, rivals = _vias(floor, ticks, i, places, vain=vain), floor.team.members[i].rivals
     if last * (len(vias) + 1) > MOST_CELLS:
         return None
     crowd = floor.team.crowds[i]
@@ -394,9 +397,14 @@ def _vias(
         if joint.stages != before.stages:
             for g in floor.open(before.stages):
                 need = floor.need(g, before.stages)
-                acts = joint.stages[g] != before.stages[g] and i in floor.able(g, before.stages)
-                if acts and need.regions >> joint.poses[i] % size & 1:
-                    found.append((graph.poses_on(need.regions), since, False))
+                there = floor.there(g, before.stages, [pose % size for pose in joint.poses])
+                if joint.stages[g] != before.stages[g] and i in there:
+                    others, least = {*there} - {i} if need.together else (), t
+                    while least > since and all(
+                        need.regions >> ticks[least - 1].poses[j] % size & 1 for j in others
+                    ):
+                        least -= 1  # the robot has to be there with all others
+                    found.append((graph.poses_on(need.regions), least, False))
             if len(floor.open(joint.stages)) != len(floor.open(before.stages)):
                 since = t
         if (
