@@ -286,7 +286,7 @@ def permanence(e: Line, s: State) -> Iterator[str]:
     if e.kind == "reopened":
         if not one.shut or one.resolved or one.declared:
             yield f"{one.name} is reopened, but was not given up"
-    elif not (one.there and one.known):
+    elif not (one.there and (one.known or one.declared)):
         yield f"{one.name} is not known to be there"
     elif e.robots != one.blocks:
         yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
