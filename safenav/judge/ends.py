@@ -290,9 +290,11 @@ def permanence(e: Line, s: State) -> Iterator[str]:
         yield f"{one.name} is not known to be there"
     elif e.robots != one.blocks:
         yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
+    elif one.declared:
+        return  # whatever the reason
     elif e.reason == "untraversable" and not (one.resolved and one.shut):
         yield f"{one.name} was not found untraversable"
-    elif e.reason == "operator" and not one.declared:
+    elif e.reason == "operator":
         yield f"no operator has declared {one.name} permanent"
     elif e.reason == "no_capable_robot" and not one.short:
         yield f"enough robots have the actions that {one.name} needs"

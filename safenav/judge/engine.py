@@ -232,7 +232,9 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             _due(e, one, s)
         case "request":
             _due(e, one, s)
-            one.shut = one.shut and one.resolved  # the team tries a given-up obstacle again
+            one.shut = one.shut and (
+                one.resolved or one.declared
+            )  # the team tries a given-up obstacle again
         case "appeared":
             one.begin()
             one.since = -1 if e.cause == "scenario" else e.tick

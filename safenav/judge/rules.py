@@ -310,7 +310,7 @@ def encounter(e: Line, s: State) -> Iterator[str]:
     the obstacle is present. Only known obstacles are requested."""
     one = s.obstacles[e.obstacle]
     if e.kind != "violation":
-        if not (one.open and one.known) or one.declared:
+        if not (one.open and one.known):
             yield f"{one.name} is requested, but is not a known open obstacle"
         return
     here, _ = s.robots[e.robot].pose
