@@ -269,9 +269,8 @@ def negative(e: Line, s: State) -> Iterator[str]:
         if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
         out = any(robot.out and robot.own.settles for robot in s.robots.values())
-        if (
-            not out and next(_unmet(e, s), None) is None
-        ):  # rounds out of service may not have counted
+        # The rounds of a robot out of service may not have counted.
+        if not out and next(_unmet(e, s), None) is None:
             yield "every robot has met its objective: the mission is completed"
         yield from _proven(negative_problems(e, s))
     if e.until is not None and not (e.until in listed_times(s) and e.until > s.now(e)):

@@ -232,9 +232,8 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             _due(e, one, s)
         case "request":
             _due(e, one, s)
-            one.shut = one.shut and (
-                one.resolved or one.declared
-            )  # the team tries a given-up obstacle again
+            # The team tries again what it has given up, not what an operator has declared.
+            one.shut = one.shut and (one.resolved or one.declared)
         case "appeared":
             one.begin()
             one.since = -1 if e.cause == "scenario" else e.tick
