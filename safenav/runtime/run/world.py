@@ -155,7 +155,8 @@ class World:
         """Return the inputs that are on now: an operator's setting, else the world's."""
         names = [each.name for each in run.team.scenario.inputs]
         found = {name: name in run.state.inputs for name in names}
-        found |= protocol.inputs_of(self._inputs if names else None, int(self.commands.now()))
+        world, tick = self._inputs if names else None, int(self.commands.now())
+        found |= protocol.inputs_of(world, names, tick)
         found |= self.operator.inputs
         return frozenset(name for name in names if found[name])
 

@@ -95,7 +95,7 @@ class Lockstep:
         call, kind = f"act({robot.name!r})", list[tuple[Obstacle, bool | None]]
         found = tuple(
             (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
-            for obstacle, truth in protocol.returned(call, lambda: [*self._world.act(robot)], kind)
+            for obstacle, truth in protocol.returned(call, lambda: self._world.act(robot), kind)
         )
         for obstacle, _ in found:
             self._check(call, robot, here.region, obstacle)

@@ -6,11 +6,12 @@ ends the command. So events must be true, and sent after the robot has left all 
 not name (docs/library.md).
 """
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from math import isfinite
 from numbers import Real
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, get_origin
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -19,6 +20,7 @@ from safenav.errors import ExitCode, SafenavError
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.vocabulary import ActResult
+from safenav.trace.words import listed
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mobility, Pose
 
@@ -294,21 +296,28 @@ def asked(call: str, ask: Callable[[], T]) -> T:
 
 
 def returned(call: str, ask: Callable[[], Any], kind: Any) -> Any:
-    """Return the result of a call converted to its type. Raises WorldError, also if that is
-    impossible."""
+    """Return the result of a call converted to its type, a list also from another iterable. Raises
+    WorldError, also if that is impossible."""
     found = asked(call, ask)
+    if get_origin(kind) is list and isinstance(found, Iterable):
+        found = asked(call, lambda: [*found])
     try:
         return fitted(found, kind)
     except ValueError as error:
-        raise wrong(call, f"it returned {found!r}, which {error}") from error
+        expected = re.sub(r"(\w+\.)+", "", str(kind))
+        raise wrong(call, f"it returned {found!r}, which {error}; expected {expected}") from error
 
 
-def inputs_of(world: object, tick: int) -> dict[str, bool]:
+def inputs_of(world: object, names: Collection[str], tick: int) -> dict[str, bool]:
     """Return the inputs that a world sets in a tick. Raises WorldError, also for a value such as
-    "off"."""
+    "off", or a name that is not among ``names``."""
 
     def read() -> dict[str, bool]:
         values = optional(world, "inputs", {})(tick)
+        if not isinstance(values, Mapping):
+            raise TypeError(f"it returned {values!r}, not values of inputs by name")
+        if unknown := values.keys() - {*names}:
+            raise ValueError(f"no input is named {listed(sorted(map(repr, unknown)))}")
         for name, value in values.items():
             if value not in (False, True):
                 raise ValueError(f"{name} is {value!r}, not True or False")
@@ -322,7 +331,7 @@ def changes_of(
 ) -> list[Change]:
     """Return the obstacles that appeared or disappeared by a tick. Raises WorldError."""
     call, changes = f"changes({tick})", optional(world, "changes", ())
-    found: list[Change] = returned(call, lambda: list(changes(tick, occupied)), list[Change])
+    found: list[Change] = returned(call, lambda: changes(tick, occupied), list[Change])
     for change in found:
         obstacle = checked(call, change.obstacle, floor)
         if change.appeared and obstacle.region in occupied and not obstacle.ordered:
