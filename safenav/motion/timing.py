@@ -267,7 +267,9 @@ class _SerialRun:
         """Let robots act on an obstacle where they are, after all earlier activities."""
         begin, team, obstacle = self._since, done.team, done.obstacle
         part = isinstance(record, records.Part) and record.missing
-        results = {} if part else {obstacle.name: ActResult.DONE}
+        shut = isinstance(record, records.Resolved) and record.traversable is False
+        ended = ActResult.UNTRAVERSABLE if shut else ActResult.DONE
+        results = {} if part else {obstacle.name: ended}
         paces = [(self._paces[name], self._at[name]) for name in team]
         end = self._since = begin + acted_by(paces, begin, obstacle.region)
         self._commands += 1
