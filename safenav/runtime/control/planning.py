@@ -37,8 +37,9 @@ class Planning(Struct, frozen=True, dict=True):
 
     @cached_property
     def helped(self) -> frozenset[int]:
-        """Obstacles that robots with strategies are to resolve."""
-        return helped(self.team, self.roles)
+        """Obstacles that robots with strategies are to resolve, and where these do not wait for
+        others that act together with them."""
+        return frozenset(k for k in helped(self.team, self.roles) if not self._is_awaited(k))
 
     @cached_property
     def out(self) -> list[int]:
@@ -55,6 +56,15 @@ class Planning(Struct, frozen=True, dict=True):
         """Whether a plan is in force that leaves all to robots with strategies."""
         plan = self.state.plan
         return plan is not None and all(len(plan.ways[i]) < 2 for i in self.sharing)
+
+    def _is_awaited(self, k: int) -> bool:
+        """Return whether the helpers with strategies all wait in place, for others that act
+        together with them."""
+        need = self.team.obstacles[k].next(self.state.obstacles[k].stage)
+        if need is None or not need.together:
+            return False
+        helpers = (self.state.robots[i] for i in self.team.lone if self.roles[i].helps == k)
+        return all(r.to is None and need.regions >> r.pose % self.team.size & 1 for r in helpers)
 
     def events(self) -> Sequence[now.Event] | ends.End:
         """Return the plan that the robots need, with what it presumes (empty: they need none), or
