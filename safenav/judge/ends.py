@@ -210,17 +210,19 @@ def finished(e: Line, s: State) -> Iterator[str]:
 def _is_finished(s: State) -> bool:
     """Return whether the mission is certainly completed: nothing is to be resolved, or was in this
     tick, and no robot has another objective than its own."""
-    if s.restarted == s.tick or any(one.ordered for one in s.coming):
+    now = Line(tick=s.tick, t=s.time)
+    if s.restarted == s.tick or next(_unmet(now, s), None) is not None:
+        return False
+    if any(one.ordered for one in s.coming):
         return False
     if any(one.open and one.known for one in s.obstacles.values()):
         return False
-    now = Line(tick=s.tick, t=s.time)
     for name, robot in s.robots.items():
         if robot.acts is not None or not robot.given.serves(robot.own):
             return False
         if robot.own.settles and (s.live or _rounds(name, now, s) <= s.scenario.until.rounds):
             return False  # the first tick of a stay may not have counted
-    return next(_unmet(now, s), None) is None
+    return True
 
 
 @rule("move", "depart", "outcome")
@@ -231,23 +233,22 @@ def counted(e: Line, s: State) -> Iterator[str]:
         return
     if e.kind == "outcome" and e.outcome not in (*UNFINISHED, "late", "operator_needed"):
         return
-    for robot in [s.robots[e.robot]] if e.kind == "depart" else s.robots.values():
+    for name in s.arrived & {e.robot} if e.kind == "depart" else sorted(s.arrived):
+        robot = s.robots[name]
         rests = robot.bound is None and robot.acts is None and not (robot.out or robot.lost)
         own = robot.given.serves(robot.own) and not robot.met
-        if robot.arrived and rests and own and (goals := _unrecorded(robot)):
-            yield f"{robot.name} is at its target {goals[0]}, but meets no goal"
+        if rests and own and (goals := _unrecorded(robot)):
+            yield f"{name} is at its target {goals[0]}, but meets no goal"
 
 
 def _unrecorded(robot: Robot) -> list[int]:
     """Return the targets that a robot has met where it is, and that are missing."""
-    own, progress, here = robot.own, robot.progress, robot.pose[0]
+    own, progress = robot.own, robot.progress
     if own.kind in ("hold", "ltl") or progress.ended(own):
         return []
-    if own.ordered:
-        turn = 0 if progress.turn is None and not own.strict else progress.turn
-        return [] if turn is None or here not in own.targets[turn] else [turn]
-    left = (k for k in range(own.count) if not progress.seen >> k & 1)
-    return [k for k in left if here in own.targets[k]]
+    here = (k for k, target in enumerate(own.targets) if robot.pose[0] in target)
+    met = [k for k in here if progress.after(own, k) != progress]
+    return [k for k in met if k == progress.turn] if own.strict else met
 
 
 @rule("assumption", "outcome", "waiting")

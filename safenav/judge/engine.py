@@ -54,7 +54,8 @@ def after(e: Line, s: State) -> None:
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
-    robot.arrived &= e.kind not in ("operator", "objective", "service")
+    if e.kind in ("operator", "objective", "service"):
+        s.arrived.discard(robot.name)
     match e.kind:
         case "move" | "depart" | "arrive":
             _moved(e, robot, s)
@@ -154,9 +155,12 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     else:
         _memories(robot, here)
     robot.turn = e.number if e.kind == "move" else robot.turn
-    for other in s.robots.values() if e.kind == "move" else ():
-        other.arrived = False
-    robot.arrived = e.kind == "move" or e.result == "arrived"
+    if e.kind == "move":
+        s.arrived = {robot.name}
+    elif e.result == "arrived":
+        s.arrived.add(robot.name)
+    else:
+        s.arrived.discard(robot.name)
     robot.progress.stayed += robot.stays
 
 
@@ -313,8 +317,8 @@ def _due(e: Line, one: Obstacle, s: State) -> None:
 
 def _restart_rounds(e: Line, s: State) -> None:
     s.restarted = e.tick
+    s.arrived.clear()
     for robot in s.robots.values():
-        robot.arrived = False
         robot.progress = robot.progress.anew()
         s.restart(robot)
         robot.met.clear()

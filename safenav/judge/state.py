@@ -78,8 +78,7 @@ class Robot:
     obstacles known when it began (idle robots also act on others); ``met``: the goals that its last
     step has met, each with its tick; ``jumps``: how often it was farther from its last region than
     a step; ``observes``: the robots that its strategy observes, with their jumps before it was
-    made; ``turn``: the line of its last turn; ``arrived``: whether goals met by its last step are
-    still to be recorded."""
+    made; ``turn``: the line of its last turn."""
 
     name: str
     data: Line
@@ -115,7 +114,6 @@ class Robot:
     jumps: int = 0
     observes: dict[str, int] = field(default_factory=dict)
     turn: int = 0
-    arrived: bool = False
 
     @property
     def faces(self) -> bool:
@@ -345,6 +343,9 @@ class State:
         self.assumptions = 0
         self.told: dict[tuple[str, bool], int] = {}  # changes of service by the scenario so far
         self.waits = False  # the team waits, and takes no duty back
+        self.arrived: set[str] = (
+            set()
+        )  # robots whose last step may have met goals, still unrecorded
         self.restarted = -1  # the tick of the last resolution
         self.served = -1  # the tick of the last change of service
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed

@@ -267,9 +267,8 @@ class _SerialRun:
         """Let robots act on an obstacle where they are, after all earlier activities."""
         begin, team, obstacle = self._since, done.team, done.obstacle
         part = isinstance(record, records.Part) and record.missing
-        shut = isinstance(record, records.Resolved) and record.traversable is False
-        ended = ActResult.UNTRAVERSABLE if shut else ActResult.DONE
-        results = {} if part else {obstacle.name: ended}
+        truth = record.traversable if isinstance(record, records.Resolved) else None
+        results = {} if part else {obstacle.name: ActResult.of(truth)}
         paces = [(self._paces[name], self._at[name]) for name in team]
         end = self._since = begin + acted_by(paces, begin, obstacle.region)
         self._commands += 1

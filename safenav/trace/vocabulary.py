@@ -54,6 +54,11 @@ class ActResult(StrEnum):
     NOTHING = "nothing"
     """There is no such obstacle."""
 
+    @classmethod
+    def of(cls, truth: bool | None) -> "ActResult":
+        """Return the result of the action that reveals this truth (None: the obstacle has none)."""
+        return cls.UNTRAVERSABLE if truth is False else cls.DONE
+
 
 class OperatorIntervention(StrEnum):
     """An intervention of an operator."""

@@ -252,7 +252,7 @@ class Recorder:
     def _action_ends(self, before: State, event: now.Acted, after: State) -> None:
         results = {self._name(k): ActResult.FAILED for k in event.failed}
         for k, truth in event.truths if self.team.live else ():
-            results[self._name(k)] = ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE
+            results[self._name(k)] = ActResult.of(truth)
         results |= {self._name(k): ActResult.NOTHING for k in event.gone}
         late = known.barred(self.team, after) - known.barred(self.team, before)
         left = tuple(self._name(k) for i, k in sorted(late)) or None

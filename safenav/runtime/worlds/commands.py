@@ -94,7 +94,7 @@ class Lockstep:
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call, kind = f"act({robot.name!r})", list[tuple[Obstacle, bool | None]]
         found = tuple(
-            (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
+            (obstacle, ActResult.of(truth))
             for obstacle, truth in protocol.returned(call, lambda: self._world.act(robot), kind)
         )
         for obstacle, _ in found:

@@ -384,10 +384,7 @@ class LiveSimulation:
         elif isinstance(event, Acted):
             self.truth.cleared = self._cleared[robot.name]
             facing, works = self._turned.pop(robot.name)
-            found = [
-                (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
-                for obstacle, truth in self.truth.act(robot)
-            ]
+            found = [(obstacle, ActResult.of(truth)) for obstacle, truth in self.truth.act(robot)]
             changed = {obstacle.name for obstacle, _ in (*self.truth.parts(robot), *found)}
             self._face(facing, [each for each in works if each[0].name in changed])
             found += [(obstacle, ActResult.NOTHING) for obstacle in missing]
