@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from safenav.judge.changes import applies, in_force
 from safenav.judge.ends import counts, meeting
 from safenav.judge.lines import Line, Reader, Text
+from safenav.judge.progress import Progress
 from safenav.judge.rules import RULES, NotJudged, Rule
-from safenav.judge.state import DECIMALS, Obstacle, Progress, Robot, State
+from safenav.judge.state import DECIMALS, Obstacle, Robot, State
 
 BATTERY = "battery"
 

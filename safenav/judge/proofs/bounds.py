@@ -11,8 +11,9 @@ from math import ceil
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
+from safenav.judge.progress import Progress
 from safenav.judge.proofs.closures import Case
-from safenav.judge.state import Need, Progress, Rest, Robot, State
+from safenav.judge.state import Need, Rest, Robot, State
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]

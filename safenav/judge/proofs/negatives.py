@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
+from safenav.judge.progress import Progress
 from safenav.judge.proofs.closures import (
     Case,
     able_now,
@@ -18,7 +19,7 @@ from safenav.judge.proofs.closures import (
     team_closure,
 )
 from safenav.judge.rules import NotJudged
-from safenav.judge.state import Progress, Rest, Robot, State
+from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50

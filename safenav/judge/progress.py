@@ -1,0 +1,47 @@
+"""Progress with an objective: the one rule by which goals count."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from safenav.judge.lines import Objective
+
+
+@dataclass
+class Progress:
+    """Progress of a robot with its own objective since the last resolution. ``goals``: those met
+    in turn, or the rounds of goals in any order; ``turn``: the next target (None: the first);
+    ``seen``: a bit mask of the goals of this round in any order; ``stayed``: ticks at the last
+    target; ``since``: the tick after which each tick counts, without goals."""
+
+    goals: int = 0
+    turn: int | None = None
+    seen: int = 0
+    stayed: int = 0
+    since: int = 0
+
+    def rounds(self, own: Objective, tick: int) -> int:
+        """Return how often the robot has met its whole objective."""
+        if own.settles:
+            return self.stayed
+        if not own.count:
+            return tick - self.since
+        return int(self.goals // own.count) if own.ordered else self.goals
+
+    def after(self, own: Objective, goal: int) -> Progress:
+        """Return the progress after a goal; the same if that is out of turn."""
+        if not own.ordered:
+            seen = self.seen | 1 << goal
+            whole = seen + 1 == 1 << own.count
+            return replace(self, goals=self.goals + whole, seen=0 if whole else seen)
+        if goal != (self.turn or 0) and not (own.strict and not self.goals):
+            return self
+        turn = goal + 1 if own.ends else (goal + 1) % own.count
+        return replace(self, goals=self.goals + 1, turn=turn)
+
+    def ended(self, own: Objective) -> bool:
+        return own.ends and self.turn == own.count
+
+    def anew(self) -> Progress:
+        """Return the progress with the rounds reset to zero; the next target stays the next."""
+        return Progress(turn=self.turn)
