@@ -128,6 +128,8 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
     told, tick = run_of(replace(trace, records=begun.lines[1:])), begun.kept.memory.tick
     if plan.clock is Clock.LOCKSTEP and told.last != tick:
         raise UsageError(f"{trace.source}: a checkpoint of tick {tick} follows tick {told.last}")
+    if plan.clock is Clock.LOCKSTEP and tick >= (most := plan.limits.ticks):
+        raise UsageError(f"{trace.source}: at tick {tick}, its limit is {most}; give --max-ticks")
     for track, robot in zip(told.robots, begun.standing(plan).robots, strict=True):
         if track.regions[-1] != robot.start.region:
             where = f"in {robot.start.region}, the lines before it in {track.regions[-1]}"

@@ -327,7 +327,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
             print_json({"scenario": plan.name, "unrealizable": data, **texts.data_of(run)})
         else:
             echo_lines(postmortem_lines(run, plan.map.word))
-        return errors.exit_code_of(run.result.outcome)
+        return errors.exit_code_of(run.result.outcome) or code_of(not run.result.late)
     if as_json:
         print_json({"scenario": plan.name, "unrealizable": data})
     elif not data:

@@ -276,8 +276,6 @@ class RunReader:
                 hidden.loads.put(line.tick, (*carry, *who) if takes else carry)
                 hidden.met.put(line.tick, line.need + (not line.missing))
             case records.Resolved():
-                if line.traversable is False:
-                    self._status(line.tick, line.obstacle, values.ObstacleStatus.BLOCKED)
                 hidden = self._known(line.obstacle)
                 hidden.met.put(line.tick, len(hidden.actions))
                 hidden.loads.put(line.tick, ())

@@ -265,7 +265,7 @@ def test_a_closed_standard_output_does_not_change_the_outcome(trace: Path) -> No
 
 def test_a_trace_on_standard_output_is_the_only_text_there(tmp_path: Path) -> None:
     done = warm.safenav("run", HELLO, "--trace", "-", cwd=tmp_path)
-    assert not check_trace(done.stdout.splitlines()).findings
+    assert "\n\n" not in done.stdout and not check_trace(done.stdout.splitlines()).findings
     assert "completed" in done.stderr and not [*tmp_path.iterdir()]
 
 

@@ -214,8 +214,11 @@ class Evidence:
             task.check_keeps(e.node, self.json(proof)["measures"])
             self.tasks[key] = task
             what = "obeys the scenario and meets that objective, whatever the other robots do"
-            each = [f"{name} is {'on' if on else 'off'}" for name, on in task.assumptions]
-            unless = f", if infinitely often {' and '.join(each)}" if each else ""
+            each = [
+                f"infinitely often {name} is {'on' if on else 'off'}"
+                for name, on in task.assumptions
+            ]
+            unless = f", if {' and '.join(each)}" if each else ""
             self.claim("keeps", e, f"The strategy of {text} {what}{unless}.", path, proof)
         task = self.tasks[key]
         self._fits(task, e, s)
