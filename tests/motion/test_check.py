@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from fleet.drives import lines_of
 from motion.runs import SHIPPED, findings, motion, moved, written
 from motion.runs import played as traced
-from once import beside, from_yaml, made_once, trace_of_shipped
+from once import SCENARIOS, beside, from_yaml, made_once, trace_of_shipped
 from safenav import check_motion, motion_of, read_trace
 from support.missions import mission
 from warm import safenav
@@ -59,6 +59,16 @@ def trace_of(name: str) -> Path:
 @pytest.mark.parametrize("name", [*SHIPPED, *OWN])
 def test_the_motion_of_a_scenario_is_accepted(name: str) -> None:
     accepted(trace_of(name))
+
+
+def test_the_motion_of_a_resumed_run_is_accepted(tmp_path: Path) -> None:
+    """A walker's first step then takes as long as from where it stands and faces."""
+    trace, rest = tmp_path / "t.jsonl", tmp_path / "rest.jsonl"
+    safenav("run", SCENARIOS / "case_study_1.yaml", "--clock", "live", "--trace", trace)
+    lines = trace.read_bytes().splitlines(keepends=True)
+    trace.write_bytes(b"".join(lines[: len(lines) // 2]))
+    assert safenav("resume", trace, "--trace", rest).returncode == 0
+    accepted(rest)
 
 
 def missions(seed: int) -> Iterator[dict[str, Any]]:
