@@ -29,11 +29,12 @@ Via = tuple[Mask, int, bool]
 
 class Draft(NamedTuple):
     """A plan, and the joint state after each tick of its execution with steps of one tick (empty:
-    it may not complete the mission). ``cost``: its time, and its number of steps."""
+    it may not complete the mission). ``cost``: its time, and the numbers of steps and of turns that
+    take time."""
 
     plan: Plan
     ticks: list[Joint]
-    cost: tuple[float, int] = (inf, 0)
+    cost: tuple[float, int, int] = (inf, 0, 0)
 
 
 def shortened(
@@ -75,7 +76,9 @@ def _hindered(floor: Floor, best: Draft) -> bool:
         return False
     ways, times = _ways(best.ticks), _times(floor)
     alone = ((i, _earliest(floor, best.ticks, ways, i, None, vain=False)) for i in floor.robots)
-    slowest = max((times[i] * _moves(way)[1] for i, way in alone if way is not None), default=0)
+    slowest = max(
+        (times[i] * _moves(floor, i, way)[-1] for i, way in alone if way is not None), default=0
+    )
     return best.cost[0] > MUCH * (slowest + 1)
 
 
@@ -90,7 +93,7 @@ def _faster(floor: Floor, best: Draft, served: frozenset[int], *, vain: bool) ->
     """Return the plan with faster paths of its robots. ``vain``: whether these keep the places of
     goals that a later resolution makes worthless."""
     for _ in range(REPEATS):
-        ends = [_moves(way)[1] for way in _ways(best.ticks)]
+        ends = [_moves(floor, i, way)[-1] for i, way in enumerate(_ways(best.ticks))]
         order = sorted(floor.robots, key=lambda i: -ends[i])
         before, together = best, [order]
         # also one robot at a time: together they may disturb each other
@@ -219,7 +222,7 @@ def _rerouted(
         if any(behind is not None for *_, behind in floor.inside[i]):
             continue  # the robot leaves an obstacle only the way it came
         way = _earliest(floor, best, ways, i, shared, course, vain=vain, stops=stops)
-        if way is not None and _pays(way, ways[i]):
+        if way is not None and _pays(floor, i, way, ways[i]):
             crowd = floor.team.crowds[i]
             if crowd is not None and (masks := shared.get(crowd)) is not None:
                 for t, (old, new) in enumerate(zip(ways[i], way, strict=False)):
@@ -252,9 +255,9 @@ def _shown(
     if shown is None or not completes(floor, shown[-1], served):
         return Draft(plan, [])
     if completes(floor, last, served):
-        pairs = pairwise(joint.poses for joint in shown)
-        moves = sum(a != b for x, y in pairs for a, b in zip(x, y, strict=True))
-        return Draft(plan, shown, (_time(floor, plan, shown), moves))
+        moves = (_moves(floor, i, way) for i, way in enumerate(_ways(shown)))
+        steps, turns, _ = map(sum, zip(*moves, strict=True))
+        return Draft(plan, shown, (_time(floor, plan, shown), steps, turns))
     # The plan must keep the order in which this execution fulfils needs.
     order = [joint.poses for joint in shown]
     return _shown(floor, first, order, served, again=False) if again else Draft(plan, [])
@@ -275,16 +278,20 @@ def _time(floor: Floor, plan: Plan, ticks: Sequence[Joint]) -> float:
     return cost(floor, [each[-1] for each in timed(floor, plan, ticks, times)])
 
 
-def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
-    """Return whether a path has fewer steps, or ends earlier."""
-    (steps, end), (most, late) = _moves(way), _moves(before)
-    return steps < most or end < late
+def _pays(floor: Floor, i: int, way: Sequence[int], before: Sequence[int]) -> bool:
+    """Return whether a path has fewer steps, or as many with fewer turns, or ends earlier."""
+    *fewer, end = _moves(floor, i, way)
+    *most, late = _moves(floor, i, before)
+    return fewer < most or end < late
 
 
-def _moves(way: Sequence[int]) -> tuple[int, int]:
-    """Return the number of steps, and the tick of the last step."""
-    moves = [t for t in range(1, len(way)) if way[t] != way[t - 1]]
-    return len(moves), moves[-1] if moves else 0
+def _moves(floor: Floor, i: int, way: Sequence[int]) -> tuple[int, int, int]:
+    """Return the numbers of steps and of turns that take time, and the tick of the last step."""
+    moves, turns = [t for t in range(1, len(way)) if way[t] != way[t - 1]], 0
+    if i in floor.team.turning:
+        steps = [way[t] % floor.team.size - way[t - 1] % floor.team.size for t in moves]
+        turns = sum(a != b for a, b in pairwise(steps))
+    return len(moves), turns, moves[-1] if moves else 0
 
 
 def _earliest(
@@ -355,8 +362,9 @@ def _back(
     taken: list[Mask],
     ticks: Sequence[Joint],
 ) -> list[int]:
-    """Return the path to a cell, on which the robot stays wherever it can."""
-    graph, way, k = floor.graphs[i], [pose] * (len(ticks) - t), len(vias)
+    """Return the path to a cell, on which the robot stays wherever it can, and takes few turns if
+    these take time."""
+    graph, way, k, step = floor.graphs[i], [pose] * (len(ticks) - t), len(vias), 0
     while t:
         free = ~(taken[t - 1] | taken[t])
         for passed in range(k, -1, -1):
@@ -366,7 +374,9 @@ def _back(
             entered = floor.allowed(i, ticks[t - 1].stages) & free
             came = graph.backward(1 << pose) & row if entered >> pose & 1 else 0
             if came:
-                pose = next(bits(came))
+                straight = pose - step
+                before = straight if straight >= 0 and came >> straight & 1 else next(bits(came))
+                pose, step = before, (pose - before) * (i in floor.team.turning)
                 break
             assert passed, "the cell was reached from another"
             via, _, stop = vias[passed - 1]

@@ -230,13 +230,24 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         and one with a quarter turn."""
         if not self.live:
             return tuple(member.ticks for member in self.members)
+        return tuple(sum(times) / 2 for times in self._step_times)
+
+    @cached_property
+    def turning(self) -> frozenset[int]:
+        """The robots whose steps take longer with a turn."""
+        times = enumerate(self._step_times if self.live else ())
+        return frozenset(i for i, (straight, turned) in times if turned > straight)
+
+    @cached_property
+    def _step_times(self) -> tuple[tuple[float, float], ...]:
+        """The seconds of each robot's straight step, and of one with a quarter turn."""
         found = []
         for member in self.members:
-            pace, seconds = pace_on(self.world, member.robot), 0.0
+            pace, times = pace_on(self.world, member.robot), []
             for facing in ("east", "north"):
                 pace.placed(0, facing)
-                seconds += pace.step(0, 0, 1)
-            found.append(seconds / 2)
+                times.append(pace.step(0, 0, 1))
+            found.append((times[0], times[1]))
         return tuple(found)
 
     @cached_property
