@@ -48,13 +48,16 @@ class BatchKeys(Item, frozen=True):
     label: ClassVar = ""
     batch: int | None = version(VERSION, "batch", "batch")
     scenarios: Scalar | tuple[Scalar, ...] | None = key(
-        "", "list the scenarios to run, as paths beside this file", expected="a list [...]"
+        "",
+        "list the scenarios to run: files, folders or patterns, relative to this file",
+        expected="a list [...]",
     )
     matrix: dict[Scalar, Raw] | None = key()
 
 
 class Matrix(Struct, frozen=True):
-    """All pairs of ``scenarios`` (paths beside the file, folders, patterns) and ``settings``."""
+    """All pairs of ``scenarios`` (files, folders, patterns, relative to the matrix file) and
+    ``settings``."""
 
     scenarios: tuple[Scalar, ...]
     settings: tuple[dict[str, Any], ...]

@@ -58,7 +58,7 @@ def run(
     seed: Annotated[int | None, SEED, "--seed N", "Override the scenario's seed."],
     max_ticks: options.MaxTicks,
     time_limit: options.TimeLimit,
-    clock: Annotated[str | None, CLOCK, "In seconds (live) or ticks."],
+    clock: Annotated[str | None, CLOCK, "Measure time in seconds (live) or ticks."],
     operator: options.Operator,
     live: options.Live,
     no_map: options.NoMap,

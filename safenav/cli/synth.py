@@ -248,11 +248,12 @@ def verify(
     as_json: options.AsJson,
 ) -> int:
     """Check that the explicit STRATEGY (JSON, as slugs prints it) satisfies all guarantees of the
-    SPECIFICATION (structured slugs), whatever the environment does within the assumptions.
-    Either may be `-` for standard input.
+    SPECIFICATION (structured slugs), whatever the environment does within the assumptions. Either
+    may be `-` for standard input.
 
-    The check covers the initial states, a successor for each allowed input, safety, and cycles
-    that starve a goal. A failure names the constraint, its origin, and a shortest path to it.
+    The check covers the initial states, a successor for each allowed input, safety, and cycles that
+    starve a goal. A failure names the fault, the constraint that it violates (if any) with its
+    origin, and a shortest path to its node.
     """
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")

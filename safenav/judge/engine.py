@@ -260,7 +260,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 here = (r for r in s.robots.values() if r.pose[0] == one.region)
                 empty = (r.name for r in here if s.is_empty(r, s.now(e)))
                 name = next((n for n in empty if n not in s.flat.values()), None)
-                if name:  # another robot must replace it
+                if name:  # another robot must replace its battery
                     s.flat[one.name] = name
                     s.drained.add(name)
                     one.needs = tuple(n._replace(able=n.able - {name}) for n in one.needs)

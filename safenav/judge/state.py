@@ -14,7 +14,8 @@ from safenav.judge.progress import Progress
 from safenav.judge.world import World
 
 EXTERNAL = (
-    "The user's world ran the mission. Its reports are trusted; unreported obstacles may be absent."
+    "Real robots, or a user's world, ran the mission. Their reports are trusted; unreported "
+    "obstacles may be absent."
 )
 """The reservation about a run whose world is not simulated."""
 DECIMALS = 9

@@ -272,7 +272,8 @@ class _Schedule:
         return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
 
     def end(self) -> tuple[tuple[file.Line, ...], file.MotionOutcome]:
-        """Let all robots come to rest, and rest until all of them do and the run has ended."""
+        """Let each robot rest until all rest and the run has ended. Return the lines in order, and
+        the outcome."""
         for depart in self._departs.values():  # steps under way when the run ends
             if depart.from_ == self._movers[depart.robot].region:
                 self._step(depart, None)

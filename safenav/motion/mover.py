@@ -79,8 +79,9 @@ class Glider(Mover):
     def begin(self) -> None:
         size, side = self.values["size"], self.floor.side
         if size + 2 * ROOM > side:
+            needed = f"regions of {size + 2 * ROOM:g} m, not {side:g} m"
             raise UsageError(
-                f"{self.robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
+                f"{self.robot}: a body of {size:g} m needs {needed}\n"
                 "    give the map a larger 'resolution', or the model a smaller 'size'"
             )
         self.place = self.floor.centre(self.region)

@@ -227,7 +227,7 @@ class _SerialRun:
         step = self._begun.pop(name, None)
         if step is None:
             step = _Step(len(self.lines), move.tick, self._since)
-            self.lines.append(move)  # this line replaces the departure
+            self.lines.append(move)  # a placeholder, which the departure replaces
         if move.toward is not None:
             self._begun[name] = step
         elif move.to != move.from_:

@@ -26,7 +26,9 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
         given = {"chargers": scenario.chargers, "flat": scenario.flat}
         found += [f"'{key}' has no effect: no robot has a battery" for key in given if given[key]]
     if scenario.clock is Clock.LIVE and scenario.expect.ticks is not None:
-        found.append("'ticks' of expect has no effect in a live run, which has no ticks")
+        found.append(
+            "'ticks' of expect has no effect in a live run: its ticks have no fixed length"
+        )
     found += [*oversized(scenario), *cramped(scenario), *_alternating(scenario)]
     return tuple(dict.fromkeys(found))
 

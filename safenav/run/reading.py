@@ -67,7 +67,7 @@ def run_of(trace: Trace) -> Run:
     except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
     run, last = reader.run, reader.run.last
-    # Events of an incomplete last tick belong to the last complete one; its moves are not shown.
+    # Events of an incomplete last tick belong to the last complete one; its moves are left out.
     run.events = [replace(e, tick=min(e.tick, last)) for e in run.events]
     for track in run.robots:
         del track.regions[last + 1 :], track.headings[last + 1 :]

@@ -63,8 +63,12 @@ class MapKeys(Item, frozen=True):
     image: Scalar | None = key("A PNG or PGM file: dark is wall.")
     ros: Scalar | None = key("The YAML file of a map as ROS map_server saves it.")
     movingai: Scalar | None = key("A map of the MovingAI benchmarks.")
-    rows: int | None = key("Rows of regions that divide an image or a MovingAI map.", least=1)
-    cols: int | None = key("Columns of regions that divide an image or a MovingAI map.", least=1)
+    rows: int | None = key(
+        "Number of rows into which an image or a MovingAI map is divided.", least=1
+    )
+    cols: int | None = key(
+        "Number of columns into which an image or a MovingAI map is divided.", least=1
+    )
     share: float | None = key(
         "A region is a wall if this share of it is blocked. Default: 0, any part.", least=0, most=1
     )

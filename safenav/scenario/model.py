@@ -165,7 +165,10 @@ class Limits(Part, frozen=True):
     ticks: int = key("Ticks of a run.", least=1, default=1000)
     synthesis_seconds: float = key("Seconds of a single synthesis.", above=0, default=60.0)
     synthesis_memory: int = key("Memory of a single synthesis, in MiB.", least=1, default=2048)
-    seconds: float | None = key("Seconds of a run (live: on its clock). Default: none.", above=0)
+    seconds: float | None = key(
+        "Seconds of a run, if live on its clock. Default: none; live: 20 for each of 'ticks'.",
+        above=0,
+    )
 
 
 ObstacleName = Annotated[
@@ -288,7 +291,7 @@ class RobotModel(Part, frozen=True):
         """Yield keys whose values contradict others, each with the error and a remedy."""
         if self.motion is None:
             return
-        from safenav.pace.robot import BOUNDS, MEANINGS  # few users of a scenario move in metres
+        from safenav.pace.robot import BOUNDS, MEANINGS  # it imports this module
 
         if self.motion == "walker" and self.mobility is Mobility.FREE:
             hint = "it cannot turn around within a region: write 'mobility: heading'"

@@ -214,7 +214,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the guarantees: the robot waits when commanded, and goes to the assigned region."""
     stay = _origin("it stays where it is assigned")
     yield Constraint(Section.SYS_TRANS, "assigned' = region -> region' = region", stay)
-    able = _origin("it never loses a region that it is assigned")
+    able = _origin("it stays where it can reach the region that it is assigned")
     for part in assignable_regions(task, world).parts:
         formula = f"{one_of('assigned', part.regions, NEXT)} -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, able, tuple(sorted(part.regions)))

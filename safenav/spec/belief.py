@@ -10,10 +10,10 @@ runtime, so that a strategy receives exactly the observations for which it was s
 the game, the other moves first, and the robot observes from its region before its own move.
 
 Values of ``at_NAME`` below the number of regions are regions where the robot sees the other robot;
-those above are beliefs, numbered as they can occur. The game is as large as the map near the robot
-and as small as the partition everywhere else. Constraints are written for each own region (with the
-regions in sight) and for each belief, never for each pair of positions. Impossible pairs are left
-open where that shortens the text. See docs/tracking.md.
+those from that number on are beliefs, numbered as they can occur. The game is as large as the map
+near the robot and as small as the partition everywhere else. Constraints are written for each own
+region (with the regions in sight) and for each belief, never for each pair of positions. Impossible
+pairs are left open where that shortens the text. See docs/tracking.md.
 """
 
 from __future__ import annotations

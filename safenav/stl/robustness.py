@@ -52,14 +52,15 @@ class Robustness(Struct, frozen=True):
 
 def robustness(formula: syntax.Requirement, recording: Recording) -> tuple[Array, Robustness]:
     """Return the times of all samples of a recording, and the robustness of a formula at each.
-    Raises UsageError if its events and windows need more than MOST_SAMPLES."""
+    Raises UsageError if the rate, its events and windows need more than MOST_SAMPLES."""
     count = int(np.floor(recording.end * recording.rate + _NEAR)) + 1
     # Each part is evaluated at samples, so the jumps of all parts are samples.
     jumps = np.array(sorted({t for part in syntax.nodes(formula) for t in _jumps(part, recording)}))
     around = np.concatenate([jumps - SPIKE, jumps, jumps + SPIKE])
     inside = around[(around >= 0) & (around <= recording.end)]
     if count + len(inside) > MOST_SAMPLES:
-        raise UsageError(f"the formula needs more than {MOST_SAMPLES} samples")
+        found = "the rate, and the events and windows of the formula,"
+        raise UsageError(f"{found} need more than {MOST_SAMPLES} samples\n    lower --rate")
     grid = np.append(np.arange(count) / recording.rate, recording.end)
     times = np.unique(np.concatenate([grid, inside]))
     return times, _Evaluation(recording, times).of(formula)

@@ -204,11 +204,12 @@ def paint(file: ScenarioText, edit: Operation) -> None:
     spot, world = file.spot("map", "grid"), file.world
     if spot is None:
         raise UsageError("the map comes from a file: copy it into the scenario to paint it")
-    # Text in a comment does not match: in a row of the grid, '#' touches only '#' and '.'.
+    # In a row of the grid '#' touches only '#' and '.'; a comment is '# ' with words.
     part = file.text[spot.start : spot.end]
     starts = [
         spot.start + found.start(1)
-        for found in re.finditer(r"(?m)(?:^|[\s\"'])([#.]+)(?=[\s\"',\]]|$)", part)
+        for found in re.finditer(r"(?m) #+ +[^\s#.].*$|(?:^|[\s\"'])([#.]+)(?=[\s\"',\]]|$)", part)
+        if found[1]
     ]
     if [file.text[start : start + world.cols] for start in starts] != world.grid_rows():
         raise UsageError("give each row of this grid its own line in the text, then paint it")

@@ -204,7 +204,7 @@ class Ended(Event, frozen=True):
 
 
 class Turn(Event, frozen=True):
-    """The turn of a robot: a tick, or in a live run no time."""
+    """The turn of a robot in a tick; in a live run it takes no time."""
 
     robot: int
 

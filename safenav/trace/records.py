@@ -441,7 +441,8 @@ class Checkpoint(Record, frozen=True, tag="checkpoint"):
 
 
 class Resumed(Note, frozen=True, tag="resumed"):
-    """The run was interrupted, and continues from its last checkpoint."""
+    """The run ended early (interrupted, killed or at a limit), and continues from its last
+    checkpoint."""
 
 
 class End(Record, frozen=True, tag="outcome"):

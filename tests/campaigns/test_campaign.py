@@ -85,7 +85,9 @@ CASES = sorted((Path(__file__).parent / "cases").rglob("*.yaml"))
 
 
 @pytest.mark.parametrize("file", CASES, ids=lambda file: file.stem)
-def test_a_mission_that_failed_before_is_sound(file: Path, request: pytest.FixtureRequest) -> None:
+def test_a_mission_that_once_revealed_a_defect_passes(
+    file: Path, request: pytest.FixtureRequest
+) -> None:
     data, options, facts = read_case(file)
     if "open" in facts:
         request.applymarker(pytest.mark.xfail(reason=facts["open"], strict=True))

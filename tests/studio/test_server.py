@@ -57,7 +57,7 @@ OURS = "Host: 127.0.0.1:PORT"
     ],
     ids=lambda part: str(part)[:40],
 )
-def test_a_request_is_answered_or_refused(
+def test_each_request_has_its_status_and_each_answer_a_strict_policy(
     target: str, lines: list[str], status: int, served: Served
 ) -> None:
     """With a policy that forbids the page everything else, and before its body is read."""

@@ -69,7 +69,7 @@ def plan_of(e: Line, s: State) -> Plan:
 
 
 def _meetings(plan: Plan, s: State) -> Iterator[str]:
-    """Yield the rivals that the orders let into a region together."""
+    """Yield an error for each two robots that the plan lets into a region or zone together."""
     leaves = _precedence(plan)
     each = [((robot, i), at[0]) for robot, way in plan.ways.items() for i, at in enumerate(way)]
     for (robot, i), region in each:
@@ -141,7 +141,7 @@ class Evidence:
         self.drives: dict[str, Drive] = {}
         self.tasks: dict[tuple[str, bool], Task] = {}  # by proof file and whether at the start
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
-        self.proven = set[int]()  # lines whose negatives the checker ignores
+        self.proven = set[int]()  # lines that may be left unjudged: proven here, or of a wait
         self.plan: Plan | None = None
         self.plans = self.broken = False
 

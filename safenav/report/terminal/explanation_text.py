@@ -251,7 +251,7 @@ def core_notes(core: Core, others: str, name: Callable[[CoreMember], str]) -> It
     if core.together and core.all_together:
         yield f"(realizable if {others} cooperated)"
     elif core.together:
-        yield f"(these alone are realizable if {others} cooperated)"
+        yield f"(these alone would be realizable if {others} cooperated)"
     if not core.minimal:
         yield "(some checks timed out: the core may not be minimal)"
     if core.vain:

@@ -150,7 +150,8 @@ def no_strategy(
     team: Team, state: State, failed: Sequence[tuple[int, Controller]], *, begun: bool
 ) -> End:
     """Return the end of a run in which a robot has no strategy: ``unrealizable`` before the start,
-    ``assumption_violated`` if other robots have violated an assumption of its last strategy."""
+    ``assumption_violated`` if other robots have violated an assumption of its last strategy, else
+    ``operator_needed``."""
     for i, _ in failed:
         if rules := state.robots[i].broken:
             name = team.members[i].name

@@ -52,7 +52,7 @@ def read_catalogue_file(path: Path, reading: Reading, named_at: Node | None = No
 
 
 def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading) -> None:
-    """Add the entries of a catalogue to that of ``reading``; None: it was reported."""
+    """Add the entries of a catalogue (None after a reported error) to that of ``reading``."""
     base = reading.catalogue
     if item is None:
         reading.broken.add("*")

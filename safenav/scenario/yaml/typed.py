@@ -34,9 +34,9 @@ def read(
     stages: Stages = MappingProxyType({}),
     name: str = "",
 ) -> Any:
-    """Return the value of a node; None if there is none, or it was reported. ``what`` names it in
-    messages; ``key`` describes it; ``stages``: stages of reading a class; ``name``: its key in the
-    mapping that holds it."""
+    """Return the value of a node; None if there is no node, or an error in it was reported.
+    ``what`` names it in messages; ``key`` describes it; ``stages``: stages of reading a class;
+    ``name``: its key in the mapping that holds it."""
     if node is None:
         return None
     origin, arguments = get_origin(annotation), get_args(annotation)
