@@ -148,9 +148,9 @@ def _compare(trace: Trace, scenario: Scenario) -> None:
     """Compare a scenario with that of a trace. Raises UsageError if they differ."""
     there, here = trace.header.scenario.recorded, scenario.recorded
     if there.clock is not scenario.clock:
-        clock, other = ("seconds", "ticks") if trace.header.live else ("ticks", "seconds")
-        found = f"{trace.source} is the trace of a run in {clock}, and this run is in {other}"
-        raise UsageError(f"{found}\n    safenav resume continues it in {clock}")
+        clock = "seconds" if trace.header.live else "ticks"
+        hint = f"safenav resume continues it in {clock}"
+        raise UsageError(f"{trace.source} is the trace of a run in {clock}\n    {hint}")
     parts = [name for name in Scenario.__struct_fields__ if name not in FREE]
     other = [name for name in parts if getattr(there, name) != getattr(here, name)]
     if other:
