@@ -179,7 +179,9 @@ class Ledger:
                 return 0
             served = state.robots[number].active and on_own(team, state, number)
             ready = served and not self.dues[of].excused
-            left = _orders_left(team, state, number) if ready else []
+            member, own = team.members[number], state.robots[number].own
+            most = 1 + (member.pursuit.rounds(own.met) if member.pursuit.in_turn else 0)
+            left = _orders_left(team, state, number, most) if ready else []
             return min((bound.rounds_done(number, goals) for goals in left), default=0)
         every = (_orders_left(team, state, i, team.rounds) for i in range(len(team.members)))
         return mission_end(bound, every)
@@ -204,27 +206,24 @@ Orders = list[list[Mask]]
 order."""
 
 
-def _orders_left(team: Team, state: State, i: int, most: int | None = None) -> Orders:
-    """Return the targets that a robot must still meet in sequence for its round, or for ``most``
-    rounds: several lists while it may begin with any target, or with the one where it stands."""
-    member, robot, own = team.members[i], state.robots[i], state.robots[i].own
-    fixed = own.last < 0 and not (member.planned or robot.fresh)  # the strategy fixes the order
-    free = member.objective.strict and own.met == 0 and not fixed
-    here = (k for k, t in enumerate(member.targets) if member.either or t >> robot.pose & 1)
-    begun = [own._replace(memory=k) for k in {own.memory, *here}] if free else [own]
-    return [_goals_left(member, each, most) for each in begun if member.objective.ordered()]
-
-
-def _goals_left(member: Member, own: Count, most: int | None) -> list[Mask]:
-    masks = member.targets
-    if not member.pursuit.in_turn:
-        return [masks[0]] * max((1 if most is None else most) - own.met, 0)
+def _orders_left(team: Team, state: State, i: int, most: int, *, begun: bool = True) -> Orders:
+    """Return the targets that a robot must still meet in sequence for ``most`` rounds: several
+    lists while it may begin with any target, or with the one where it stands. ``begun``: whether it
+    has counted goals; else a target on which it stands counts as met."""
+    member, robot = team.members[i], state.robots[i]
+    if not member.objective.ordered():
+        return []
+    own, masks, count = robot.own if begun else Count(), member.targets, len(member.targets)
     if member.pursuit.settles:
-        return [*masks[own.memory :]] if own.met < 1 else []
-    left = len(masks) - own.met % len(masks)
-    if most is not None:
-        left += (most - member.pursuit.rounds(own.met) - 1) * len(masks)
-    return [masks[(own.memory + k) % len(masks)] for k in range(max(left, 0))]
+        orders = [[*masks[own.memory : -1], *masks[-1:] * (most - own.met)]]
+    else:
+        fixed = begun and own.last < 0 and not (member.planned or robot.fresh)  # by the strategy
+        free = member.objective.strict and own.met == 0 and not fixed
+        here = (k for k, t in enumerate(masks) if member.either or t >> robot.pose & 1)
+        firsts = {own.memory, *here} if free else {own.memory}
+        left = range(count * most - own.met)
+        orders = [[masks[(first + k) % count] for k in left] for first in firsts]
+    return orders if begun else [order[order[0] >> robot.pose & 1 :] for order in orders]
 
 
 def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
@@ -254,7 +253,8 @@ def refusal_of(team: Team, state: State) -> End | None:
             parts.append(f"{member.name}: {_words(len(member.targets), within, least)}")
     by = team.scenario.until.by
     if by is not None and not objectives_change(team, 0):
-        orders = (_orders(team, member, robot.pose) for member, robot in pairs)
+        every = range(len(pairs))
+        orders = (_orders_left(team, state, i, team.rounds, begun=False) for i in every)
         soonest = mission_end(Bound(team, state, len(pairs)), orders)
         if soonest > by:
             never = soonest >= NEVER
@@ -284,22 +284,6 @@ def _charge_words(team: Team, member: Member, energy: Energy, pose: int, need: f
         text = f"from the charger {here} (full: {battery.capacity}), {name} reaches no other"
     lack = "" if energy.chargers else "; the scenario has no 'chargers'"
     return f"{text} charger or target from which it can continue{lack}"
-
-
-def _orders(team: Team, member: Member, pose: int) -> Orders:
-    """Return the targets that a robot must meet in sequence for all rounds, from the start; several
-    lists if it may begin with any target (``literal``: with the first, or with the target on which
-    it stands). A target on which it stands counts as met."""
-    objective, masks, firsts = member.objective, member.targets, [0]
-    if not objective.ordered():
-        return []
-    if objective.strict and not objective.settles:
-        others = range(1, len(masks))
-        firsts += [k for k in others if not objective.literal or masks[k] >> pose & 1]
-    orders = [_goals_left(member, Count(first), team.rounds) for first in firsts]
-    for order in orders if objective.settles else ():  # the robot stays at its last target
-        order += masks[-1:] * (len(masks) + team.rounds - 1 - len(order))
-    return [order[order[0] >> pose & 1 :] for order in orders]
 
 
 def _words(count: int, within: int, least: int | None) -> str:
