@@ -72,7 +72,6 @@ class Answers:
         self._pool: ThreadPoolExecutor | None = None
         self._awaited = self.background = self.busy = False
         self._recent: dict[Hashable, Any] = {}
-        self._vain = set[Hashable]()
         self.examined = 0
         self.kept: Plan | None = None
         self.count, self.seconds = 0, 0.0
@@ -108,9 +107,11 @@ class Answers:
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         more = floor.helping, floor.laden, floor.away
         key = floor.team, *about, *more, joint, served, len(state.over)
-        plain, charged = _searches(floor, joint, served, state)
-        if charged is None:
+        asked, charges = (floor, joint, served, len(state.over)), charges_now(floor.team, state)
+        plain: Search = partial(ask, *asked)
+        if not charges:
             return self._ask(key, plain)
+        charged: Search = partial(ask_charged, *asked, charges, state.time)
         found = None
         if not better and len(floor.robots) <= FEW:
             found = self._ask(key, plain)
@@ -118,25 +119,12 @@ class Answers:
                 return found  # impossible with any charge: the proof is quick
         # In a world with its own clock charges change during the search, so its key omits them. The
         # plan is used once: the next search begins with the charges of that time.
-        about_charges = () if self.background else (charges_now(floor.team, state), state.time)
+        about_charges = () if self.background else (charges, state.time)
         with_charges = *key, "charges", *about_charges
         if (lasting := self._ask(with_charges, charged)) is not None:
             self._questions.pop(with_charges, None)
             return lasting
         return found if better or found else self._ask(key, plain)
-
-    def more(self, floor: Floor, joint: Joint, state: State) -> Plan | None:
-        """Return a plan for rounds beyond the mission if the charges suffice. The search runs once,
-        since the joint state does not change while the robots stand."""
-        about = floor.team, floor.floors, floor.robots, floor.rounds, len(state.over)
-        if about in self._vain:
-            return None
-        plain, charged = _searches(floor, joint, (), state)
-        found = self._ask((about, joint), charged or plain)
-        if isinstance(found, Found) and not found.first:
-            return found.plan
-        self._vain.add(about)
-        return None
 
     @property
     def ready(self) -> bool:
@@ -207,16 +195,6 @@ class Answers:
                 self._progress(progress)
 
         return self._synthesizer.synthesize_all(specs, progress=hear)
-
-
-def _searches(
-    floor: Floor, joint: Joint, served: tuple[int, ...], state: State
-) -> tuple[Search, Search | None]:
-    """Return the search for a joint plan, and that for a plan with sufficient charges (None: the
-    team has no batteries)."""
-    about, charges = (floor, joint, served, len(state.over)), charges_now(floor.team, state)
-    charged = partial(ask_charged, *about, charges, state.time) if charges else None
-    return partial(ask, *about), charged
 
 
 def _refuse_limit(result: SynthesisResult) -> None:

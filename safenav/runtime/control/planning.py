@@ -131,8 +131,10 @@ class Planning(Struct, frozen=True, dict=True):
             return ()
         more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
         floor = replace(floor, robots=self.sharing, rounds=(more,) * len(members))
-        plan = self.answers.more(floor, joint, self.state)
-        return () if plan is None else (now.Planned(plan),)
+        answer = self.answers.plan(floor, joint, (), self.state, better=True)
+        if isinstance(answer, Found) and not answer.first:
+            return (now.Planned(answer.plan),)
+        return ()
 
     def _with_helpers(self, floor: Floor) -> Floor:
         """Return the floor with the robots that help now."""
