@@ -16,7 +16,7 @@ from safenav.plan.order import awaited, joint_now, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.planning import Planning, beyond, helped
-from safenav.runtime.control.roles import Role, Roles
+from safenav.runtime.control.roles import Role, Roles, helpers_of
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.solve import solve
 from safenav.team import state as now
@@ -51,17 +51,14 @@ class Control(Struct, frozen=True):
     left: frozenset[int] = frozenset()
     waits: bool = False
 
-    def controller(self, i: int) -> Controller | None:
-        return self.controllers[i] if self.controllers else None
-
 
 class Situation:
     """A run at present: its team, the facts, and the team's intentions. ``answers``: results of the
     synthesizer and of searches."""
 
     def __init__(self, team: Team, answers: Answers) -> None:
-        self.team, self.state, self.control = team, initial(team), Control()
-        self.answers = answers
+        self.team, self.state, self.answers = team, initial(team), answers
+        self.control = Control(controllers=(None,) * len(team.members))
 
 
 Decided = tuple[State, now.Event]
@@ -167,20 +164,13 @@ class Decision:
         plain, here = without_memory(team, state)
         floor = floor_now(plain, here)
         stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
-        helping: dict[int, tuple[int, ...]] = {}
-        for i, role in enumerate(before.roles):
-            if role.helps in floor.gates:
-                g = floor.gates.index(role.helps)
-                helping[g] = (*helping.get(g, ()), i)
         aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
         lone = frozenset(team.lone)
         pairs = ((i, k) for i in team.sharing for k in before.left)
-        dues = [state.obstacles[k].due for k in floor.gates]
-        if helping or any(due is not None for due in dues):
-            left = tuple(inf if due is None else due - state.time for due in dues)
-            serving = replace(floor, helping=tuple(helping.items()), left=left)
-        else:
-            serving = floor
+        every, dues = enumerate(floor.gates), (state.obstacles[k].due for k in floor.gates)
+        helping = tuple((g, helpers) for g, k in every if (helpers := helpers_of(before.roles, k)))
+        left = tuple(inf if due is None else due - state.time for due in dues)
+        serving = replace(floor, helping=helping, left=left)
         fewer = replace(serving, barred=floor.barred.union(pairs)) if before.left else serving
         found = solve.settle(solve.Solver(fewer), poses, stages, aside, lone)
         if found.hopeless and before.left:
@@ -212,7 +202,7 @@ class Decision:
             anywhere = replace(found, safe=(None,) * len(poses))
             others = Roles(plain, here, floor, stages, anywhere)
             return self._meanwhile(stands, others) if self.coming else stands
-        held, asked = before.controllers or (None,) * len(poses), dict[int, Role]()
+        held, asked = before.controllers, dict[int, Role]()
         for i, (role, mine) in enumerate(zip(roles, held, strict=True)):
             if i in lone:
                 asks = mine is None or outdated(team, state, i, role, mine)

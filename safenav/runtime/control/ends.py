@@ -10,7 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock
-from safenav.runtime.control.roles import Role
+from safenav.runtime.control.roles import Role, helpers_of
 from safenav.runtime.control.strategies import Controller, walls_of
 from safenav.scenario.objective import Word, describe
 from safenav.solve import reasons
@@ -276,9 +276,10 @@ def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
         what = obstacle_words(team.obstacles[k].name, word)
         names = [team.members[i].name for i, _ in state.obstacles[k].asked]
         wait = f"{listed(names)} {'waits' if len(names) == 1 else 'wait'}"
-        helping = [team.members[i].name for i, role in enumerate(roles) if role.helps == k]
-        help_ = listed(helping) if helping else "help"
-        yield f"{wait} for {help_} to resolve {what}" if names else f"{what} is still open"
+        helping = [team.members[i].name for i in helpers_of(roles, k)] or ["help"]
+        yield (
+            f"{wait} for {listed(helping)} to resolve {what}" if names else f"{what} is still open"
+        )
 
 
 ASIDE = "no joint plan that resolves it now was found"

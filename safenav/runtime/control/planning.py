@@ -10,7 +10,7 @@ from safenav.plan.ask import Deadlock, Found, Unserved
 from safenav.plan.order import at_end, blind, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.roles import Role
+from safenav.runtime.control.roles import Role, helpers_of
 from safenav.solve.solve import Settlement
 from safenav.team import state as now
 from safenav.team.acts import driven
@@ -63,7 +63,8 @@ class Planning(Struct, frozen=True, dict=True):
         need = self.team.obstacles[k].next(self.state.obstacles[k].stage)
         if need is None or not need.together:
             return False
-        helpers = (self.state.robots[i] for i in self.team.lone if self.roles[i].helps == k)
+        lone = {*self.team.lone}.intersection(helpers_of(self.roles, k))
+        helpers = (self.state.robots[i] for i in lone)
         return all(r.to is None and need.regions >> r.pose % self.team.size & 1 for r in helpers)
 
     def events(self) -> Sequence[now.Event] | ends.End:

@@ -1,6 +1,8 @@
 """Role of each robot: its duty, waiting for help, or its own objective; and the obstacles that it
 must not enter."""
 
+from collections.abc import Sequence
+
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -23,6 +25,11 @@ class Role(Struct, frozen=True):
     avoid: frozenset[int] = frozenset()
     must: frozenset[int] = frozenset()
     forbidden: frozenset[Pose] = frozenset()
+
+
+def helpers_of(roles: Sequence[Role], k: int) -> tuple[int, ...]:
+    """Return the robots that are to resolve an obstacle."""
+    return tuple(i for i, role in enumerate(roles) if role.helps == k)
 
 
 class Roles:

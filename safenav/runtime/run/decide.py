@@ -114,7 +114,7 @@ def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | No
     """Return the node of a robot that stays, and whether the robot is astray. If its strategy
     tracks other robots and decides nothing, the new node has the values of the last one, except for
     the present observation."""
-    controller, node = run.control.controller(i), run.state.robots[i].node
+    controller, node = run.control.controllers[i], run.state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if step.node is not None or controller is None or strategy is None or node is None:
         return step.node, False
@@ -131,7 +131,7 @@ def broken(run: Situation, i: int) -> tuple[str, ...]:
     """Return the assumptions of a robot's strategy that its observations violate, if the strategy
     has no successor for them."""
     team, state = run.team, run.state
-    controller, node = run.control.controller(i), state.robots[i].node
+    controller, node = run.control.controllers[i], state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if strategy is None or controller is None or node is None or team.members[i].planned:
         return ()

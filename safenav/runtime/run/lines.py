@@ -5,6 +5,7 @@ from itertools import accumulate, pairwise
 
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import ASIDE, Request
+from safenav.runtime.control.roles import helpers_of
 from safenav.runtime.control.strategies import Controller
 from safenav.spec.assignable import assignable_regions
 from safenav.spec.belief import models
@@ -103,7 +104,7 @@ def request_line(
 ) -> records.Request:
     """Return the line of a request with its helpers. ``because``: the reason, if it is known."""
     request, there = Request(team, state, control.found, k), state.obstacles[k]
-    bids, helping = request.bids(), [i for i, r in enumerate(control.roles) if r.helps == k]
+    bids, helping = request.bids(), helpers_of(control.roles, k)
     if because is None and there.aside and k not in control.vain:
         because = ASIDE
     elif because is None:

@@ -143,7 +143,7 @@ class Run(Situation):
         """Let a robot observe the robots that it tracks, even out of service without a strategy."""
         member = self.team.members[i]
         if member.robot.tracks and not member.planned:
-            mine, role = self.control.controller(i), Role(self.state.robots[i].objective)
+            mine, role = self.control.controllers[i], Role(self.state.robots[i].objective)
             task = mine.task if mine else next(candidates(self.team, self.state, i, role))[0]
             seen = looked(self.team, self.state, i, task)
             if seen is not None:

@@ -12,6 +12,7 @@ from safenav.plan.order import at_end
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, Decided
 from safenav.runtime.control.ends import End, lacks_of
+from safenav.runtime.control.roles import helpers_of
 from safenav.runtime.control.strategies import enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
@@ -386,9 +387,7 @@ class Recorder:
         push for each requester."""
         for k in state.requests:
             each = state.obstacles[k]
-            helping = tuple(
-                self._robot(i) for i, role in enumerate(control.roles) if role.helps == k
-            )
+            helping = tuple(map(self._robot, helpers_of(control.roles, k)))
             last = self.helpers.get(k)
             if last is None or helping not in ((), last) or (last and each.aside):
                 self.emit(request_line(self.team, self.tick, state, k, helping, control))
