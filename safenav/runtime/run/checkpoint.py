@@ -1,9 +1,9 @@
 """Checkpoints: the frozen state of a run in its trace, from which ``resume`` continues it.
 
 A checkpoint describes the run before a pass. Its data is read strictly: no part of it is executed,
-and its checksum reveals a changed checkpoint or header, unless the checksum was updated as well.
-Strategies are synthesized again where the robots are; commands under way in a live run have ended
-where they began.
+and its checksum reveals a changed checkpoint or header (except for the limits), unless the checksum
+was updated as well. Strategies are synthesized again where the robots are; commands under way in a
+live run have ended where they began.
 """
 
 import json
@@ -61,25 +61,18 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     truth: Truth | None = None
     sha256: str = ""
 
-    def checkpoint(self, lines: int, first: bytes) -> records.Checkpoint:
-        """Return the run as a checkpoint after this number of ``lines`` of its trace; ``first``:
-        its header."""
-        return sealed(records.Checkpoint(self.memory.tick, lines, plain(self)), first)
 
-
-def sealed(line: records.Checkpoint, first: bytes) -> records.Checkpoint:
+def sealed(line: records.Checkpoint, first: str | bytes) -> records.Checkpoint:
     """Return a checkpoint with the digest of its data and of the first line of its trace."""
     return replace(line, run={**line.run, "sha256": _digest(line.run, first)})
 
 
-def _digest(run: Mapping[str, object], first: bytes) -> str:
+def _digest(run: Mapping[str, object], first: str | bytes) -> str:
+    """Return the digest of a run and of its header, except for the limits, which may change."""
     data = {key: value for key, value in run.items() if key != "sha256"}
-    return sha256(first + json.dumps(data, sort_keys=True).encode()).hexdigest()
-
-
-def text_of(header: records.Header) -> bytes:
-    """Return the first line of a trace, as the trace writer writes it."""
-    return json_line(as_data(header)).strip().encode()
+    header = json.loads(first, parse_int=float)  # a number may be read as one of another type
+    header["scenario"].pop("limits", None)
+    return sha256(json.dumps([header, data], sort_keys=True).encode()).hexdigest()
 
 
 class Resumption(Struct, frozen=True):
@@ -136,12 +129,7 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     team = _restored(scenario, kept)
     lines = trace.records[: max(0, count - 1)]
     recorded = replace(trace.header.scenario, limits=scenario.limits)
-    header = replace(trace.header, scenario=recorded)
-    first = text_of(header)  # the scenario may have other limits
-    begun = (
-        sealed(each, first) if isinstance(each, records.Checkpoint) else each for each in lines
-    )
-    return Resumption(team, kept, (header, *begun))
+    return Resumption(team, kept, (replace(trace.header, scenario=recorded), *lines))
 
 
 def _compare(trace: Trace, scenario: Scenario) -> None:
@@ -178,14 +166,14 @@ class Checkpoints:
     def __init__(self, emit: Callable[[records.Record], None], *, real: bool) -> None:
         self._emit, self._real, self._since = emit, real, -SECONDS
         self.lines = self._last = self._size = self._at = 0
-        self._first = b""
+        self._first = ""
         self._kept: Kept | None = None
 
     def follow(self, line: records.Record) -> None:
         """Count a line of the trace."""
         self.lines += 1
         if isinstance(line, records.Header):
-            self._first = text_of(line)
+            self._first = json_line(as_data(line))
         elif isinstance(line, records.Part | records.Resolved):
             self._since = -SECONDS
 
@@ -199,8 +187,9 @@ class Checkpoints:
 
     def write(self) -> None:
         """Record the run as it was before the present pass."""
-        if self._kept is not None and self._at > self._last:
-            line = self._kept.checkpoint(self._at, self._first)
+        if (kept := self._kept) is not None and self._at > self._last:
+            line = records.Checkpoint(kept.memory.tick, self._at, plain(kept))
+            line = sealed(line, self._first)
             self._size = len(msgspec.json.encode(line))
-            self._last, self._since = self._at, self._kept.state.time
+            self._last, self._since = self._at, kept.state.time
             self._emit(line)

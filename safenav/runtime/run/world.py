@@ -364,9 +364,9 @@ class World:
         if not event.found:
             return event
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
-        echoes, early, changes = list[str](), list[str](), dict(self._changes(run, i))
+        changes = dict(self._changes(run, i))
         for obstacle, result in event.found:
-            k, words = acts.number(team, state, obstacle), f"{obstacle.name}: {result.value}"
+            k, why = acts.number(team, state, obstacle), ""
             there = state.obstacles[k] if k < len(state.obstacles) else now.ObstacleNow()
             asked = there.known and there.state is not now.Is.SEEN
             if result is ActResult.FAILED:
@@ -375,17 +375,13 @@ class World:
                 again = result is ActResult.NOTHING or obstacle.name in self._opened
                 tells = there.known or not again
             if asked and result is ActResult.DONE and _is_early(team, state, i, obstacle, there):
-                early.append(words)
+                why = "other needs are still open"
             elif tells:
                 told.append((obstacle, result))
             else:
-                echoes.append(words)
-        for why, found in (
-            ("other needs are still open", early),
-            ("the result adds nothing to the team's knowledge", echoes),
-        ):
-            if found and isinstance(self.commands, Commands):
-                self.commands.dropped.append((event, f"{why} ({', '.join(found)})"))
+                why = "the result adds nothing to the team's knowledge"
+            if why and isinstance(self.commands, Commands):
+                self.commands.dropped.append((event, f"{why} ({obstacle.name}: {result.value})"))
         return replace(event, found=tuple(told))
 
     def _changes(
