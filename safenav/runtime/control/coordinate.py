@@ -31,10 +31,9 @@ from safenav.team.team import Team, hearing, without_memory
 class Control(Struct, frozen=True):
     """Intentions of the team. ``new``: the robots that have just been synthesized; ``pending``:
     robots that wait for a strategy, because of ``asked``; ``thinks``: whether the plan is still
-    being computed; ``helped``: whether a change may have made a failed resolution possible.
-    ``vain``: obstacles that a robot was to resolve without a strategy for that, by these ``failed``
-    syntheses. ``left``: obstacles left to robots with strategies, though others had to help.
-    ``waits``: whether the plan is only for the time until a change."""
+    being computed. ``vain``: obstacles that a robot was to resolve without a strategy for that, by
+    these ``failed`` syntheses. ``left``: obstacles left to robots with strategies, though others
+    had to help. ``waits``: whether the plan is only for the time until a change."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -45,7 +44,6 @@ class Control(Struct, frozen=True):
     pending: frozenset[int] = frozenset()
     asked: Hashable | None = None
     thinks: bool = False
-    helped: bool = False
     failed: tuple[Controller, ...] = ()
     vain: tuple[int, ...] = ()
     left: frozenset[int] = frozenset()

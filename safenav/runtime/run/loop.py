@@ -300,16 +300,14 @@ class Run(Situation):
                 self.world.truth.follow(self.team)
         self.recorder.record(before, event, self.state)
         if _helps(before, event, ended=self.control.end is not None):
-            self.control = replace(self.control, question=None, new=(), end=None, helped=True)
+            self.control = replace(self.control, question=None, new=(), end=None)
+            waited, self.recorder.waited = self.recorder.waited, None
+            last = waited not in (None, (None,)) and self.world.coming(self) is None
+            if last or self.may_resolve():
+                self.happens(now.Reopened())
 
     def settle(self) -> None:
         """Update the intentions of the team; its decisions are events like all others."""
-        if self.control.helped:
-            self.control = replace(self.control, helped=False)
-            waited = self.recorder.waited not in (None, (None,))
-            if (waited and self.world.coming(self) is None) or self.may_resolve():
-                self.happens(now.Reopened())
-            self.recorder.waited = None
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
