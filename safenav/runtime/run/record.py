@@ -116,9 +116,9 @@ class Recorder:
             self._plan_ends(PlanEndReason.CHANGED)
         if isinstance(event, now.Departed | now.Stayed) and event.by == "backtrack":
             self._backtrack(event.robot, after.robots[event.robot].next)
-        match event:  # the most frequent ones first
-            case now.Turn():
-                return
+        if (line := self._line(self.team, self.tick, before, event, after)) is not None:
+            self.emit(line)
+        match event:
             case now.Counted(i, ticks, duty):
                 if before is after:  # no goal was met
                     return
@@ -129,17 +129,11 @@ class Recorder:
             case now.Time(at):
                 self._plan_reached(before)
                 self.time, self.tick = at, self.tick + 1 if self.team.live else int(at)
-                return
-            case now.Goes() | now.Departed():
-                self._moves(before, event, after)
             case now.Arrived() | now.Elsewhere() | now.Failed() | now.Lost():
-                self._moves(before, event, after)
                 if not self.team.live:
                     self._plan_reached(after)
-            case now.Stayed(_, by):
-                self._moves(before, event, after)
-                if by == "backtrack" and after.plan is None:
-                    self._plan_ends(PlanEndReason.VIOLATION)
+            case now.Stayed(by="backtrack") if after.plan is None:
+                self._plan_ends(PlanEndReason.VIOLATION)
             case now.Astray(i, rules):
                 for rule in rules:
                     self.emit(records.Assumption(self.tick, self._robot(i), rule))
@@ -222,11 +216,6 @@ class Recorder:
 
     def _robot(self, i: int) -> str:
         return self.team.members[i].name
-
-    def _moves(self, before: State, event: now.Event, after: State) -> None:
-        line = self._line(self.team, self.tick, before, event, after)
-        if line is not None:
-            self.emit(line)
 
     def tell_plan(self, state: State) -> None:
         """Record a new joint plan."""
