@@ -174,7 +174,7 @@ class Operator:
                 self._may_close(run, region)
                 yield None
                 truth = wanted.truth if kind.has_truth else None
-                self._simulation().bring(Obstacle(kind, region, truth, appears=at))
+                self._simulation().place(Obstacle(kind, region, truth, appears=at), Is.AWAY)
             case Intervention("order", kind, region) if kind is not None and region is not None:
                 if kind.has_truth:
                     raise UsageError(f"a {kind.name} has a truth: order a type without one")
@@ -186,7 +186,7 @@ class Operator:
                     new = replace(new, number=new.number + 1)
                 self._ordered.add(new.name)
                 if self.truth is not None:
-                    self.truth.bring(new)
+                    self.truth.place(new, Is.AWAY)
                 else:
                     yield now.Introduced(new)
                     yield now.Appeared(run.team.numbers[new.name][-1], cause=USER)

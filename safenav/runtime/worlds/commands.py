@@ -7,7 +7,7 @@ open command is dropped. Neither changes the run otherwise.
 
 import queue
 from collections import deque
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 
@@ -333,15 +333,15 @@ class Commands:
         if open_.target is None:
             wrong = wrong or protocol.wrong_result(event)
             return event if wrong is None else open_.failed(at, wrong)
-        named: Collection[Region] = () if wrong is not None else protocol.claimed(event)
-        wrong = wrong or protocol.wrong_step(
-            event, self.scenario.map, open_.robot, here, open_.target
-        )
+        regions = {here.region, open_.target.region}
         if wrong is None:
-            return event
-        free = {region for region in named if self.scenario.map.is_free(region)}
-        regions = frozenset({here.region, open_.target.region, *free})
-        return protocol.Lost(at, name, regions, wrong, command=open_.command)
+            about = event, self.scenario.map, open_.robot, here, open_.target
+            if (wrong := protocol.wrong_step(*about)) is None:
+                return event
+            pose = getattr(event, "pose", None)
+            named = getattr(event, "regions", ()) if pose is None else (pose.region,)
+            regions.update(filter(self.scenario.map.is_free, named))
+        return protocol.Lost(at, name, frozenset(regions), wrong, command=open_.command)
 
     def _limit(self, command: OpenCommand) -> float | None:
         """Return the seconds that a command may take; None: there is no limit."""

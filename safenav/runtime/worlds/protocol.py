@@ -231,12 +231,6 @@ def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
     return report
 
 
-def claimed(event: WorldEvent) -> Collection[Region]:
-    """Return the regions in which a report places its robot."""
-    pose = getattr(event, "pose", None)
-    return getattr(event, "regions", ()) if pose is None else (pose.region,)
-
-
 def wrong_step(
     event: WorldEvent, world: RegionMap, robot: Robot, here: Pose, target: Pose
 ) -> str | None:

@@ -192,15 +192,9 @@ class SimulatedWorld:
                 found.append(Change(source, True, k >= self._listed, new))
         return found
 
-    def bring(self, obstacle: Obstacle) -> None:
-        """Let a user's obstacle appear at its tick ``appears``, like an obstacle of the
-        scenario."""
-        assert obstacle.appears is not None
-        self.place(obstacle, Is.AWAY)
-
     def place(self, obstacle: Obstacle, state: Is = Is.OPEN, battery_of: int | None = None) -> None:
-        """Add an obstacle, which by default appears now, also where a robot stands; or the empty
-        battery of a robot."""
+        """Add an obstacle, which by default appears now, also where a robot stands; with ``AWAY``
+        at its tick ``appears``. ``battery_of``: the robot whose empty battery it is."""
         self._team = introduced(self._team, obstacle, battery_of)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
         self.truths.setdefault(obstacle.name, obstacle.traversable)
