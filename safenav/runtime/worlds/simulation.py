@@ -259,10 +259,6 @@ class SimulatedWorld:
         return obstacle.region not in occupied and obstacle.region not in self.standing()
 
 
-Works = list[tuple[Obstacle, tuple[str, ...]]]
-"""Obstacles on which robots act, each with these robots."""
-
-
 class LiveSimulation:
     """A live simulation. ``truth``: its hidden obstacles."""
 
@@ -276,8 +272,6 @@ class LiveSimulation:
         self._coming: list[tuple[float, int, WorldEvent, Robot, Sequence[Obstacle]]] = []
         self._takes: dict[str, float] = {}
         self._cleared: dict[str, set[str]] = {}
-        self._turned: dict[str, tuple[dict[str, float], Works]] = {}
-        """By robot: the headings before its action, and the participants of each part of it."""
 
     def resume(self, now: float, poses: Mapping[str, Pose]) -> None:
         """Continue at a moment, with robots in these poses and no command under way."""
@@ -315,8 +309,6 @@ class LiveSimulation:
         works = self.truth.within_reach(robot)
         there = {obstacle.name for obstacle, _ in works}
         event = Acted(self._now, robot.name, command=command)
-        facing = {name: self._paces[name].facing for _, group in works for name in group}
-        self._turned[robot.name] = facing, works
         took = 0.0
         for obstacle, group in works:
             took += self.action_seconds(obstacle, group, self._now + took)
@@ -377,24 +369,10 @@ class LiveSimulation:
             self.truth.move(robot, pose)
         elif isinstance(event, Acted):
             self.truth.cleared = self._cleared[robot.name]
-            facing, works = self._turned.pop(robot.name)
             found = [(obstacle, ActResult.of(truth)) for obstacle, truth in self.truth.act(robot)]
-            changed = {obstacle.name for obstacle, _ in (*self.truth.parts(robot), *found)}
-            self._face(facing, [each for each in works if each[0].name in changed])
             found += [(obstacle, ActResult.NOTHING) for obstacle in missing]
             return replace(event, at=self._now, found=tuple(found))
         else:
             pace.placed(self._now, None)
             self.truth.move(robot, pose)
         return event
-
-    def _face(
-        self, before: Mapping[str, float], done: Sequence[tuple[Obstacle, Sequence[str]]]
-    ) -> None:
-        """Let robots face the last obstacle on which their action had an effect: traces do not
-        record turns towards other obstacles."""
-        for name, facing in before.items():
-            self._paces[name].facing = facing
-        for obstacle, group in done:
-            for name in group:
-                self._paces[name].faces(self._poses[name].region, obstacle.region)
