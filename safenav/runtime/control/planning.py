@@ -51,12 +51,6 @@ class Planning(Struct, frozen=True, dict=True):
         """Robots that a plan drives now."""
         return driven(self.team, self.state)
 
-    @cached_property
-    def leaves(self) -> bool:
-        """Whether a plan is in force that leaves all to robots with strategies."""
-        plan = self.state.plan
-        return plan is not None and all(len(plan.ways[i]) < 2 for i in self.sharing)
-
     def _is_awaited(self, k: int) -> bool:
         """Return whether the helpers with strategies all wait in place, for others that act
         together with them."""
@@ -120,9 +114,8 @@ class Planning(Struct, frozen=True, dict=True):
 
     def _waits(self, open_: Collection[int]) -> bool:
         """Return whether the plan in force waits for robots with strategies to resolve these."""
-        for_others = {*open_} if self.leaves else self.helped
         foreseen = frozenset[int]() if self.state.plan is None else self.state.plan.foreseen
-        return bool(self.helped.intersection(open_)) and {*open_} <= foreseen & for_others
+        return bool(self.helped.intersection(open_)) and {*open_} <= foreseen & self.helped
 
     def _rounds(self, floor: Floor, joint: Joint) -> Sequence[now.Event]:
         """Return a plan of further rounds while others have work, if robots have deadlines."""
@@ -141,13 +134,7 @@ class Planning(Struct, frozen=True, dict=True):
         """Return the floor with the robots that help now."""
         duties = self.found.duties
         helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
-        floor = replace(floor, helping=tuple(helping.items())) if helping else floor
-        if not self.leaves:
-            return floor
-        # The plan left all to robots with strategies: only their chosen helpers act.
-        others = [(i, role) for i, role in enumerate(self.roles) if i not in self.sharing]
-        only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
-        return replace(floor, barred=floor.barred | only)
+        return replace(floor, helping=tuple(helping.items())) if helping else floor
 
     def _otherwise(self, answer: Answer, floor: Floor, joint: Joint) -> Answer:
         """Return the answer to a smaller question if this one is none, or is negative."""
