@@ -131,15 +131,6 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
         return f"{robot.name} cannot meet its formulas in the regions that it can reach"
     if chosen:  # from its current pose the robot still can
         return f"{robot.name} could no longer {describe(objective, word)} after that"
-    here = state.robots[i].pose % team.size
-    for k, each in enumerate(state.obstacles):
-        obstacle = team.obstacles[k].source
-        last, left = len(obstacle.needs) - 1, each.state is Is.SEALED
-        inside = obstacle.region == here and i in team.obstacles[k].blocks
-        if each.known and left and inside and obstacle.resolved_by_entering(robot, last):
-            what = obstacle_words(obstacle.name, word)
-            entered = f"it has entered {what} to resolve it, and can only go back"
-            return f"{robot.name} cannot {describe(objective, word)}: {entered}"
     memory = Memory(state.robots[i].own.turn(objective.pursuit))
     pose = team.members[i].graph.pose(state.robots[i].next)
     walls = walls_of(team, state, i, frozenset(state.requests))
