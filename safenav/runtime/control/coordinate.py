@@ -186,7 +186,9 @@ class Decision:
             )
             if not out:
                 never = ends.infeasible(plain, here, solve.around(floor, poses, stages))
-            elif len(out) == len(poses) or any(_is_feasible(each) for each in (all_, rest)):
+            elif len(out) == len(poses) or any(
+                solve.Solver(each.floor).feasible(each) for each in (all_, rest)
+            ):
                 never = ends.without(team, state, out)  # only absent robots stop the others
             else:  # with the whole team, or else without the robots out of service
                 lives = enumerate(solve.closure_of(all_).live)
@@ -303,10 +305,6 @@ def _question(team: Team, state: State) -> Hashable:
     next_ = tuple((i, state.robots[i].own.memory) for i in order)
     about = state.requests, obstacles, state.over, state.attempts
     return *about, out, astray, next_, team.objectives
-
-
-def _is_feasible(now: solve.Sets) -> bool:
-    return solve.Solver(now.floor).feasible(now)
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:

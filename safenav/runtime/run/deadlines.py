@@ -85,7 +85,9 @@ class Ledger:
                         self._tell(team, of, due, verdict)
             case now.Turn(i) | now.Goes(i):
                 self.had = i + 1
-                self._look(team, before, i)
+                round_, mine = self.dues.get((ROUND, i)), on_own(team, before, i)
+                if round_ is not None and not (before.robots[i].active and mine):
+                    self.dues[ROUND, i] = replace(round_, disturbed=True)
             case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i):
                 self.had = max(self.had, i + 1)
             case now.Assigned(i):
@@ -158,12 +160,6 @@ class Ledger:
         self.late += [name] if verdict is DeadlineVerdict.LATE else []
         earliest = None if soonest >= NEVER else soonest
         self.emit(records.Deadline(self.tick, name, due.tick, verdict, earliest))
-
-    def _look(self, team: Team, state: State, i: int) -> None:
-        """Mark the round of a robot that does not pursue its own objective in its turn."""
-        due = self.dues.get((ROUND, i))
-        if due is not None and not (state.robots[i].active and on_own(team, state, i)):
-            self.dues[ROUND, i] = replace(due, disturbed=True)
 
     def _soonest(self, bound: Bound, of: Of) -> int:
         """Return a tick before whose end a deadline cannot be met; 0 if there is no bound."""

@@ -89,9 +89,8 @@ def successor(run: Situation, i: int) -> Proposal | None:
     controller, robot = run.control.controllers[i], state.robots[i]
     if controller is None or robot.node is None or not controller.realizable:
         return None
-    safe, graph = None, team.members[i].graph
-    if run.control.found.safe:  # otherwise the team can never continue
-        safe = run.control.found.safe[i]
+    graph, every = team.members[i].graph, run.control.found.safe
+    safe = every[i] if every else None  # without any the team can never continue
     if controller.task.assignable:
         step = commanded(team, state, i, run.control.roles[i], controller, safe)
     else:

@@ -159,7 +159,12 @@ class Recorder:
                 for k in event.again:
                     self.emit(records.Gone(self.tick, self._name(k), ChangeCause.WORLD))
             case now.Appeared(k, truth, cause):
-                self._appeared(k, truth, ChangeCause(cause))
+                name, by = self._name(k), ChangeCause(cause)
+                self.emit(records.Appeared(self.tick, name, by))
+                if self.team.obstacles[k].ordered:
+                    self.emit(records.Ordered(self.tick, name, by))
+                if truth is not None:
+                    self.emit(records.Truth(self.tick, name, truth, by))
             case now.Gone(k, cause):
                 self.emit(records.Gone(self.tick, self._name(k), ChangeCause(cause)))
             case now.Flat(i, k):
@@ -307,13 +312,6 @@ class Recorder:
                 if len(group) >= need.robots:
                     break
         return tuple(map(self._robot, group)) if len(group) > 1 else None
-
-    def _appeared(self, k: int, truth: bool | None, cause: ChangeCause) -> None:
-        self.emit(records.Appeared(self.tick, self._name(k), cause))
-        if self.team.obstacles[k].ordered:
-            self.emit(records.Ordered(self.tick, self._name(k), cause))
-        if truth is not None:
-            self.emit(records.Truth(self.tick, self._name(k), truth, cause))
 
     # Decisions.
 

@@ -205,12 +205,11 @@ class SimulatedWorld:
 
     def remove(self, name: str) -> bool:
         """Remove an obstacle immediately; return whether it was there."""
-        found = False
-        for k, each in enumerate(self._state.obstacles):
-            if self._team.obstacles[k].name == name and each.stands:
-                found = True
-                self._put(k, Is.OVER)
-        return found
+        each = enumerate(self._state.obstacles)
+        found = [k for k, at in each if at.stands and self._team.obstacles[k].name == name]
+        for k in found:
+            self._put(k, Is.OVER)
+        return bool(found)
 
     def _changes(self, i: int) -> tuple[tuple[int, Stage], ...]:
         pairs = enumerate(zip(self._team.obstacles, self._state.obstacles, strict=True))
