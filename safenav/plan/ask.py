@@ -5,17 +5,17 @@ joint state and the served requests only, and is remembered by them.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from itertools import chain, combinations, islice
+from itertools import combinations, islice
 from operator import add
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.charged import ChargedSearch, Charges, furthest, least_of, raced, sustained
-from safenav.plan.course import Course, charged_plan
+from safenav.plan.charged import ChargedSearch, Charges, least_of, raced
+from safenav.plan.course import Course
 from safenav.plan.order import plan_of, preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search, jammed
-from safenav.plan.shorten import coupled, earlier, shortened
+from safenav.plan.shorten import earlier, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
 from safenav.team.bound import least_within
@@ -68,7 +68,7 @@ def ask(
     a long mission, a plan for its next rounds. In a plan, rounds with a deadline continue until all
     rounds are completed, if possible. ``check`` raises if the search must end. None if the budget
     is exhausted."""
-    if (none := _crowded(floor) or _alone(floor, joint)) is not None:
+    if (none := _crowded(floor)) is not None:
         return none
     sharing = [i for i in floor.robots if i in floor.team.sharing] or floor.robots
     done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in sharing)
@@ -99,11 +99,8 @@ def _continued(
     longest = last * max(floor.team.members[i].ticks for i in floor.robots)
     for i in timed:
         member = floor.team.members[i]
-        end = last
-        while end and floor.is_done(i, ticks[end - 1].counts[i]):
-            end -= 1
-        least = least_within(member, ticks[end].poses[i], strict=member.objective.literal)
-        extra[i] = 1 + (longest - end * member.ticks) // least if least else 0
+        least = least_within(member, joint.poses[i], strict=member.objective.literal)
+        extra[i] = 1 + longest // least if least else 0
     while any(extra):
         more = replace(floor, rounds=tuple(map(add, floor.wanted, extra)))
         further = _ask(more, joint, served, seed, check)
@@ -151,7 +148,7 @@ def _ask(
             for i, memory in first:
                 counts[i] = memory, 0
             begun = floor.settled(joint.poses, tuple(counts), joint.stages)
-            plan = shortened(floor, [[begun, *answer[1:]]], frozenset(served))
+            plan = shortened(floor, [begun, *answer[1:]], frozenset(served))
             if not first:  # robots begin with other targets after a resolution, which ends the plan
                 plan = replace(plan, foreseen=frozenset())
             return Found(plan, first)
@@ -179,8 +176,8 @@ def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
     more, work = replace(floor, rounds=tuple(rounds)), LITTLE * len(floor.robots)
     while states is not None and not isinstance(states, Exhausted):
         moves = careful and not jammed(ready, states[-1])
-        every, kinds = chain([states], search.others(len(states))), search.alternatives(len(states))
-        found.append(Found(shortened(ready if moves else floor, every, served, kinds)))
+        kinds = search.alternatives(len(states))
+        found.append(Found(shortened(ready if moves else floor, states, served, kinds)))
         if not careful or (moves and _goes_on(more, search.start, found[-1], 0, check, work)):
             return found[-1]
         if len(found) == TRIES:
@@ -207,10 +204,8 @@ def ask_charged(
     time: float,
     check: Callable[[], None] = lambda: None,
 ) -> Found | None:
-    """Return a plan for which the charges suffice: forever after it, or at least until its end. If
-    none is found for the whole mission, it may be one for a part, after which they suffice.
-    Robots that cannot hinder each other are planned apart, if their charges last until the end of
-    all. None if no plan is found."""
+    """Return a plan for which the charges suffice: forever after it, or at least until its end; for
+    a long mission, a plan of the next rounds. None if no plan is found."""
     if _crowded(floor) is not None:
         return None
     sharing = [i for i in floor.robots if i in floor.team.sharing]
@@ -222,21 +217,11 @@ def ask_charged(
     most = FAR if whole else done + AHEAD_CHARGED
     rounds = tuple(min(n, most) if i in sharing else 0 for i, n in enumerate(floor.wanted))
     floor = _hopeful(replace(floor, rounds=rounds, robots=robots), joint, charges)
-    lasts, groups = sustained(floor), [] if floor.open(joint.stages) else [*coupled(floor)]
-    for apart in (groups, [floor.robots]) if len(groups) > 1 else ([floor.robots],):
-        legs, parts = lasts and len(apart) < 2, list[Course]()
-        for few in (replace(floor, robots=group) for group in apart):
-            how = legs, whole
-            course = _charged(few, joint, frozenset(served), seed, charges, check, how)
-            if course is None:
-                break
-            parts.append(course)
-        if len(parts) < len(apart) and not lasts:
-            return None
-        if len(parts) == len(apart) and (plan := charged_plan(parts, time)) is not None:
-            ends = (each.floor.completed(each.states[-1], frozenset(served)) for each in parts)
-            return Found(replace(plan, part=not (whole and all(ends))))
-    return None
+    course = _charged(floor, joint, frozenset(served), seed, charges, check, whole=whole)
+    if course is None:
+        return None
+    ends = course.floor.completed(course.states[-1], frozenset(served))
+    return Found(replace(course.planned(time), part=not (whole and ends)))
 
 
 def _hopeful(floor: Floor, joint: Joint, charges: Charges) -> Floor:
@@ -260,62 +245,37 @@ def _charged(
     seed: int,
     charges: Charges,
     check: Callable[[], None],
-    how: tuple[bool, bool],
+    *,
+    whole: bool,
 ) -> Course | None:
     """Return a plan for ``ask_charged``, preferably with charge for a further stay; None if none is
-    found. ``how``: whether it may complete fewer rounds, and whether the rounds of ``floor`` are
-    all those of the mission."""
+    found. ``whole``: whether the rounds of ``floor`` are all those of the mission."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
     guide = _guide(floor, wanted)
     work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
-    tried, ready, (legs, whole) = list[ChargedSearch](), replace(floor, ready=True), how
-
-    def soon(on: Floor, start: Joint) -> bool:
-        search = _search(on, start, wanted, seed, check, LITTLE * len(floor.robots))
-        return not isinstance(search.run(), Exhausted | None)
 
     def goes_on(last: Joint) -> bool:  # robots that cannot turn around may be in each other's way
         if not floor.one_way or (whole and floor.completed(last, wanted)):
             return True
         done = (floor.rounds_done(i, count) for i, count in enumerate(last.counts))
-        return soon(replace(floor, rounds=tuple(1 + each for each in done)), last)
+        more = replace(floor, rounds=tuple(1 + each for each in done))
+        search = _search(more, last, wanted, seed, check, LITTLE * len(floor.robots))
+        return not isinstance(search.run(), Exhausted | None)
 
-    careful = ready if floor.one_way and soon(ready, joint) else floor
-    mixed = len({floor.team.step_ticks[i] for i in floor.robots}) > 1
     for lasting, begins in (True, late), (True, charges), (False, charges):
-        if not lasting and legs and (leg := furthest(tried, goes_on)) is not None:
-            return earlier(leg)
-        start, on = joint._replace(charges=begins), careful if lasting else floor
+        start = joint._replace(charges=begins)
         # If a charger is near, short stops cost least; if it is far, few stops.
-        ways = [(False, False), (False, True)] if begins is late else [(False, False)]
-        ways += [(True, False), (True, True)] if begins is late and mixed else []
-        each = work * 2 // max(2, len(ways))  # in total as much work as with one speed
+        ways = (False, True) if begins is late else (False,)
         searches = [
-            ChargedSearch(on, wanted, guide, start, seed, each, (lasting, full), check, brisk=brisk)
-            for brisk, full in ways
+            ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), check)
+            for full in ways
         ]
-        tried += searches
-        fits = searches[0].fits(start)
-        if fits and (found := raced(searches, each, goes_on)) is not None:
+        if (found := raced(searches, work, goes_on)) is not None:
             return earlier(found)
-        work //= 4 if fits else 1  # a weaker request is likely to fail as well
-    return None
-
-
-def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
-    """Return the deadlock of a robot that sealed obstacles keep from a remaining target, if any."""
-    for i in floor.robots:
-        member, free = floor.team.members[i], floor.floors[i]
-        if free == member.floor or floor.is_done(i, joint.counts[i]):
-            continue
-        there = floor.graphs[i].closure(1 << joint.poses[i], free)
-        if not all(there & target for target in member.targets):
-            found = _proof(floor, joint, (i,))
-            if found is not None:
-                return found
+        work //= 4  # a weaker request is likely to fail as well
     return None
 
 
@@ -409,14 +369,14 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
 
 
 def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
-    """Return the deadlock, if found, of two or three robots that could not complete the mission
-    even without all others: a proof for the team, since others only restrict them."""
+    """Return the deadlock, if found, of up to three robots that could not complete the mission even
+    without all others: a proof for the team, since others only restrict them."""
     sharing = [i for i in floor.robots if floor.team.members[i].partners]
-    for size in [size for size in (2, 3) if size < len(floor.robots)]:
+    for size in range(1, min(4, len(floor.robots))):
         groups = [
             g
             for g in combinations(sharing, size)
-            if all(floor.team.members[i].partners & {*g} for i in g)
+            if size == 1 or all(floor.team.members[i].partners & {*g} for i in g)
         ]
         for group in islice(sorted(groups, key=lambda g: _spread(floor, joint, g)), FEW_GROUPS):
             check()

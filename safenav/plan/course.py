@@ -20,7 +20,7 @@ from safenav.team.state import Plan, Waypoint
 
 COURSES = 4
 AMPLE = 0.25
-"""Part of the capacity that each robot has left at the end of a plan for a part of the mission, if
+"""Part of the capacity with which a robot off the chargers ends a plan beyond what it needs, if
 possible: others may use the chargers first. Robots also leave chargers with so much more than they
 need: in a lab they are late."""
 MEAN = 0.1
@@ -74,14 +74,10 @@ def timed(
     return arrives
 
 
-def mixed(floor: Floor) -> bool:
-    """Return whether robots take different times for a step."""
-    return len({floor.team.step_times[i] for i in floor.robots}) > 1
-
-
 def cost(floor: Floor, ends: Sequence[float]) -> float:
     """Return the time of the last robot, plus a share of the mean time if speeds differ."""
-    return max(ends) + (MEAN * sum(ends) / len(ends) if mixed(floor) else 0)
+    mixed = len({floor.team.step_times[i] for i in floor.robots}) > 1
+    return max(ends) + (MEAN * sum(ends) / len(ends) if mixed else 0)
 
 
 class Course:
@@ -145,14 +141,6 @@ class Course:
                 waits = 0 if on else waits + ready - came
                 need = 0 if on else need + (ready - came) * energy.battery.stay
 
-    @property
-    def capacities(self) -> tuple[float, ...]:
-        """The greatest charges of all robots."""
-        found = [0.0] * len(self.charges)
-        for i, energy in self.energies.items():
-            found[i] = energy.battery.capacity
-        return tuple(found)
-
     def stops(self, i: int) -> dict[int, int]:
         """Return the places where a robot waits for charge, each with its ticks."""
         tick = min(self.floor.team.step_times[j] for j in self.floor.robots)
@@ -175,11 +163,19 @@ class Course:
             way[place] = way[place]._replace(charge=charge, tick=due)
         return tuple(way)
 
+    def planned(self, begun: float) -> Plan:
+        """Return the joint plan. ``begun``: the tick before its first one; in a live run its
+        start."""
+        ways: list[tuple[Waypoint, ...]] = [()] * len(self.charges)
+        for i in self.floor.robots:
+            ways[i] = self.way(i, begun)
+        return Plan(tuple(ways), self.plan.foreseen, tuple(self.charges))
 
-def course_of(floor: Floor, states: Sequence[Joint], *, exact: bool) -> Course | None:
+
+def course_of(floor: Floor, states: Sequence[Joint]) -> Course:
     """Return the execution of the plan of these states that ends first of several: robots leave
-    chargers with the charges of the states, or with less where that suffices. If it fails: None or,
-    if the states are ``exact``, the one that takes as long as these."""
+    chargers with the charges of the states, or with less where that suffices. If all fail, return
+    the one that takes as long as the states."""
     plan, _ = plan_of(floor, states[0], [joint.poses for joint in states])
     at, tick = [0] * len(plan.ways), 0.0
     planned, since = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
@@ -202,7 +198,7 @@ def course_of(floor: Floor, states: Sequence[Joint], *, exact: bool) -> Course |
             if key[0] in course.failed:  # the robot waits on the charger instead
                 later[key] = ready
         course = Course(floor, states, plan, least, later)
-    return best or (Course(floor, states, plan, planned, since) if exact else None)
+    return best or Course(floor, states, plan, planned, since)
 
 
 def _stayed(energy: Energy, charge: float, pose: int, time: float) -> float:
@@ -220,24 +216,6 @@ def _wanted(floor: Floor, last: Joint, i: int) -> float:
     assert energy is not None
     more = 0 if energy.charging(last.poses[i]) or not energy.battery.stay else AMPLE
     return min(needed(floor, last, i) + more * energy.battery.capacity, last.charges[i])
-
-
-def charged_plan(courses: Sequence[Course], begun: float) -> Plan | None:
-    """Return the joint plan of ``courses``, whose robots need not wait for each other; None if a
-    robot's charge does not suffice to wait for the end of all. ``begun``: the tick before its first
-    one; in a live run its start."""
-    team = courses[0].floor.team
-    end, charges = max(course.end for course in courses), [0.0] * len(team.members)
-    ways: list[tuple[Waypoint, ...]] = [()] * len(team.members)
-    for course in courses:
-        for i in course.floor.robots:
-            ways[i], charges[i] = course.way(i, begun), course.charges[i]
-            energy, last = team.members[i].energy, course.states[-1]
-            if energy is not None and not energy.charging(last.poses[i]) and end > course.end:
-                charges[i] -= (end - course.end) * energy.battery.stay
-                if charges[i] < min(needed(course.floor, last, i), last.charges[i]):
-                    return None
-    return Plan(tuple(ways), courses[0].plan.foreseen, tuple(charges))
 
 
 def needed(floor: Floor, joint: Joint, i: int) -> float:

@@ -14,27 +14,13 @@ from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, restarted
 from safenav.team.known import floor_now, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
-from safenav.team.team import Need, Team
-from safenav.world.poses import FAR, bits
+from safenav.team.team import Team
+from safenav.world.poses import FAR
 
-_NONE: frozenset[int] = frozenset()
 EARLY = 1e-5
 
 
-Ticks = Sequence[tuple[int, ...]]
-"""Joint poses, one after the other."""
-
-
-def _linear(floor: Floor, joint: Joint, ticks: Ticks) -> Iterator[tuple[int, Joint, Joint]]:
-    """Yield the steps of robots that go to these joint poses one at a time: the robot, and the
-    states before and after the step."""
-    for poses in ticks:
-        for i, after in floor.sequence(joint, poses):
-            yield i, joint, after
-            joint = after
-
-
-def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
+def plan_of(floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]) -> tuple[Plan, Joint]:
     """Return the plan in which robots go to these joint poses, and the state at its end if they go
     one at a time, in the plan's order."""
     robots, stays = floor.robots, _Stays(floor, first)
@@ -44,45 +30,20 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> tuple[Plan, Joint]:
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
-    joint, chosen = first, dict[tuple[int, int], Need]()
-    for i, before, joint in _linear(floor, first, ticks):
-        over = _over(floor, before)
-        after = stays.moved(i, before.poses[i], joint.poses[i], len(ways[i]))
-        waits = owed[i] | (_whole(floor, over) if joint.counts[i] != before.counts[i] else set())
-        waits |= {met for met, need in chosen.items() if _can(floor, i, need, joint.poses[i])}
-        owed[i] = set()
-        for (k, n), opens, ends in _choices(floor, before, joint):
-            need = floor.team.obstacles[k].needs[n]
-            for j, place in stays.left(need).items() if opens else ():
-                if j != i:
-                    after[j] = max(place, after.get(j, 0))
-            if ends:
-                chosen[k, n + 1] = need
-        when = tuple(sorted(after.items())), frozenset(waits), before.counts[i], over
-        ways[i].append(Waypoint(joint.poses[i], *when))
-        if joint.stages != before.stages:
-            for j, what in _because(floor, before, joint):
+    joint = first
+    for poses in ticks:
+        for i, after in floor.sequence(joint, poses):
+            over, counts = _over(floor, joint), joint.counts[i]
+            others = stays.moved(i, joint.poses[i], poses[i], len(ways[i]))
+            waits = owed[i] | (_whole(floor, over) if after.counts[i] != counts else set())
+            owed[i] = set()
+            when = tuple(sorted(others.items())), frozenset(waits), counts, over
+            ways[i].append(Waypoint(poses[i], *when))
+            for j, what in _because(floor, joint, after) if after.stages != joint.stages else ():
                 owed[j].add(what)
+            joint = after
     every = tuple(tuple(ways.get(i, ())) for i in range(len(first.poses)))
     return Plan(every, frozenset(floor.gates)), joint
-
-
-def _choices(
-    floor: Floor, before: Joint, joint: Joint
-) -> Iterator[tuple[tuple[int, int], bool, bool]]:
-    """Yield the needs that choose the robots of the next need, as a step makes them next or fulfils
-    them: obstacle, number, and which of both. Between these steps no other robot that can act may
-    be there: the need would choose it."""
-    for g in floor.open(before.stages) if before.stages != joint.stages else ():
-        begun, now, needs = before.stages[g].need, joint.stages[g].need, floor.gate(g).needs
-        for n in range(begun, min(now, len(needs) - 2) + 1):
-            if needs[n + 1].same:
-                yield (floor.gates[g], n), n > begun, n < now
-
-
-def _can(floor: Floor, i: int, need: Need, pose: int) -> bool:
-    able = need.skills <= floor.team.members[i].robot.capabilities
-    return able and bool(need.regions >> pose % floor.team.size & 1)
 
 
 class _Stays:
@@ -100,7 +61,7 @@ class _Stays:
         last visitor is enough: it came after all others had left."""
         team, region, found = self.team, pose % self.team.size, dict[int, int]()
         left, entered = team.spaces(i, before % team.size), team.spaces(i, region)
-        crowd = team.crowds[i] or _NONE
+        crowd = team.crowds[i] or frozenset()
         for space in left:
             if space not in entered:
                 next(stay for stay in reversed(self.stays[space]) if stay[0] == i)[1] = place
@@ -111,15 +72,6 @@ class _Stays:
                 if j in crowd and space == region:
                     break
             self.stays[space].append([i, 0])
-        return found
-
-    def left(self, need: Need) -> dict[int, int]:
-        """Return the robots that have left a region of a need that they can take part in, each with
-        its last next place after that."""
-        found, members = dict[int, int](), self.team.members
-        for j, after in (stay for region in bits(need.regions) for stay in self.stays[region]):
-            if after and need.skills <= members[j].robot.capabilities:
-                found[j] = max(after, found.get(j, 0))
         return found
 
 
@@ -147,8 +99,6 @@ def _whole(floor: Floor, over: Iterable[int]) -> set[tuple[int, int]]:
 
 
 def _over(floor: Floor, joint: Joint) -> frozenset[int]:
-    if not floor.gates:
-        return _NONE
     open_ = floor.open(joint.stages)
     return frozenset(k for g, k in enumerate(floor.gates) if g not in open_)
 
@@ -341,27 +291,19 @@ def awaited(team: Team, state: State) -> frozenset[int]:
 def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
     """Return the joint state after each tick of an undisturbed execution, in which robots move in
     turn, each as soon as it may; None if this execution does not complete the plan."""
-    at = [0] * len(plan.ways)
-    ticks, joint, gates = [first], first, floor.gates
-    left = sum(len(plan.ways[i]) - 1 for i in floor.robots)
-    going = [i for i in floor.robots if len(plan.ways[i]) > 1]
-    while left:
-        begun, ended = left, False
+    at, ticks, joint = [0] * len(plan.ways), [first], first
+    number = {k: g for g, k in enumerate(floor.gates)}
+    while going := [i for i in floor.robots if at[i] + 1 < len(plan.ways[i])]:
+        before = ticks[-1]
         for i in going:
             waypoint = plan.ways[i][at[i] + 1]
             if any(at[j] < place for j, place in waypoint.after):
                 continue
-            if waypoint.needs:
-                stage = dict(zip(gates, joint.stages, strict=True))
-                if any(stage[k].need < n for k, n in waypoint.needs):
-                    continue
+            if any(joint.stages[number[k]].need < n for k, n in waypoint.needs):
+                continue
             if floor.allowed(i, joint.stages) >> waypoint.pose & 1:
-                joint = floor.after(joint, i, waypoint.pose)
-                at[i], left = at[i] + 1, left - 1
-                ended = ended or at[i] + 1 >= len(plan.ways[i])
-        if ended:
-            going = [i for i in going if at[i] + 1 < len(plan.ways[i])]
-        if left == begun:
+                joint, at[i] = floor.after(joint, i, waypoint.pose), at[i] + 1
+        if joint is before:
             return None
         ticks.append(joint)
     return ticks

@@ -59,9 +59,7 @@ class Search:
         alive = self._alive if len(floor.robots) > MANY else None
         self._propose = Proposals(floor, self.random, alive).propose
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
-        self._fields: dict[Stages, dict[tuple[int, Mask], Field]] = {}
         self._turn = 0
-        self.seen: dict[Joint, Joint | None] = {}  # states of the last search, with predecessors
 
     def goal(self, joint: Joint) -> bool:
         self._check()
@@ -73,7 +71,7 @@ class Search:
         the next round."""
         if self.goal(self.start):
             return [self.start]
-        few, far = len(self.floor.robots) <= FEWEST, self._far()
+        few = len(self.floor.robots) <= FEWEST
         if not self._turn and len(self.floor.robots) > MANY:
             every = self._rolls([1] * len(self.start.poses), MOST_OF_A_ROLL * self.floor.team.size)
             if (found := next(every, None)) is not None:
@@ -85,7 +83,7 @@ class Search:
                 once = how in (DUTIES, FARTHEST)
                 for _ in range(1 if once else max(1, budget // MOST_OF_AN_ORDER)):
                     states = budget if once else min(budget, MOST_OF_AN_ORDER)
-                    found = self.deep(self.start, self.goal, states, how, self._order(how), far)
+                    found = self.deep(self.start, self.goal, states, how, self._order(how))
                     if isinstance(found, Exhausted):
                         return self.singles(PROOF if turn else SINGLES)
                     if found is not None:
@@ -98,28 +96,23 @@ class Search:
                     return found
         return self.singles(PROOF) if few and self._turn <= PROOF_TURN else None
 
-    def others(self, most: int) -> Iterator[list[Joint]]:
-        """Yield the plans of other searches of at most this many states: a single deep search often
-        finds a long plan."""
-        self.work = min(self.work, EXTRA)
-        if len(self.floor.robots) <= FEWEST:
-            found = self.singles(SINGLES // 4)
-            yield from () if isinstance(found, Exhausted | None) else (found,)
-        for how in (STATIC, ONE) * TRIES:
-            found = self.deep(self.start, self.goal, most, how, self._order(how))
-            yield from () if isinstance(found, Exhausted | None) else (found,)
-
     def alternatives(self, length: int) -> Iterator[list[Joint]]:
-        """Yield plans of other kinds beside one of that ``length``: plans in which duties do not
-        come first, and plans in which fast robots do not wait for the steps of slow robots."""
-        times, most, self.work = self.floor.team.step_times, PACED * length, EXTRA
-        if self.served:
-            found = self.deep(self.start, self.goal, most, FARTHEST, self._order(FARTHEST))
+        """Yield further plans beside one of that ``length``: plans in which duties do not come
+        first; for a few robots plans of other searches, since one deep search often finds a long
+        plan; and plans in which fast robots do not wait for the steps of slow robots."""
+        times, self.work = self.floor.team.step_times, EXTRA
+        # Without regard to duties, robots that are driven by their strategies could be to help.
+        few = len(self.floor.robots) <= FEWEST and not (self.served and self.floor.team.lone)
+        hows = [(FARTHEST, PACED * length)] * bool(self.served)
+        hows += [(STATIC, length), (ONE, length)] * TRIES * few
+        shortest = (self.singles(SINGLES // 4) for _ in range(few))
+        deep = (self.deep(self.start, self.goal, n, how, self._order(how)) for how, n in hows)
+        for found in chain(shortest, deep):
             yield from () if isinstance(found, Exhausted | None) else (found,)
         least = min(times[i] for i in self.floor.robots)
         periods = [min(SLOWEST, round(each / least)) for each in times]
         if max(periods[i] for i in self.floor.robots) > 1:
-            yield from islice(self._rolls(periods, most), TRIES)
+            yield from islice(self._rolls(periods, PACED * length), TRIES)
 
     def _rolls(self, periods: Sequence[int], most: int) -> Iterator[list[Joint]]:
         """Yield plans of a limited number of states by lifelong PIBT, which never backtracks: the
@@ -189,22 +182,9 @@ class Search:
                 return None
         return Exhausted(before)
 
-    def _far(self) -> int:
-        """Return twice the ticks of the mission without detours, as if all targets of a robot were
-        as far away as its next one; minus the ticks of a first search."""
-        joint, floor, ticks = self.start, self.floor, [0]
-        for i, field in enumerate(self.fields(joint)):
-            rounds = floor.wanted[i] - floor.rounds_done(i, joint.counts[i])
-            goals = max(1, rounds * len(floor.team.members[i].targets))
-            ticks.append(0 if field is None else goals * field[joint.poses[i]])
-        return max(0, 2 * max(ticks) - FIRST_BUDGET)
-
-    def deep(
-        self, start: Joint, goal: Goal, budget: int, how: str, order: list[int], far: int = 0
-    ) -> Answer:
-        """Search depth first: at most ``budget`` states, and as many more as a plan of the length
-        ``far`` must have."""
-        before = self.seen = dict[Joint, Joint | None]({start: None})
+    def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
+        """Search depth first: at most ``budget`` states."""
+        before: dict[Joint, Joint | None] = {start: None}
         stack = [(start, self._next(start, how, order))]
         edges = 0
         while stack:
@@ -214,13 +194,13 @@ class Search:
                 stack.pop()
                 continue
             edges += 1
-            if edges > budget * 12 + far or self.work <= 0:
+            if edges > budget * 12 or self.work <= 0:
                 return None
             if self._new(after, before) and not (self.floor.one_way and jammed(self.floor, after)):
                 before[after] = joint
                 if goal(after):
                     return path(after, before)
-                if len(before) > budget + far:
+                if len(before) > budget:
                     return None
                 stack.append((after, self._next(after, how, order)))
         return Exhausted(before)
@@ -267,16 +247,12 @@ class Search:
         guided, found = self._duties(joint), list[Field]([None] * len(joint.poses))
         if rest and any(guided):
             guided = [mine or 0 for mine in guided]
-        known = self._fields.setdefault(joint.stages, {})
         for i in self.floor.robots:
             mine = guided[i]
             own = self.floor.awaited(i, joint.counts[i]) if mine is None else mine
-            goal = self._aim(joint, i, own, own=mine is None)
-            if (i, goal) not in known:
-                allowed = self.floor.allowed(i, joint.stages)
-                known[i, goal] = self.floor.graphs[i].distances(goal, allowed) if goal else None
-            field = known[i, goal]
-            found[i] = field if field is not None and field[joint.poses[i]] < FAR else None
+            if goal := self._aim(joint, i, own, own=mine is None):
+                field = self.floor.graphs[i].distances(goal, self.floor.allowed(i, joint.stages))
+                found[i] = field if field[joint.poses[i]] < FAR else None
         return found
 
     def _duties(self, joint: Joint) -> Sequence[Mask | None]:
@@ -351,19 +327,19 @@ def jammed(floor: Floor, joint: Joint) -> bool:
     steps, and those of the robots in its way, lead into regions of such robots. Two that face each
     other in a corner stay there forever. On a floor that is to be ``ready``, also a robot that has
     completed its rounds and does not stay at its last target: a resolution would restart them."""
-    poses, size = joint.poses, floor.team.size
+    poses, size, members = joint.poses, floor.team.size, floor.team.members
     taken = {poses[i] % size for i in floor.robots}
     stuck = {i for i in floor.robots if taken.issuperset(floor.ahead(i, poses[i]))}
     before = None
     while stuck != before:
         before, now = stuck, stuck
-        shut = {i: {poses[j] % size for j in floor.rivals(i) & now} for i in now}
+        shut = {i: {poses[j] % size for j in members[i].rivals & now} for i in now}
         stuck = {i for i in now if shut[i].issuperset(floor.ahead(i, poses[i]))}
     left = ((i, floor.awaited(i, joint.counts[i])) for i in stuck)
     return any(
         not floor.is_done(i, joint.counts[i])
         or (goal and not goal >> poses[i] & 1)
-        or (floor.ready and not floor.team.members[i].pursuit.settles)
+        or (floor.ready and not members[i].pursuit.settles)
         for i, goal in left
     )
 
@@ -379,11 +355,9 @@ def _misses(field: Field, pose: int) -> bool:
 
 
 def path(end: Joint, before: dict[Joint, Joint | None]) -> list[Joint]:
-    found: list[Joint] = []
-    joint: Joint | None = end
-    while joint is not None:
-        found.append(joint)
-        joint = before[joint]
+    found = [end]
+    while (former := before[found[-1]]) is not None:
+        found.append(former)
     return found[::-1]
 
 
@@ -401,9 +375,6 @@ class Proposals:
         self._members = floor.team.members
         self._rivals = [member.rivals for member in self._members]
         self._zoned = [bool(member.zones) for member in self._members]
-        self._joint: Joint | None = None
-        self._stages: Stages | None = None
-        self._order: Sequence[int] = ()
 
     def propose(
         self,
@@ -414,33 +385,25 @@ class Proposals:
     ) -> tuple[int, ...] | None:
         """Return the next poses; None if a robot can neither move nor stay. ``order``: the robots
         in the order of their choices; ``forced``: the poses that robots must take."""
-        if joint is not self._joint or order is not self._order:  # else only forced poses differ
-            self._joint, self._order, self._poses = joint, order, joint.poses
-            self._now: dict[int, list[int]] = {}
-            for i in order:
-                self._now.setdefault(joint.poses[i] % self._size, []).append(i)
-            if joint.stages is not self._stages:
-                self._stages, robots = joint.stages, range(len(joint.poses))
-                self._steps = [self._floor.steps(i, joint.stages) for i in robots]
-        self._fields = fields
+        self._stages, self._poses, self._fields = joint.stages, joint.poses, fields
+        self._now: dict[int, list[int]] = {}
+        for i in order:
+            self._now.setdefault(joint.poses[i] % self._size, []).append(i)
         self._next: dict[int, int] = {}
         self._entered: dict[int, list[int]] = {}
-        for i, pose in forced:
-            if i not in self._next and not self._place(i, frozenset(), (pose,)):
-                return None
-        for i in order:
-            if i not in self._next and not self._place(i, frozenset(), None):
+        for i, only in (*forced, *((i, None) for i in order)):
+            if i not in self._next and not self._place(i, frozenset(), only):
                 return None
         found = [*joint.poses]
         for i, pose in self._next.items():
             found[i] = pose
         return tuple(found)
 
-    def _place(self, i: int, pushing: frozenset[int], only: tuple[int, ...] | None) -> bool:
+    def _place(self, i: int, pushing: frozenset[int], only: int | None = None) -> bool:
         """Assign a pose to a robot, and to robots in its way. ``pushing``: the robots that push
         it."""
         mark = len(self._next)
-        for pose in only or self._ranked(i):
+        for pose in self._ranked(i) if only is None else (only,):
             if self._take(i, pose, pushing):
                 return True
             while len(self._next) > mark:
@@ -464,7 +427,7 @@ class Proposals:
                         pushed.append(j)
         self._entered.setdefault(region, []).append(i)
         after[i] = pose
-        return not pushed or all(j in after or self._place(j, pushing | {i}, None) for j in pushed)
+        return not pushed or all(j in after or self._place(j, pushing | {i}) for j in pushed)
 
     def _occupied(self) -> list[Mask]:
         """Return the regions that each robot occupies before and after this step."""
@@ -477,7 +440,7 @@ class Proposals:
         here, field, rivals = self._poses[i], self._fields[i], self._rivals[i]
         now, size, draw = self._now, self._size, self._random.random
         ranks = [((0 if field is None else field[here]) + draw() / 2, here)]
-        for pose in self._steps[i][here]:
+        for pose in self._floor.steps(i, self._stages)[here]:
             if self._alive is not None and not self._alive[i] >> pose & 1:
                 continue
             there = now.get(pose % size)

@@ -9,9 +9,9 @@ from math import inf
 from typing import NamedTuple
 
 from safenav.components import reached
-from safenav.plan.course import Course, cost, course_of, mixed, timed
+from safenav.plan.course import Course, cost, course_of, timed
 from safenav.plan.order import plan_of, preview
-from safenav.plan.search import FEWEST, completes
+from safenav.plan.search import completes
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
 from safenav.world.poses import Mask, bits, region_mask
@@ -20,7 +20,7 @@ REPEATS = 4
 FEW, LITTLE = 12, 0.02
 """More than ``FEW`` robots end with the first round that saves only a ``LITTLE`` of the ticks."""
 MOST_CELLS = 40_000
-MUCH, PATIENCE = 1.2, 3
+MUCH = 1.2
 
 
 Via = tuple[Mask, int, bool]
@@ -39,27 +39,17 @@ class Draft(NamedTuple):
 
 def shortened(
     floor: Floor,
-    answers: Iterable[Sequence[Joint]],
+    states: Sequence[Joint],
     served: frozenset[int],
     kinds: Iterable[Sequence[Joint]] = (),
 ) -> Plan:
-    """Return the plan of the first of these states, with fewer ticks and steps if these are found
-    soon. While robots hinder each other much in it, the plans of the next states are tried, until a
-    few of them are not better; then the best one of other ``kinds``."""
-    best = _shortened(floor, next(answers := iter(answers)), served)
-    vain = 0
-    while vain < PATIENCE and (not best.ticks or _hindered(floor, best)):
-        states = next(answers, None)
-        if states is None:
-            break
-        other = _shortened(floor, states, served)
-        vain += 1
-        if other.cost < best.cost:
-            best, vain = other, 0
-    drafts = (_shown(floor, each[0], [one.poses for one in each], served) for each in kinds)
-    quick = min(drafts, key=lambda draft: draft.cost, default=best)
-    if quick.cost[0] < MUCH * best.cost[0] and quick is not best:
-        best = min(best, _shortened(floor, quick.ticks, served), key=lambda draft: draft.cost)
+    """Return the plan of these states, with fewer ticks and steps if these are found soon; or that
+    of states of other ``kinds``, if it ends first."""
+    best = _shortened(floor, states, served)
+    for each in kinds:
+        draft = _shown(floor, each[0], [one.poses for one in each], served)
+        if draft.cost[0] < MUCH * best.cost[0]:
+            best = min(best, _shortened(floor, draft.ticks, served), key=lambda one: one.cost)
     return best.plan
 
 
@@ -68,31 +58,10 @@ def _ways(ticks: Sequence[Joint]) -> list[list[int]]:
     return [[*way] for way in zip(*(joint.poses for joint in ticks), strict=True)]
 
 
-def _hindered(floor: Floor, best: Draft) -> bool:
-    """Return whether a few robots take much longer than each of them would if no robot were in its
-    way. Larger groups often do, and other searches are expensive: on random halls with up to ten
-    robots they took a quarter of the processor time for 0.7 % of the ticks."""
-    if len(floor.robots) > FEWEST:
-        return False
-    ways, times = _ways(best.ticks), _times(floor)
-    alone = ((i, _earliest(floor, best.ticks, ways, i, None, vain=False)) for i in floor.robots)
-    slowest = max(
-        (times[i] * _moves(floor, i, way)[-1] for i, way in alone if way is not None), default=0
-    )
-    return best.cost[0] > MUCH * (slowest + 1)
-
-
 def _shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> Draft:
+    """Return the plan of these states, with faster paths of its robots."""
     best = _shown(floor, states[0], [joint.poses for joint in states], served)
-    for vain in (True, False) if served else (True,):
-        best = _faster(floor, best, served, vain=vain) if best.ticks else best
-    return best
-
-
-def _faster(floor: Floor, best: Draft, served: frozenset[int], *, vain: bool) -> Draft:
-    """Return the plan with faster paths of its robots. ``vain``: whether these keep the places of
-    goals that a later resolution makes worthless."""
-    for _ in range(REPEATS):
+    for _ in range(REPEATS if best.ticks else 0):
         ends = [_moves(floor, i, way)[-1] for i, way in enumerate(_ways(best.ticks))]
         order = sorted(floor.robots, key=lambda i: -ends[i])
         before, together = best, [order]
@@ -100,7 +69,7 @@ def _faster(floor: Floor, best: Draft, served: frozenset[int], *, vain: bool) ->
         if len(order) <= FEW:
             together = [order, *([i] for i in order)]
         for group in together:
-            if (ways := _rerouted(floor, best.ticks, group, vain=vain)) is not None:
+            if (ways := _rerouted(floor, best.ticks, group)) is not None:
                 best = _better(floor, best, ways, served) or best
             elif group is order:
                 break  # no single robot finds a better route either
@@ -191,17 +160,18 @@ def earlier(course: Course) -> Course:
 def _recharged(course: Course, ways: list[list[int]]) -> Course | None:
     """Return the execution with these poses of each robot by tick, and the same end; None if there
     is none, an obstacle would open only later, or the charges do not suffice."""
-    first, last = course.states[0], course.states[-1]
-    states = [first]
+    states, last, energies = [course.states[0]], course.states[-1], course.energies
+    full = [energies[i].battery.capacity if i in energies else 0 for i in range(len(ways))]
     for poses in zip(*(way[1:] for way in ways), strict=True):
         joint = states[-1]
         for i, after in course.floor.sequence(joint, poses):
             if not course.floor.allowed(i, joint.stages) >> after.poses[i] & 1:
                 return None
             joint = after
-        states.append(joint._replace(charges=course.capacities))
+        states.append(joint._replace(charges=tuple(full)))
     states[-1] = states[-1]._replace(charges=last.charges)
-    return course_of(course.floor, states, exact=False) if states[-1] == last else None
+    found = course_of(course.floor, states) if states[-1] == last else None
+    return None if found is None or found.failed else found
 
 
 def _rerouted(
@@ -210,23 +180,16 @@ def _rerouted(
     who: Sequence[int],
     course: Course | None = None,
     *,
-    vain: bool = True,
     stops: bool = True,
 ) -> list[list[int]] | None:
     """Return the poses of each robot by tick if these, one after the other, follow their earliest
     routes, with the ``stops`` of a ``course``; None if nothing changes."""
     ways, changed = _ways(best), False
-    shared: dict[frozenset[int], list[Mask]] = {}
-    size = floor.team.size
     for i in who:
         if any(behind is not None for *_, behind in floor.inside[i]):
             continue  # the robot leaves an obstacle only the way it came
-        way = _earliest(floor, best, ways, i, shared, course, vain=vain, stops=stops)
+        way = _earliest(floor, best, ways, i, course, stops=stops)
         if way is not None and _pays(floor, i, way, ways[i]):
-            crowd = floor.team.crowds[i]
-            if crowd is not None and (masks := shared.get(crowd)) is not None:
-                for t, (old, new) in enumerate(zip(ways[i], way, strict=False)):
-                    masks[t] = masks[t] & ~(1 << old % size) | 1 << new % size
             ways[i], changed = way, True
     return ways if changed else None
 
@@ -241,41 +204,18 @@ def _better(
 
 
 def _shown(
-    floor: Floor,
-    first: Joint,
-    ticks: Sequence[tuple[int, ...]],
-    served: frozenset[int],
-    *,
-    again: bool = True,
+    floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]], served: frozenset[int]
 ) -> Draft:
     """Return the plan with these joint poses; without ticks unless its execution completes the
     mission for any durations."""
     plan, last = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
-    if shown is None or not completes(floor, shown[-1], served):
+    if shown is None or not all(completes(floor, end, served) for end in (shown[-1], last)):
         return Draft(plan, [])
-    if completes(floor, last, served):
-        moves = (_moves(floor, i, way) for i, way in enumerate(_ways(shown)))
-        steps, turns, _ = map(sum, zip(*moves, strict=True))
-        return Draft(plan, shown, (_time(floor, plan, shown), steps, turns))
-    # The plan must keep the order in which this execution fulfils needs.
-    order = [joint.poses for joint in shown]
-    return _shown(floor, first, order, served, again=False) if again else Draft(plan, [])
-
-
-def _times(floor: Floor) -> Sequence[float]:
-    """Return the time of each robot's step; 1 if all take the same."""
-    times = floor.team.step_times
-    return times if mixed(floor) else (1,) * len(times)
-
-
-def _time(floor: Floor, plan: Plan, ticks: Sequence[Joint]) -> float:
-    """Return the cost of the execution of a plan, without its actions. ``ticks``: its joint states
-    if each step takes one tick."""
-    times = _times(floor)
-    if {*times} == {1}:
-        return len(ticks)
-    return cost(floor, [each[-1] for each in timed(floor, plan, ticks, times)])
+    moves = (_moves(floor, i, way) for i, way in enumerate(_ways(shown)))
+    steps, turns, _ = map(sum, zip(*moves, strict=True))
+    arrives = timed(floor, plan, shown, floor.team.step_times)
+    return Draft(plan, shown, (cost(floor, [each[-1] for each in arrives]), steps, turns))
 
 
 def _pays(floor: Floor, i: int, way: Sequence[int], before: Sequence[int]) -> bool:
@@ -299,34 +239,22 @@ def _earliest(
     ticks: Sequence[Joint],
     ways: Sequence[Sequence[int]],
     i: int,
-    shared: dict[frozenset[int], list[Mask]] | None,
     course: Course | None = None,
     *,
-    vain: bool,
     stops: bool = True,
 ) -> list[int] | None:
     """Return the poses of a robot by tick on its earliest path through all places where it counts
-    or acts in ``ticks``, around the paths of other robots (without ``shared``: as if it were
-    alone); with the last pose and the ``stops`` of a ``course``. ``vain``: see ``_faster``. None if
-    there is none."""
+    or acts in ``ticks``, around the paths of other robots; with the last pose and the ``stops``
+    of a ``course``. None if there is none."""
     graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
     places = course.stops(i) if course is not None and stops else {}
-    vias, rivals = _vias(floor, ticks, i, places, vain=vain), floor.team.members[i].rivals
+    vias, member = _vias(floor, ticks, i, places), floor.team.members[i]
     if last * (len(vias) + 1) > MOST_CELLS:
         return None
-    crowd = floor.team.crowds[i]
-    if shared is None:
-        masks = [0] * (last + 1)
-    elif crowd is None:
-        masks = [region_mask(ways[j][t] % size for j in rivals) for t in range(last + 1)]
-    else:  # disjoint regions: those of all robots without its own
-        if crowd not in shared:
-            shared[crowd] = [region_mask(ways[j][t] % size for j in crowd) for t in range(last + 1)]
-        pairs = zip(shared[crowd], ways[i], strict=True)
-        masks = [mask & ~(1 << pose % size) for mask, pose in pairs]
-    taken = [*map(graph.poses_on, masks)]
-    for t in range(last + 1 if floor.team.members[i].zones and shared is not None else 0):
-        taken[t] |= graph.poses_on(floor.shut(i, [way[t] for way in ways]))
+    taken = list[Mask]()
+    for t in range(last + 1):
+        shut = floor.shut(i, [way[t] for way in ways]) if member.zones else 0
+        taken.append(graph.poses_on(shut | region_mask(ways[j][t] % size for j in member.rivals)))
     later = [0] * (last + 2)
     for t in range(last, -1, -1):
         later[t] = later[t + 1] | taken[t]
@@ -390,18 +318,16 @@ def _back(
     return way[::-1]
 
 
-def _vias(
-    floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int], *, vain: bool
-) -> list[Via]:
+def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]) -> list[Via]:
     """Return the poses through which a robot must go in turn: where it acts, and where it counts
-    goals, also ``vain`` ones, which a later resolution makes worthless; and its ``stops``: the
-    place in its path, and the number of ticks."""
+    goals that no later resolution makes worthless; and its ``stops``: the place in its path, and
+    the number of ticks."""
     place, since, graph, size = 0, 0, floor.graphs[i], floor.team.size
     found: list[Via] = [(1 << ticks[0].poses[i], 0, True)] * stops.get(0, 0)
     member, memory = floor.team.members[i], ticks[0].counts[i][0]
     pairs = pairwise(joint.stages for joint in ticks)
     restarts = (t for t, (a, b) in enumerate(pairs, 1) if a != b and floor.restarts(a, b))
-    counts = 0 if vain else max(restarts, default=0)
+    counts = max(restarts, default=0)
     for t in range(1, len(ticks)):
         before, joint = ticks[t - 1], ticks[t]
         if joint.stages != before.stages:

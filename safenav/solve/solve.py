@@ -94,16 +94,12 @@ class Solver:
     def plan(
         self, now: Sets, poses: tuple[int, ...], wanted: frozenset[int]
     ) -> tuple[Step, ...] | None:
-        """Return the steps that resolve ``wanted`` and, if possible, no other obstacles, by the
-        nearest robots, or by those that already help; None if there are none."""
+        """Return the steps that resolve ``wanted`` and other obstacles only where no step for
+        those is left, by the nearest robots, or by those that already help; None if there are
+        none."""
         self._nodes = 0
         origins = replace(now, sets=tuple(1 << pose for pose in poses))
-        found = self._steps(now, origins, wanted)
-        for g in dict.fromkeys(step.g for step in reversed(found or ())):
-            if g not in wanted:
-                others = [step for step in found or () if step.g != g]
-                found = _replayed(others, now, wanted) or found
-        return found
+        return self._steps(now, origins, wanted)
 
     def _steps(
         self, now: Sets, origins: Sets | None, wanted: frozenset[int], before: tuple[Step, ...] = ()
@@ -115,7 +111,7 @@ class Solver:
         if self._nodes > MOST_NODES:
             raise BudgetError
         found: tuple[Step, ...] | None = () if now.done(wanted) else None
-        for step in options(now, origins, before) if found is None else ():
+        for step in options(now, origins, before, wanted) if found is None else ():
             then = origins and origins.after(step)
             rest = self._steps(now.after(step), then, wanted, (*before, step))
             found = None if rest is None else (step, *rest)
@@ -125,16 +121,23 @@ class Solver:
         return found
 
 
-def options(now: Sets, origins: Sets | None, before: tuple[Step, ...] = ()) -> list[Step]:
-    """Return the steps that may come next, the best first (docs/coordination.md, Helpers); without
-    ``origins``, a lossless step alone, if there is one. ``before``: the steps before them."""
+def options(
+    now: Sets,
+    origins: Sets | None,
+    before: tuple[Step, ...] = (),
+    wanted: frozenset[int] = frozenset(),
+) -> list[Step]:
+    """Return the steps that may come next, those for ``wanted`` obstacles first, of these the best
+    first (docs/coordination.md, Helpers); without ``origins``, a lossless step alone, if there is
+    one. ``before``: the steps before them."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
         ranked = list(_options(g, now, origins, before))
         found += ranked
         if origins is None and (sure := [step for _, step in ranked if step.lossless]):
             return sure[:1]
-    return [step for _, step in sorted(found, key=lambda each: each[0])]
+    found.sort(key=lambda each: (each[1].g not in wanted, each[0]))
+    return [step for _, step in found]
 
 
 def _options(
@@ -245,21 +248,6 @@ def _apart(
             if then is not None:
                 most = found = max(time, then)
     return found
-
-
-def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step, ...] | None:
-    """Return the same steps in poses that are possible now; None if they fail."""
-    rebuilt = []
-    for step in plan:
-        need = now.floor.need(step.g, now.stages)
-        places = {i: now.spots(i, need.regions) for i in step.group}
-        alone = need.together and gathered(now.floor, step.group, places) is None
-        able = {*step.group} <= {*now.floor.able(step.g, now.stages)}
-        if alone or not able or not all(places.values()):
-            return None
-        rebuilt.append(replace(step, at=tuple(places.values())))
-        now = now.after(rebuilt[-1])
-    return tuple(rebuilt) if now.done(wanted) else None
 
 
 # Dead ends, also without collisions: the closure, and irreversible choices.

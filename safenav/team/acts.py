@@ -45,13 +45,8 @@ def occupied(team: Team, state: State) -> frozenset[int]:
 def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
     """Return whether a robot must not enter a region now: a rival occupies it, or robots are in its
     zone."""
-    member, size, robots = team.members[i], team.size, state.robots
-    for j in member.rivals:
-        other = robots[j]
-        if other.pose % size == region or (other.to is not None and other.to % size == region):
-            return True
-    zones = [1 << r.pose % size | 1 << r.next % size for r in robots] if member.zones else []
-    return bool(member.shut(zones) >> region & 1)
+    at = [1 << r.pose % team.size | 1 << r.next % team.size for r in state.robots]
+    return bool(team.members[i].closed(at) >> region & 1)
 
 
 def is_shut(team: Team, state: State, i: int, region: int) -> bool:

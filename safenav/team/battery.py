@@ -5,7 +5,7 @@ More charge is never worse, so one number for each pose and next target states t
 charge, and searches keep only the highest charges of a state.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from operator import ge
 
@@ -81,8 +81,11 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     ) -> dict[int, float]:
         """Return the least charge of each pose with which the robot reaches a goal with the charge
         ``then``, with stops at chargers or ``direct``."""
-        battery, before = self.battery, self._before(allowed)
+        battery = self.battery
         best, queue = dict[int, float](), list[tuple[float, int]]()
+
+        def before(pose: int) -> Iterator[int]:
+            return bits(self.graph.backward(1 << pose) & allowed)
 
         def offer(pose: int, charge: float) -> None:
             if charge > battery.capacity:
@@ -95,25 +98,16 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
         for pose in bits(goal & allowed):
             if pose in then:
-                for former in before[pose]:
+                for former in before(pose):
                     offer(former, then[pose] + battery.move)
                 on = self.chargers >> pose & 1
                 offer(pose, then[pose] if on else max(then[pose] + battery.stay, battery.move))
         while queue:
             charge, pose = heappop(queue)
             if charge == best[pose]:
-                for former in before[pose]:
+                for former in before(pose):
                     offer(former, charge + battery.move)
         return best
-
-    @cached_method
-    def _before(self, allowed: Mask) -> dict[int, list[int]]:
-        found: dict[int, list[int]] = {pose: [] for pose in bits(allowed)}
-        for pose in found:
-            for step in self.graph.steps(pose):
-                if step in found:
-                    found[step].append(pose)
-        return found
 
     # The next destination.
 

@@ -7,7 +7,8 @@ in its order.
 """
 
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import or_
 from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
@@ -97,11 +98,6 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         for _, _, pose, _ in self.inside[i]:
             found |= 1 << pose
         return found
-
-    @cached_method
-    def rivals(self, i: int) -> frozenset[int]:
-        """Return the rivals of a robot that take part."""
-        return self.team.members[i].rivals & {*self.robots}
 
     def shut(self, i: int, poses: Sequence[int]) -> Mask:
         """Return the regions that a robot must not enter because other robots are in its zones."""
@@ -212,10 +208,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def acting(self, stages: Stages) -> Mask:
         """Return the regions in which a robot may take part in a next need."""
-        found = 0
-        for g in self.open(stages):
-            found |= self.need(g, stages).regions if self.able(g, stages) else 0
-        return found
+        needs = (self.need(g, stages) for g in self.open(stages) if self.able(g, stages))
+        return reduce(or_, (need.regions for need in needs), 0)
 
     def performed(self, stages: Stages, poses: Sequence[int]) -> Stages:
         """Return the stages after every robot has acted where it stands."""

@@ -6,8 +6,9 @@ poses with a memory; a lone robot follows its strategy, so poses suffice as its 
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from itertools import combinations, product
+from operator import or_
 
 from safenav.data import cached_method
 from safenav.errors import UsageError
@@ -16,7 +17,7 @@ from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.spec.guarantees import guarantees_of
 from safenav.team.state import RobotNow
 from safenav.world.map import RegionMap
-from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph
+from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph, region_mask
 
 MOST_STATES = 4000
 """Maximum number of states of a robot that a joint plan drives."""
@@ -154,17 +155,10 @@ class StateGraph(PoseGraph):
         )
 
     def forward(self, poses: Mask) -> Mask:
-        found = 0
-        for state in bits(poses):
-            for step in self.steps(state):
-                found |= 1 << step
-        return found
+        return region_mask(step for state in bits(poses) for step in self.steps(state))
 
     def backward(self, poses: Mask) -> Mask:
-        found = 0
-        for state in bits(poses):
-            found |= self._before.get(state, 0)
-        return found
+        return reduce(or_, (self._before.get(state, 0) for state in bits(poses)), 0)
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:

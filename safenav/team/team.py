@@ -113,11 +113,8 @@ class Member(Struct, frozen=True, eq=False):
     def shut(self, at: Sequence[Mask]) -> Mask:
         """Return the regions that it must not enter, since other robots are in its zones. ``at``:
         the regions of each robot."""
-        found = 0
-        for others, regions in self.zones:
-            if any(at[j] & regions for j in others):
-                found |= regions
-        return found
+        zones = (zone for others, zone in self.zones if any(at[j] & zone for j in others))
+        return reduce(or_, zones, 0)
 
     def closed(self, at: Sequence[Mask]) -> Mask:
         """Return the regions of ``shut``, and those that the rivals occupy."""
@@ -147,10 +144,7 @@ class Member(Struct, frozen=True, eq=False):
 
     def awaited(self, memory: int) -> Mask:
         """Return the poses of the targets of which the robot must reach one next."""
-        found = 0
-        for target in bits(self.pursuit.awaited(memory)):
-            found |= self.targets[target]
-        return found
+        return reduce(or_, (self.targets[k] for k in bits(self.pursuit.awaited(memory))), 0)
 
     def reached(self, pose: int) -> int:
         """Return the targets that contain a pose, as a mask."""
@@ -261,12 +255,10 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         turning."""
         found = []
         for member in self.members:
-            pace, seconds = pace_on(self.world, member.robot), list[float]()
-            for facing in ("west", "north"):
-                pace.placed(0, facing)
-                pace.arrived(0)
-                seconds.append(acted_by([(pace, 0)], 0, 1))
-            found.append(max(seconds))
+            pace = pace_on(self.world, member.robot)
+            pace.placed(0, "west")
+            pace.arrived(0)
+            found.append(acted_by([(pace, 0)], 0, 1))  # to the east
         return tuple(found)
 
     @cached_method
