@@ -32,24 +32,17 @@ def gone(pid: int) -> bool:
 
 @contextmanager
 def none_left() -> Iterator[None]:
-    """Check that the block leaves no child process behind. Earlier children belong to other tests,
-    like the browser of a worker; without /proc, no child at all may exist."""
+    """Check that the block leaves no child process behind, beside those of other tests."""
     before = _children()
     yield
-    if before is None:
-        try:
-            left: object = os.waitpid(-1, os.WNOHANG)
-        except ChildProcessError:
-            return
-        raise AssertionError(f"a child is left: {left}")
-    left = (_children() or frozenset()) - before
+    left = _children() - before
     assert not left, f"children are left: {sorted(left)}"
 
 
-def _children() -> frozenset[int] | None:
+def _children() -> frozenset[int]:
     """Return all children. If a thread ends while its file is read, another inherits its children,
     so all are read again."""
-    while (TASKS / str(os.getpid()) / "children").is_file():
+    while True:
         found: set[int] = set()
         try:
             for task in TASKS.iterdir():
@@ -57,4 +50,3 @@ def _children() -> frozenset[int] | None:
         except (FileNotFoundError, ProcessLookupError):
             continue
         return frozenset(found)
-    return None

@@ -223,7 +223,11 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
     chosen: list[Any] = [None] * task.graph.count
     for node in nodes:
         targets = task.graph.next[node]
-        chosen[node] = task.graph.inputs[targets[0]] if targets else _unanswered(task, node)
+        here = task.poses[node], task.graph.inputs[node]
+        unanswered = (row for row in sorted(task.expected(*here)) if not task.replies(node, row))
+        chosen[node] = task.graph.inputs[targets[0]] if targets else next(unanswered, None)
+        if chosen[node] is None:
+            raise LookupError("the robot has a successor for each input")
     measures = _measures(task, nodes, counter=True)
     about = {"start": task.opening, "chosen": [row or () for row in chosen]}
     return {"automaton": automaton, **about, "measures": measures}
@@ -246,15 +250,6 @@ def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> lis
             if counter:
                 raise
             found.append({"n": [0] * graph.count, "a": [None] * graph.count})
-    return found
-
-
-def _unanswered(task: Task, node: int) -> Sequence[int]:
-    """Return a next input to which the robot has no reply. Raises LookupError."""
-    rows = sorted(task.expected(task.poses[node], task.graph.inputs[node]))
-    found = next((row for row in rows if not task.replies(node, row)), None)
-    if found is None:
-        raise LookupError("the robot has a successor for each input")
     return found
 
 

@@ -2,9 +2,10 @@
 
 import dataclasses
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from html import escape
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from msgspec.structs import replace
@@ -70,10 +71,11 @@ def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
             read, used = _read_again(name, data.decode(), sources, header.scenario)
         except (InputError, ValueError):
             continue  # a catalogue, or a map
-        wrong = next(_differences(plain(read), plain(header.scenario)), None)
-        if wrong is None and sources.keys() <= used:
+        one, other = plain(read), plain(header.scenario)
+        wrong = [key for key in sorted(one.keys() | other.keys()) if one.get(key) != other.get(key)]
+        if not wrong and sources.keys() <= used:
             return None
-        told = wrong or f"the scenario does not use {min(sources.keys() - used)}"
+        told = wrong[0] if wrong else f"the scenario does not use {min(sources.keys() - used)}"
     return told
 
 
@@ -96,62 +98,22 @@ def _read_again(
     return replace(scenario.recorded, seed=traced.seed, clock=traced.clock), used
 
 
-def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
-    """Yield the differences between two values."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        for key in sorted(one.keys() | other.keys()):
-            yield from _differences(one.get(key), other.get(key), f"{where}.{key}".strip("."))
-    elif one != other:
-        yield where
-
-
-_GROUPS = (
-    ("Run", ("outcome", "moves", "apart")),
-    ("Strategies", ("keeps",)),
-    ("Proven impossible", ("unrealizable", "never", "lost")),
-    ("Changes and failed assumptions", ("world", "changed", "broken")),
-)
-"""Groups of claims: heading, kinds."""
-_LIMITS = (
-    "The truth of the trace: the program that is judged wrote it.",
-    "The world model: robots move as specified, detect obstacles before entering them, and their "
-    "actions succeed.",
-    "Time: no claim states when a goal is met, only that it is met infinitely often.",
-    "The checker and Python itself.",
-)
-_CHECK = (
-    "<h2>Check it yourself</h2><p>This page is outside the proof: no checker reads it. Run "
-    "<code>python3 -I -S check.py .</code> in this folder. check.py, which shares only its JSON "
-    "reader with the program that made this run, establishes the claims and prints them. "
-    "<code>safenav replay trace.jsonl</code> shows the map, the robots and each event.</p>"
-)
-_STYLE = Path(__file__).with_name("page.css")
+_PAGE = Path(__file__).with_name("page.html")
 
 
 def page_of(trace: Trace, verdict: Judged) -> str:
     """Return the page of a bundle, of its trace and the checker's verdict."""
-    name, end = escape(trace.header.scenario.name), trace.outcome
+    end = trace.outcome
     outcome = "unfinished" if end is None else end.outcome.value
     why = "the trace ends before the run does" if end is None else end.explanation
-    parts = [
-        f'<h1>{name}</h1><p>Outcome: <strong class="{outcome}">{outcome.replace("_", " ")}'
-        f"</strong>. {escape(why[:1].upper() + why[1:].rstrip('.'))}.</p><h2>Guaranteed</h2>"
-    ]
-    for heading, kinds in _GROUPS:
-        if some := [claim for claim in verdict.claims if claim["kind"] in kinds]:
-            parts.append(f"<h3>{heading}</h3>{_list(map(_claim, some))}")
-    left = [*_LIMITS, *(f"Not compared: {what}." for what in verdict.not_compared)]
-    parts += [f"<h2>Not covered</h2>{_list(map(escape, left))}", _CHECK]
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>Assurance: {name}</title><style>\n{_STYLE.read_text()}</style></head>"
-        f"<body>{''.join(parts)}</body></html>\n"
+    return Template(_PAGE.read_text()).substitute(
+        name=escape(trace.header.scenario.name),
+        outcome=outcome,
+        ending=outcome.replace("_", " "),
+        why=escape(why[:1].upper() + why[1:].rstrip(".")),
+        claims="\n".join(map(_claim, verdict.claims)),
+        left="\n".join(f"<li>Not compared: {escape(what)}.</li>" for what in verdict.not_compared),
     )
-
-
-def _list(items: Iterable[str]) -> str:
-    return f"<ul>{''.join(f'<li>{item}</li>' for item in items)}</ul>"
 
 
 def _claim(claim: Mapping[str, Any]) -> str:
@@ -159,4 +121,5 @@ def _claim(claim: Mapping[str, Any]) -> str:
         f'<a href="{escape(path)}">{escape(path)}{f", line {line}" if line else ""}</a>'
         for path, line in claim["evidence"]
     )
-    return f'<span id="{escape(claim["id"])}">{escape(claim["text"])}</span> <small>{links}</small>'
+    about = f"{escape(claim['text'])} <small>{links}</small>"
+    return f'<li id="{escape(claim["id"])}">{about}</li>'

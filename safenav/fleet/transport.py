@@ -175,8 +175,7 @@ class Transport(Protocol):
         """Send a robot to a goal; GoalEnded follows, once for each goal."""
 
     def cancel(self, robot: str) -> None:
-        """Stop a robot as soon as possible (a follower of references completes its step); its goal
-        ends by GoalEnded."""
+        """Stop a robot as soon as possible (a follower ends its step first); GoalEnded follows."""
 
     def follow(self, robot: str, reference: Setpoints) -> None:
         """Stream a reference to a robot that tracks it, ``Setpoints.ahead`` 20 times per second,

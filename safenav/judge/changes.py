@@ -30,8 +30,6 @@ def timetable(e: Line, s: State) -> Iterator[str]:
         if not one.open or one.blocks or not one.ordered:
             yield f"{one.name} is not an order of the scenario"
         return
-    if e.cause == "world" and not s.external:
-        yield f"a simulated world changes {one.name}, but the scenario does not"
     if e.kind == "truth":
         stated = e.traversable == one.truth if e.cause == "scenario" else one.since == e.tick
         if not (s.external or (stated and one.there)):
@@ -83,13 +81,12 @@ def changes(e: Line, s: State) -> Iterator[str]:
         if s.told.get((e.robot, e.active), 0) >= sum(one.active is e.active for one in each):
             yield f"the scenario changes the service of {e.robot} less often"
     elif e.cause == "input":
-        within = None if s.away(e.robot) else robot.data.within
-        if e.objective != _by_inputs(e.robot, s) or e.within != within:
+        other = s.by_inputs(robot)
+        within = None if other else robot.data.within
+        if e.objective != (other or robot.data.objective) or e.within != within:
             yield f"the inputs do not give {e.robot} that objective"
         elif not any(s.switched.get(name) == e.tick for name, _ in robot.data.when):
             yield f"no input changes for {e.robot}"
-    elif e.cause == "world" and not s.external:
-        yield f"a simulated world changes the service of {e.robot}"
     elif e.cause == "battery" and s.flat_type and not e.active and e.robot not in s.flat.values():
         yield f"no {s.flat_type} appears for {e.robot}"
     elif e.cause == "battery" and not (e.active or s.is_empty(robot, s.now(e))):
@@ -100,14 +97,6 @@ def unread(robot: str, own: Objective | None) -> Iterator[NotJudged]:
     """Report that formulas of an objective with too many memory values are not judged."""
     if own is not None and own.formulas is not None and not own.formulas.whole:
         yield NotJudged(f"the formulas of {robot}: too many memory values")
-
-
-def _by_inputs(robot: str, s: State) -> Line:
-    """Return the objective that the inputs assign to a robot."""
-    data = s.robots[robot].data
-    listed = (objective for name, objective in data.when if s.inputs.get(name))
-    found: Line = next(listed, data.objective)
-    return found
 
 
 @rule("move", "depart", "act", "part", "resolved", "outcome")
@@ -167,18 +156,8 @@ def _taken(region: int, now: float, s: State) -> bool:
     """Return whether a region holds a robot, one that leaves it at this instant, or an open
     obstacle other than an order."""
     held = any(region in robot.holds for robot in s.robots.values())
-    if held or (s.live and s.left.get(region) == now):
-        return True
-    return any(one.open and not one.ordered for one in s.at[region])
-
-
-def listed_times(s: State) -> list[int]:
-    """Return the times at which the scenario may change something."""
-    spans = [(one.appears, one.goes) for one in s.scenario.obstacles]
-    if not s.external:
-        spans += [(first, last + 1) for each in s.scenario.inputs for first, last in each.spans]
-    times = [t for span in spans for t in span if t is not None]
-    return [one.at for one in s.scenario.changes] + times
+    left = s.live and s.left.get(region) == now
+    return held or left or any(one.open and not one.ordered for one in s.at[region])
 
 
 def later_change(e: Line, s: State) -> float | None:
@@ -197,21 +176,11 @@ def later_change(e: Line, s: State) -> float | None:
     return min((float(t) for t in times if t <= s.limit), default=None)
 
 
-@rule("move", "depart", "outcome")
-def obeys_inputs(e: Line, s: State) -> Iterator[str]:
-    """A robot that moves, and each robot of a completed run, has the objective that the inputs give
-    it."""
-    for name in s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None):
-        robot = s.robots[name]
-        if robot.data.when and not robot.told and robot.own != _by_inputs(name, s):
-            yield f"{name} has another objective than the inputs give it"
-
-
 @rule("synthesis")
 def memory(e: Line, s: State) -> Iterator[str]:
-    """A strategy begins with a memory that its robot may have."""
+    """A strategy begins with a memory that its robot may have, if its verdict depends on that."""
     robot, stated = s.robots[e.robot], e.memory or {}
-    own, duty, turn = robot.own, not e.objective.serves(robot.own), robot.progress.turn
+    own, duty = robot.own, not e.objective.serves(robot.own)
     if e.objective.kind == "ltl":
         formulas = own.formulas or e.objective.formulas
         known = s.arriving(robot) if robot.memories else set[int]()
@@ -222,26 +191,18 @@ def memory(e: Line, s: State) -> Iterator[str]:
             what = ", ".join(stated or formulas.names)
             yield f"the formulas of {e.robot} exclude this memory: {what}"
         return
-    if not {*stated.values()} <= {*range(e.objective.count)}:
-        yield f"{e.robot} has no target {max(stated.values(), key=abs)}"
-        return
     # Targets in turn are all met from any first one; otherwise the memory matters.
     refutes = e.objective.strict and e.form != "alternation" and e.verdict == "unrealizable"
-    matters = e.objective.ends or refutes
-    if duty or not stated:
-        if matters and any(stated.values()):
-            yield f"{e.robot} begins a duty with another target than the first"
+    if not (stated and (e.objective.ends or refutes)):
         return
-    if matters:
-        turn = (turn or 0) if own.ends else robot.first or 0 if turn is None else turn
-    elif turn is None or e.form == "other_memory" or e.objective.kind != own.kind:
-        return
-    here, turn = s.destination(e.robot)[0], min(turn, own.count - 1)
-    turns = {turn}
-    while here in own.targets[turn] and turn + 1 < own.count:
-        turns.add(turn := turn + 1)
-    standing = {k for k, target in enumerate(own.targets) if here in target}
-    turns |= standing | {robot.first or 0} if own.strict else set()
+    here, turns, last = s.destination(e.robot)[0], {0}, own.count - 1
+    if not duty:
+        first = 0 if own.ends or robot.first is None else robot.first
+        turn = min(first if robot.progress.turn is None else robot.progress.turn, last)
+        turns = {k for k, target in enumerate(own.targets) if here in target} | {first}
+        turns = {turn} | turns if own.strict else {turn}
+        while here in own.targets[turn] and turn < last:
+            turns.add(turn := turn + 1)
     if not {*stated.values()} <= turns:
         yield f"{e.robot} continues with target {min(turns)}, not {max(stated.values())}"
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from safenav.judge.changes import later_change, listed_times, unread
+from safenav.judge.changes import later_change, unread
 from safenav.judge.lines import Line
 from safenav.judge.proofs.bounds import bound_problems, refused_problems
 from safenav.judge.proofs.negatives import negative_problems, shut_problems
@@ -46,9 +46,11 @@ def header(_: Line, s: State) -> Iterator[str]:
 @rule()
 def time(e: Line, s: State) -> Iterator[str]:
     """Ticks and seconds never decrease, each tick of a live run has its second, and nothing follows
-    the outcome."""
+    the outcome. A simulated world changes nothing by itself."""
     if s.ended is not None:
         yield f"a line after the outcome: {e.kind}"
+    if e.cause == "world" and not s.external:
+        yield "a simulated world changes nothing that the scenario does not list"
     if e.tick < s.tick:
         yield f"tick {e.tick} follows tick {s.tick}"
     if s.live and e.t is None and e.kind != "header":
@@ -70,33 +72,27 @@ def goal(e: Line, s: State) -> Iterator[str]:
     with some possible memory. In lockstep, a move meets each goal once, and only one of several
     goals in turn."""
     robot = s.robots[e.robot]
-    own, given, here = robot.own, robot.given, robot.pose[0]
-    fits = counts(e, robot, s.live)
+    own, here = robot.own, robot.pose[0]
     if e.duty:
-        fits = given.kind == "ltl" or (e.goal < given.count and here in given.targets[e.goal])
+        return  # it counts for nobody
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
         return
-    if robot.lost:
-        yield f"{e.robot} is lost"
-    if robot.out and not (e.duty or robot.finishes(e)):
-        yield f"{e.robot} is out of service"
-    if robot.bound is not None:
-        yield f"{e.robot} is in transit to {s.show(robot.bound)}"
-    if not fits:
+    if robot.lost or robot.bound is not None or (robot.out and not robot.finishes(e)):
+        yield f"{e.robot} is lost, in transit or out of service"
+    if not counts(e, robot, s.live):
         yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
-    elif not e.duty:
-        if robot.again(e, s.live) and own.kind != "cover":
-            yield f"{e.robot} counts goal {e.goal} twice for one step"
-        after = robot.progress.after(own, e.goal)
-        passes = own.strict or after.ended(own)
-        if own.in_turn and after is robot.progress and not passes:
-            yield f"target {e.goal} of {e.robot} is out of turn"
-        elif not (own.settles or robot.again(e, s.live)) and e.round != after.rounds(own, e.tick):
-            yield f"{e.robot} has completed {after.rounds(own, e.tick)} rounds, not {e.round}"
-        most = robot.progress.rounds(own, e.tick) + 1
-        if not (s.live and own.settles) and e.round > most:
-            yield f"{e.robot} has completed at most {most} rounds, not {e.round}"
+        return
+    again, after = robot.again(e, s.live), robot.progress.after(own, e.goal)
+    if again and own.kind != "cover":
+        yield f"{e.robot} counts goal {e.goal} twice for one step"
+    if own.in_turn and after is robot.progress and not (own.strict or after.ended(own)):
+        yield f"target {e.goal} of {e.robot} is out of turn"
+    elif not (own.settles or again) and e.round != after.rounds(own, e.tick):
+        yield f"{e.robot} has completed {after.rounds(own, e.tick)} rounds, not {e.round}"
+    most = robot.progress.rounds(own, e.tick) + 1
+    if not (s.live and own.settles) and e.round > most:
+        yield f"{e.robot} has completed at most {most} rounds, not {e.round}"
 
 
 @rule("deadline")
@@ -105,29 +101,17 @@ def deadline(e: Line, s: State) -> Iterator[str]:
     can meet it. An obstacle's deadline is excused once the obstacle need not be resolved, a round's
     if the robot pursued something else in this or the previous round."""
     due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
-    one = s.robots.get(e.of) or s.obstacles.get(e.of)
-    if (one.within if one else s.by if e.of == "mission" else None) is None:
+    robot, one = s.robots.get(e.of), s.obstacles.get(e.of)
+    excused = bool(robot.away or robot.was_away if robot else one and (one.shut or not one.open))
+    late = e.due < e.tick and not (robot and excused)
+    if (s.by if e.of == "mission" else getattr(robot or one, "within", None)) is None:
         yield f"{e.of} has no deadline"
     elif e.due != due and e.verdict != "excused":
         yield f"{e.of} is due in {'no tick' if due is None else f'tick {due}'}, not {e.due}"
     elif e.verdict in ("lost", "set"):
         yield from _proven(bound_problems(e, s))
-    elif e.verdict == "excused" and not _is_excused(e.of, s):
-        yield f"{e.of} is still due"
-    elif e.verdict == "late" and e.of in s.robots and _is_excused(e.of, s):
-        yield f"{e.of} is excused"
-    elif e.verdict == "late" and e.due >= e.tick:
-        yield f"the deadline of {e.of} is in tick {e.due}, so it is not missed in tick {e.tick}"
-    elif e.verdict == "kept" and e.tick > e.due:
-        yield f"the deadline of {e.of} was in tick {e.due}, so it is not kept in tick {e.tick}"
-
-
-def _is_excused(of: str, s: State) -> bool:
-    """Return whether a deadline need not be kept."""
-    if robot := s.robots.get(of):
-        return robot.away or robot.was_away
-    one = s.obstacles.get(of)
-    return one is not None and (one.shut or not one.open)
+    elif not {"excused": excused, "late": late, "kept": e.tick <= e.due}[e.verdict]:
+        yield f"the deadline of {e.of}, in tick {e.due}, is not {e.verdict} in tick {e.tick}"
 
 
 @rule("outcome")
@@ -156,12 +140,9 @@ def end(e: Line, s: State) -> Iterator[str]:
     exactly when it reaches that."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
-        rounds = _rounds(name, e, s)
-        if (stated := e.rounds.get(name)) is None:
-            yield f"the rounds of {name} are missing"
-            continue
-        done, exact = e.outcome == "completed", not (s.live or robot.own.settles)
-        if stated > rounds or (done and exact and stated < rounds):
+        rounds, stated = _rounds(name, e, s), e.rounds.get(name)
+        exact = e.outcome == "completed" and not (s.live or robot.own.settles)
+        if stated is None or stated > rounds or (exact and stated < rounds):
             yield f"{name} has {rounds} rounds, not {stated}"
     if (e.cause or e.proof) and e.outcome != "operator_needed":
         yield f"a {e.outcome} run has no cause of failure"
@@ -210,28 +191,24 @@ def finished(e: Line, s: State) -> Iterator[str]:
 def _is_finished(s: State) -> bool:
     """Return whether the mission is certainly completed: nothing is to be resolved, or was in this
     tick, and no robot has another objective than its own."""
-    now = Line(tick=s.tick, t=s.time)
-    if s.restarted == s.tick or next(_unmet(now, s), None) is not None:
-        return False
-    if any(one.ordered for one in s.coming):
-        return False
-    if any(one.open and one.known for one in s.obstacles.values()):
-        return False
-    for name, robot in s.robots.items():
-        if robot.acts is not None or not robot.given.serves(robot.own):
-            return False
-        if robot.own.settles and (s.live or _rounds(name, now, s) <= s.scenario.until.rounds):
-            return False  # the first tick of a stay may not have counted
-    return True
+    now, robots = Line(tick=s.tick, t=s.time), s.robots
+    known = any(one.open and one.known for one in s.obstacles.values())
+    todo = known or any(one.ordered for one in s.coming) or s.restarted == s.tick
+    busy = any(x.acts is not None or not x.given.serves(x.own) for x in robots.values())
+    # the first tick of a stay may not have counted
+    stays = any(
+        x.own.settles and (s.live or _rounds(name, now, s) <= s.scenario.until.rounds)
+        for name, x in robots.items()
+    )
+    return not (todo or busy or stays or any(_unmet(now, s)))
 
 
 @rule("move", "depart", "outcome")
 def counted(e: Line, s: State) -> Iterator[str]:
     """A target of its own objective that a robot has met is recorded: in lockstep before the next
     move, in a simulated live run before the robot departs."""
-    if s.live and s.external:
-        return
-    if e.kind == "outcome" and e.outcome not in (*UNFINISHED, "late", "operator_needed"):
+    ends = e.outcome in (None, *UNFINISHED, "late", "operator_needed")
+    if not ends or (s.live and s.external):
         return
     for name in s.arrived & {e.robot} if e.kind == "depart" else sorted(s.arrived):
         robot = s.robots[name]
@@ -251,31 +228,19 @@ def _unrecorded(robot: Robot) -> list[int]:
     return [k for k in met if k == progress.turn] if own.strict else met
 
 
-@rule("assumption", "outcome", "waiting")
-def assumption(e: Line, s: State) -> Iterator[str]:
-    """A run that ends or waits because other robots have violated an assumption records that: a
-    robot that the strategy observes was moved farther than a step."""
-    observed = s.robots[e.robot].observes.items() if e.kind == "assumption" else ()
-    if e.kind == "assumption" and not any(s.robots[name].jumps > n for name, n in observed):
-        yield f"no robot that the strategy of {e.robot} observes was moved farther than a step"
-    elif e.outcome == "assumption_violated" and not s.assumptions:
-        yield "no line records a violated assumption"
-
-
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission. The
-    scenario then changes nothing more, and lists each change that a run waits for."""
-    if e.outcome == "operator_needed":
-        if e.kind == "outcome" and (later := later_change(e, s)) is not None:
-            yield f"the run ends, but the scenario changes something at {later:g}"
-        out = any(robot.out and robot.own.settles for robot in s.robots.values())
-        # The rounds of a robot out of service may not have counted.
-        if not out and next(_unmet(e, s), None) is None:
-            yield "every robot has met its objective: the mission is completed"
-        yield from _proven(negative_problems(e, s))
-    if e.until is not None and not (e.until in listed_times(s) and e.until > s.now(e)):
-        yield f"the run waits, but the scenario changes nothing at {e.until:g}"
+    scenario then changes nothing more."""
+    if e.outcome != "operator_needed":
+        return
+    if e.kind == "outcome" and (later := later_change(e, s)) is not None:
+        yield f"the run ends, but the scenario changes something at {later:g}"
+    out = any(robot.out and robot.own.settles for robot in s.robots.values())
+    # The rounds of a robot out of service may not have counted.
+    if not out and next(_unmet(e, s), None) is None:
+        yield "every robot has met its objective: the mission is completed"
+    yield from _proven(negative_problems(e, s))
 
 
 @rule("blocked", "reopened")
@@ -318,7 +283,7 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
             yield f"{name} has met its objective {rounds} of {wanted} times"
         elif robot.own.settles and (robot.bound is not None or robot.holds - robot.own.last):
             yield f"{name} is not at its last target"
-        elif s.away(name):
+        elif s.by_inputs(robot) or s.disobeys(robot):
             yield f"an input keeps {name} from its objective"
     orders, later = (s.obstacles[name] for name in sorted(s.orders)), later_change(e, s)
     undone = [x.name for x in orders if x.open and not (x.declared or x.short)]
@@ -340,11 +305,9 @@ def _proven(problems: Iterator[str]) -> Iterator[str]:
 def counts(e: Line, robot: Robot, live: bool) -> bool:
     """Return whether a goal line is a goal of the robot's own objective."""
     own = robot.own
-    if own.kind == "ltl":
-        if e.goal >= own.count:
-            return False
-        return robot.memories is None or bool(meeting(e, robot, live))  # None: not judged
-    return bool(e.goal < own.count and e.region in own.targets[e.goal])
+    if e.goal >= own.count or own.kind != "ltl":
+        return e.goal < own.count and e.region in own.targets[e.goal]
+    return robot.memories is None or bool(meeting(e, robot, live))  # None: not judged
 
 
 def meeting(e: Line, robot: Robot, live: bool) -> set[int]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from safenav.judge.changes import applies, in_force
 from safenav.judge.ends import counts, meeting
-from safenav.judge.lines import Line, Reader, Text
+from safenav.judge.lines import KINDS, Line, Reader, Text
 from safenav.judge.progress import Progress
 from safenav.judge.rules import RULES, NotJudged, Rule
 from safenav.judge.state import DECIMALS, Obstacle, Robot, State
@@ -29,8 +29,6 @@ def after(e: Line, s: State) -> None:
     match e.kind:
         case "discovered":
             s.add(e.obstacle)
-            if e.obstacle.appears is not None:
-                s.obstacles[e.obstacle.name].there = False
         case "inputs":
             s.inputs |= e.values
             s.switched |= dict.fromkeys(e.values, e.tick)
@@ -50,7 +48,6 @@ def after(e: Line, s: State) -> None:
             s.over = e.tick
         case "outcome":
             s.ended = e.outcome
-    s.served = e.tick if e.kind == "service" else s.served
     _find_changes(e, s)
 
 
@@ -62,7 +59,6 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             _moved(e, robot, s)
         case "operator" if e.region is not None:
             _use_charge(e, robot, s)
-            robot.jumps += 1
             robot.pose = robot.before = (e.region, e.heading if robot.faces else None)
             robot.holds, robot.bound = frozenset([e.region]), None
             robot.came, robot.lost = None, False
@@ -78,7 +74,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
         case "goal":
             _goal(e, robot, s)
         case "objective":
-            away, fresh = s.away(robot.name), Progress()
+            away, fresh = s.by_inputs(robot), Progress()
             if e.cause == "input" and away:
                 robot.kept = robot.kept or robot.progress
             elif e.cause == "input" and robot.kept is not None:
@@ -116,19 +112,14 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 s.unrealizable.add((e.robot, e.spec))
                 if e.objective == robot.own and not (robot.own.literal and e.form == "alternation"):
                     s.failed[e.robot, e.spec] = e.memory or {}
-            elif e.node is not None:
-                known = (e.knowledge or {}).keys() & s.robots.keys()
-                robot.observes = {name: s.robots[name].jumps for name in known}
-                if e.objective == robot.own and e.memory:
-                    robot.first = max(0, next(iter(e.memory.values())))
+            elif e.node is not None and e.objective == robot.own and e.memory:
+                robot.first = max(0, next(iter(e.memory.values())))
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
-            if begins and (s.live or s.served == e.tick):  # with the present inputs
+            if begins and s.live:  # with the present inputs
                 robot.hear(s.inputs)
             if begins and robot.memories is not None and e.memory and e.objective == robot.own:
                 told = robot.own.formulas.remembering(e.memory)
                 robot.memories = {m for m in s.memories(robot) if told & s.arriving(robot, [m])}
-        case "assumption":
-            s.assumptions += 1
 
 
 def _moved(e: Line, robot: Robot, s: State) -> None:
@@ -144,24 +135,17 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
         there = (one for one in s.at.get(step.at, ()) if one.present)
         appeared = s.external and any(one.rest.closes(robot.name) for one in there)
         robot.came = None if step.strays or appeared else here[0]
-        robot.jumps += s.world.side(here[0], step.at) is None
     robot.pose = step.at, step.heading if robot.faces else None
     s.left |= dict.fromkeys(robot.holds - step.holds, s.time)
     robot.holds, robot.bound, robot.before = step.holds, step.bound, here
     robot.lost = e.kind == "arrive" and bool(e.regions)
     robot.moved, s.over = e.tick if e.kind == "move" else robot.moved, None
     robot.met.clear()
-    if e.kind == "depart":
-        robot.acted = Line()
-    else:
-        _memories(robot, here)
+    robot.acted = Line() if e.kind == "depart" else robot.acted
+    _memories(robot, here)
     robot.turn = e.number if e.kind == "move" else robot.turn
-    if e.kind == "move":
-        s.arrived = {robot.name}
-    elif e.result == "arrived":
-        s.arrived.add(robot.name)
-    else:
-        s.arrived.discard(robot.name)
+    others = set[str]() if e.kind == "move" else s.arrived - {robot.name}
+    s.arrived = others | {robot.name} if e.kind == "move" or e.result == "arrived" else others
     robot.progress.stayed += robot.stays
 
 
@@ -278,7 +262,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                     robot.holds -= {one.region}
         case "part" if e.need == one.stage < len(one.needs):
             one.group = frozenset(e.robots or [e.robot])
-            one.party |= one.group
             one.rest = one.rest.acted(one.group)
             one.begun = e.number if e.need < one.stage else one.begun
         case "resolved":
@@ -360,7 +343,6 @@ class Judgement:
     outcome: str | None = None
     strays: int = 0
     hands: int = 0
-    lines: int = 0
 
     @property
     def ok(self) -> bool:
@@ -369,28 +351,20 @@ class Judgement:
 
 def judge(texts: Iterable[Text], rules: Iterable[Rule] = FACTS) -> Judgement:
     """Judge the lines of a trace. Raises NotATraceError."""
-    found, by_kind, reader = Judgement(), dict[str, list[Rule]](), Reader()
-    rules, state = [*rules], None
+    found, reader, rules, state = Judgement(), Reader(), [*rules], None
+    of_kind = {kind: [r for r in rules if not r.kinds or kind in r.kinds] for kind in KINDS}
     for line in reader.lines(texts):
         state = state or State(line)
         if line.kind == "outcome":  # its proof gets the whole limit
             state.world.work = 0
         line.step = state.step(line)
-        if line.kind not in by_kind:
-            by_kind[line.kind] = [r for r in rules if not r.kinds or line.kind in r.kinds]
-        for rule in by_kind[line.kind]:
+        for rule in of_kind[line.kind]:
             for text in rule.judge(line, state):
-                _add(found, rule, line, text)
+                noted = isinstance(text, NotJudged)
+                said = f"not judged: {text}" if noted else text
+                finding = Finding(rule.name, line.tick, line.robot, line.number, str(said))
+                (found.notes if noted else found.findings).append(finding)
         after(line, state)
     assert state is not None, "a reader yields a header"
-    found.outcome, found.lines = state.ended, reader.read
-    found.strays, found.hands = state.strays, state.hands
+    found.outcome, found.strays, found.hands = state.ended, state.strays, state.hands
     return found
-
-
-def _add(found: Judgement, rule: Rule, line: Line, text: str) -> None:
-    robot = line.robot if isinstance(line.robot, str) else None
-    noted = isinstance(text, NotJudged)
-    said = f"not judged: {text}" if noted else text
-    finding = Finding(rule.name, line.tick, robot, line.number, str(said))
-    (found.notes if noted else found.findings).append(finding)

@@ -45,9 +45,11 @@ _STRENGTH = {"<->": 1, "->": 2, "^": 3, "|": 4, "&": 5, "+": 8}
 _STRENGTH |= dict.fromkeys(("=", "!=", "<", "<=", ">", ">="), 7)
 _NOT, _COMPARES, _TIGHTEST = 6, 7, 9
 _CONSTANTS = {"FALSE": 0, "TRUE": 1} | {heading: k for k, heading in enumerate(HEADINGS)}
+_FOLDS: dict[str, Callable[[Iterable[Any]], Any]] = {"+": sum, "&": all, "|": any}
 _PAIRS: dict[str, Callable[[Any, Any], Any]] = {
     **{"=": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le},
     **{">": operator.gt, ">=": operator.ge, "<->": operator.eq, "^": operator.ne},
+    "->": operator.le,  # of truth values
 }
 
 
@@ -57,16 +59,9 @@ def _tokens(text: str) -> list[str]:
 
 def _joined(sign: str, parts: Sequence[Part]) -> Callable[[Values], Any]:
     values = [part.value for part in parts]
-    if sign == "+":
-        return lambda at: sum(value(at) for value in values)
-    if sign == "&":
-        return lambda at: all(value(at) for value in values)
-    if sign == "|":
-        return lambda at: any(value(at) for value in values)
-    left, right = values
-    if sign == "->":
-        return lambda at: not left(at) or right(at)
-    pair = _PAIRS[sign]
+    if fold := _FOLDS.get(sign):
+        return lambda at: fold(value(at) for value in values)
+    (left, right), pair = values, _PAIRS[sign]
     return lambda at: pair(left(at), right(at))
 
 

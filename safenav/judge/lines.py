@@ -113,9 +113,8 @@ def read(kind: str, value: Any) -> Any:
         return read_object(OBJECTS[kind], value)
     if kind in TUPLES:
         kinds = TUPLES[kind]
-        _require(
-            isinstance(value, list) and len(value) == len(kinds), f"must be a list of {len(kinds)}"
-        )
+        whole = isinstance(value, list) and len(value) == len(kinds)
+        _require(whole, f"must be a list of {len(kinds)}")
         return tuple(map(read, kinds, value))
     end, inner = kind[-1], kind[:-1]
     if end == "~":
@@ -266,14 +265,14 @@ KINDS = {
         "plan": "robots:place*~ orders:order*",
         "plan_end": "reason:reached|violation|changed",
         "duty": "objectives:objective~",
-        "violation": "robot obstacle at?:count proposed?:count action?",
+        "violation": "robot obstacle",
         "request": "obstacle",
         "discovered": "obstacle:obstacle",
         "appeared": f"obstacle {_CAUSE}|battery",
         "gone": f"obstacle {_CAUSE}",
         "order": f"obstacle {_CAUSE}",
         "truth": f"obstacle {_CAUSE} traversable:bool",
-        "part": "obstacle need:count robot at:int action robots?:str* missing?:count",
+        "part": "obstacle need:count robot at:int robots?:str*",
         "resolved": "obstacle robot at:int traversable:truth robots?:str*",
         "blocked": "obstacle robots:str!"
         " reason:untraversable|no_capable_robot|unresolvable|operator",
@@ -288,7 +287,7 @@ KINDS = {
         "assumption": "robot",
         "deadline": "of due:count verdict:set|kept|late|excused|lost earliest?:count",
         "checkpoint": "lines:count",
-        "waiting": f"outcome:{_AVERTED} {_ENDS} until?:number unrealizable?:str~",
+        "waiting": f"outcome:{_AVERTED} {_ENDS} unrealizable?:str~",
         "outcome": f"outcome:{_AVERTED}|{_ENDED} {_ENDS} rounds:count~ ticks:count"
         " unrealizable?:str~ late?:str* refused?:least~ makespan?:number",
     }.items()
@@ -372,8 +371,9 @@ class Reader:
             self._obstacles = {one.name for one in h.obstacles}
             _require(len(h.robots) == len(self._robots), "two robots have one name")
             robots = robots.union({change.robot for change in h.changes})
-            robots = robots.union(*(data.avoids or () for data in h.robots))
-            robots = robots.union(*(zone.robots for zone in h.never_together))
+            robots = robots.union(
+                *(one.avoids or one.robots or () for one in (*h.robots, *h.never_together))
+            )
         elif line.kind == "discovered":
             name = line.obstacle.name
             _require(name not in self._obstacles | self._robots, f"{name} is known already")

@@ -6,9 +6,9 @@ A rule is a generator over a line and the state before the line. It yields the v
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
+from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
 from safenav.judge.state import Obstacle, Robot, State
-from safenav.judge.world import opposite
 
 
 class NotJudged(str):
@@ -29,8 +29,6 @@ class Rule(NamedTuple):
 
 RULES: list[Rule] = []
 STEPS, RESULTS = ("move", "depart", "arrive"), ("part", "resolved", "goal")
-DEFAULTS = {"part": "done", "resolved": "nothing"}
-"""The result of an action on an obstacle that it does not name, by the line that follows."""
 
 
 def rule(*kinds: str) -> Callable[[Judge], Judge]:
@@ -46,8 +44,12 @@ def rule(*kinds: str) -> Callable[[Judge], Judge]:
 
 @rule(*STEPS)
 def continuity(e: Line, s: State) -> Iterator[str]:
-    """A robot departs from where it is, and arrives only if it has departed."""
-    robot = s.robots[e.robot]
+    """A robot departs from where it is, and arrives only if it has departed. Out of service, or
+    lost, it begins no step."""
+    robot, step = s.robots[e.robot], e.step
+    begins = robot.bound is None and step.to != step.start and not step.strays
+    if begins and (robot.out or robot.lost):
+        yield f"{e.robot} moves, but is {'out of service' if robot.out else 'lost'}"
     if e.step.start != robot.pose[0]:
         yield f"{e.robot} is at {s.show(robot.pose[0])}, not at {s.show(e.step.start)}"
     if e.kind == "arrive" and robot.bound is None:
@@ -83,7 +85,6 @@ def mobility(e: Line, s: State) -> Iterator[str]:
     backwards. A step ends where it leads or, interrupted in a live run, where it began. Only in a
     user's world may a step fail, or end elsewhere."""
     robot, step = s.robots[e.robot], e.step
-    side, bound = s.world.side(step.start, step.to), robot.bound
     if (e.result == "lost") is not bool(e.regions):
         yield f"{e.robot} is {e.result}, with {len(e.regions or ())} regions in which it may be"
     if step.to not in s.world.free:
@@ -93,40 +94,30 @@ def mobility(e: Line, s: State) -> Iterator[str]:
         if step.bound is not None or not (s.external or undone):
             yield f"{e.robot} fails, or ends elsewhere than commanded, in a simulated world"
         return
-    if step.to != step.start and side is None:
-        where = f"from {s.show(step.start)} to {s.show(step.to)}"
-        yield f"{e.robot} jumps {where}, which is not a neighbour"
-    if bound is not None and step.to != bound:
-        yield f"{e.robot} is in transit to {s.show(bound)}, not to {s.show(step.to)}"
-    if step.bound is not None and (step.at != step.start or step.bound == step.start):
-        yield f"{e.robot} moves while in transit"
-    if not robot.faces:
-        if step.heading is not None:
-            yield f"{e.robot} has no heading, but faces {step.heading}"
-        return
-    faced = robot.pose[1]
-    if faced is not None and side == opposite(faced):
-        yield f"{e.robot} faces {faced} and steps {side}, which is backwards"
-    side = side if step.bound is None else None
-    if step.heading != (side or faced):
-        yield f"{e.robot} faces {step.heading} after it faced {faced} and went {side or 'nowhere'}"
+    if robot.bound is not None and step.to != robot.bound:
+        yield f"{e.robot} is in transit to {s.show(robot.bound)}, not to {s.show(step.to)}"
+    here, after = (step.start, robot.pose[1]), (step.at, step.heading)
+    legal = s.world.steps(robot.faces, here)
+    if after not in (here, *legal) if step.bound is None else after != here:
+        yield f"{e.robot} cannot be at {_pose(after, s)} after {_pose(here, s)}"
+    if step.bound is not None and step.bound not in dict(legal):
+        yield f"{e.robot} cannot step from {_pose(here, s)} to {s.show(step.bound)}"
 
 
-@rule("move", "outcome", "appeared", "gone", "objective", "service", "inputs", *RESULTS)
+def _pose(pose: Pose, s: State) -> str:
+    return s.show(pose[0]) + (f" facing {pose[1]}" if pose[1] else "")
+
+
+@rule("move", "outcome", *RESULTS)
 def pace(e: Line, s: State) -> Iterator[str]:
-    """In lockstep each robot has one move per tick, then acts, in the header's order and after the
-    changes by the scenario or a new battery; a step takes the ticks that its model states. A `lost`
-    deadline follows all results of its turn."""
+    """In lockstep each robot has one move per tick, then acts, in the header's order; a step takes
+    the ticks that its model states. A `lost` deadline follows all results of its turn."""
     if e.kind in RESULTS and s.over == e.tick:
         yield "a lost deadline is recorded before the end of a turn"
     had = [name for name in s.names if s.robots[name].moved >= e.tick]
     acts = e.kind in ("part", "resolved") and not (s.live or s.external)
     if acts and had[-1:] != [e.robot]:
         yield f"{e.robot} acts on {e.obstacle}, but not in its turn"
-    listed = e.cause == "scenario" or (e.kind == "inputs" and not (e.user or s.external))
-    listed = listed or (e.cause == "battery" and e.active)
-    if listed and not s.live and had and e.tick > 0:
-        yield "a change comes after the first move of a tick"
     if s.live or e.kind not in ("move", "outcome"):
         return
     whole = e.outcome == "tick_limit"  # runs with another outcome may end within a tick
@@ -150,20 +141,12 @@ def pace(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS, "operator")
 def collision(e: Line, s: State) -> Iterator[str]:
     """Robots in conflict never occupy the same region; a robot in transit occupies two, and a lost
-    robot all regions in which it may be."""
-    for other in s.rivals[e.robot] if e.step else ():
-        if both := e.step.holds & s.robots[other].holds:
-            yield f"{e.robot} and {other} are both at {s.show(min(both))}"
-
-
-@rule(*STEPS, "operator")
-def never_together(e: Line, s: State) -> Iterator[str]:
-    """At most one robot of an entry of `never_together` is in the entry's regions."""
-    for robots, regions in s.zones if e.step else ():
-        inside = e.robot in robots and e.step.holds & regions
-        for other in robots - {e.robot} if inside else ():
-            if s.robots[other].holds & regions:
-                yield f"{e.robot} and {other} are together in {sorted(regions)}"
+    robot all regions in which it may be. At most one robot of an entry of `never_together` is in
+    the entry's regions."""
+    for other in s.mates[e.robot] if e.step else ():
+        held = s.robots[other].holds
+        if both := e.step.holds & s.kept_out(e.robot, other, held):
+            yield f"{e.robot} is at {s.show(min(both))} while {other} is at {s.show(min(held))}"
 
 
 @rule(*STEPS)
@@ -189,8 +172,11 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
 def own_rules(e: Line, s: State) -> Iterator[str]:
     """No robot enters a region that its own objective avoids. Each of its steps satisfies its
     `always` and the `safety` of its `ltl`, with some possible memory. A literal patrol that no plan
-    drives enters no target out of turn."""
+    drives enters no target out of turn. A robot moves with the objective that the inputs give
+    it."""
     robot, step = s.robots[e.robot], e.step
+    if s.disobeys(robot):
+        yield f"{e.robot} has another objective than the inputs give it"
     if step.strays and s.external:
         return
     for region in (step.holds - robot.holds) & robot.own.avoid:
@@ -210,15 +196,6 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} steps from {s.show(here[0])} to {s.show(step.to)} against its formulas"
 
 
-@rule("move", "depart")
-def service(e: Line, s: State) -> Iterator[str]:
-    """A robot out of service, or lost, begins no step."""
-    robot, step = s.robots[e.robot], e.step
-    begins = robot.bound is None and step.to != step.start and not step.strays
-    if begins and (robot.out or robot.lost):
-        yield f"{e.robot} moves, but is {'out of service' if robot.out else 'lost'}"
-
-
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
     """No step exceeds the charge of a robot. In lockstep, a robot whose charge is used up leaves
@@ -226,8 +203,9 @@ def charge(e: Line, s: State) -> Iterator[str]:
     that obstacle is resolved or gone; then it returns."""
     robot = s.robots[e.robot]
     if e.kind == "service":
-        if e.active and e.cause == "battery" and not robot.filled:
-            yield f"the battery of {e.robot} was not replaced"
+        early = not s.live and any(one.moved >= e.tick for one in s.robots.values())
+        if e.active and e.cause == "battery" and (early or not robot.filled):
+            yield f"the battery of {e.robot} was not replaced before"
         return
     first = not s.live and e.robot == s.names[0]
     for name in s.names if first and not s.external else ():
@@ -255,32 +233,24 @@ def actions(e: Line, s: State) -> Iterator[str]:
             if s.robots[name].acts is not None:
                 yield f"{name} begins another action while it takes part in one"
     elif e.kind == "acted":
-        if robot.acts is None and not s.external:
-            yield f"{e.robot} has not begun to act"
         if not s.external and ("failed" in e.results.values() or e.barred):
             yield f"an action of {e.robot} fails, in a simulated world"
     elif s.live and not s.external:
         if robot.acted.tick != e.tick:
             yield f"{e.robot} has not ended an action"
-        elif robot.acted.results.get(e.obstacle, DEFAULTS[e.kind]) == "nothing":
+        elif robot.acted.results.get(e.obstacle) == "nothing":
             yield f"the action of {e.robot} has no effect on {e.obstacle}"
     elif s.rests(robot, s.now(e)) and not (s.live or s.external):
         yield f"{e.robot} acts, but is out of service"
 
 
-def _acts(robot: Robot, obstacle: str | None, tick: int) -> bool:
-    """Return whether a robot acts, or has just acted, on an obstacle (None: any). An action that
-    names no obstacle counts for every one."""
-    one = robot.acts or (robot.acted if robot.acted.tick == tick else None)
-    return one is not None and obstacle in (None, *(one.obstacles or [obstacle]))
-
-
 def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
-    """Return whether a robot can take part in an action on an obstacle of a simulated world.
-    ``knew``: the team knew it as the action began, so in a live run its robots name it, and no idle
-    robot takes part."""
-    if s.live and (knew or _acts(robot, None, s.tick)):
-        return not knew or _acts(robot, one.name, s.tick)
+    """Return whether a robot of a simulated world can take part in an action where it stands.
+    ``knew``: the team knew the obstacle as the action began; then, in a live run, only the robots
+    that act on it take part. Otherwise robots in service do as well."""
+    act = robot.acts or (robot.acted if robot.acted.tick == s.tick else None)
+    if s.live and (knew or act is not None):
+        return act is not None and (not knew or one.name in (act.obstacles or [one.name]))
     moves = s.live and robot.bound is not None
     return not (moves or s.rests(robot, s.time if s.live else s.tick))
 
@@ -319,11 +289,6 @@ def encounter(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} cannot encounter {one.name} from {s.show(here)}"
     elif not one.open and not s.external:
         yield f"{one.name} is absent or resolved"
-    elif not s.external:
-        true = here, one.region, one.rest.left[0].action
-        if any(x not in (None, y) for x, y in zip((e.at, e.proposed, e.action), true, strict=True)):
-            places = f"from {s.show(here)} to {s.show(one.region)}"
-            yield f"{e.robot} finds {one.name} {places}, which needs {true[2]}"
 
 
 @rule("part", "resolved")
@@ -346,11 +311,6 @@ def resolution(e: Line, s: State) -> Iterator[str]:
         yield f"need {number + 1} of {one.name} is already fulfilled"
     elif e.at != s.robots[e.robot].pose[0]:
         yield f"{e.robot} resolves {one.name} from {s.show(e.at)}, but is not there"
-    elif more := {*(e.robots or ())} - one.party:
-        yield f"{', '.join(sorted(more))} took no part in {one.name}"
-    ends = (s.robots[e.robot].acted.results or {}).get(e.obstacle) if s.live and last else None
-    if not s.external and ends and (ends == "untraversable") is not (e.traversable is False):
-        yield f"the action of {e.robot} on {one.name} has another result"
     if last and not s.external and e.traversable != one.truth:
         yield f"the truth of {one.name} is {e.traversable}, but {one.truth} in the scenario"
 
@@ -358,8 +318,6 @@ def resolution(e: Line, s: State) -> Iterator[str]:
 def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Iterator[str]:
     """Yield why some robots cannot do a part. ``told``: an earlier line records each part."""
     need, who = one.rest.left[number - one.stage], frozenset(e.robots or [e.robot])
-    if e.kind == "part" and e.action != need.action:
-        yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
     knew = one.known and (one.name, number) in s.robots[e.robot].knew
     near = (n for n in need.able if s.robots[n].pose[0] in need.regions)
     there = frozenset(n for n in near if s.external or _may_act(s.robots[n], one, s, knew=knew))
@@ -373,8 +331,6 @@ def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Itera
         yield f"{', '.join(sorted(others))} cannot {need.action} at {one.name}"
     elif missing > 0 and told and (need.together or e.kind == "resolved"):
         yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(before | who)}"
-    elif e.kind == "part" and told and max(0, missing) != (e.missing or 0):
-        yield f"{max(0, missing)} robots are missing at {one.name}, not {e.missing or 0}"
     for name in who if e.kind == "part" and one.rest.takes() else ():
         for other in s.obstacles.values():
             if other.open and other is not one and name in other.rest.laden():

@@ -37,10 +37,8 @@ class Robot:
     replaced; ``kept``: its progress with the objective that it resumes after an input; ``first``:
     the target with which its strategy begins; ``told``: a user gave it its objective; ``acts``: the
     action in which it takes part, ``acted``: the one that ended last, with its end; ``knew``: the
-    obstacles known when it began (idle robots also act on others); ``met``: the goals that its last
-    step has met, each with its tick; ``jumps``: how often it was farther from its last region than
-    a step; ``observes``: the robots that its strategy observes, with their jumps before it was
-    made; ``turn``: the line of its last turn."""
+    obstacles that the team knew as it began, each with its stage; ``met``: the goals that its last
+    step has met, each with its tick; ``turn``: the line of its last turn."""
 
     name: str
     data: Line
@@ -73,8 +71,6 @@ class Robot:
     acted: Line = field(default_factory=Line)
     knew: frozenset[tuple[str, int]] = frozenset()
     met: dict[int, int] = field(default_factory=dict)
-    jumps: int = 0
-    observes: dict[str, int] = field(default_factory=dict)
     turn: int = 0
 
     @property
@@ -85,11 +81,9 @@ class Robot:
     @property
     def stays(self) -> bool:
         """Whether the robot is in service at its last target, where it may stay."""
-        own = self.own
-        if not own.settles or (own.ends and not self.progress.ended(own)):
-            return False
-        rests = self.bound is None and not (self.lost or self.out)
-        return rests and self.pose[0] in own.last
+        own, serves = self.own, self.bound is None and not (self.lost or self.out)
+        ended = own.settles and (not own.ends or self.progress.ended(own))
+        return ended and serves and self.pose[0] in own.last
 
     def again(self, e: Line, live: bool) -> bool:
         """Return whether a goal line is the second one for a step, for the same goal or for goals
@@ -183,11 +177,11 @@ class Rest(NamedTuple):
 
 @dataclass
 class Obstacle:
-    """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part, ``party``: of
-    any; ``asked``: those that encountered it; ``there``: whether it is present; ``since``: the tick
-    in which it last appeared, unless by the scenario; ``shut``: whether it is given up or
-    permanent; ``known``: whether the team knows it; ``declared``: by an operator; ``begun``: the
-    line since which its next need is the next one, and no robot has returned to service."""
+    """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part; ``asked``:
+    those that encountered it; ``there``: whether it is present; ``since``: the tick in which it
+    last appeared, unless by the scenario; ``shut``: whether it is given up or permanent;
+    ``known``: whether the team knows it; ``declared``: by an operator; ``begun``: the line since
+    which its next need is the next one, and no robot has returned to service."""
 
     name: str
     type: str
@@ -201,7 +195,6 @@ class Obstacle:
     goes: int | None
     rest: Rest
     group: frozenset[str] = frozenset()
-    party: frozenset[str] = frozenset()
     asked: frozenset[str] = frozenset()
     resolved: bool = False
     shut: bool = False
@@ -236,7 +229,7 @@ class Obstacle:
     def begin(self) -> None:
         self.there, self.resolved, self.shut, self.known, self.declared = True, *[False] * 4
         self.rest = self.rest._replace(left=self.needs, done=frozenset())
-        self.group = self.party = self.asked = frozenset()
+        self.group = self.asked = frozenset()
 
 
 class Step(NamedTuple):
@@ -263,10 +256,10 @@ class State:
     not met in time; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
     the tick in which each input changed last; ``limit``: ticks (live: seconds); ``rivals``:
     the robots in conflict with each, ``mates``: also those with which it shares a zone of
-    ``never_together``; ``promised``: the
-    tick in which the deadline of the mission is kept; ``over``: the tick in which a lost deadline
-    shows that the present turn is over (None: it is not); ``strays``, ``hands``: steps that ended
-    elsewhere than commanded, and changes by a user or the world."""
+    ``never_together``; ``promised``: the tick in which the deadline of the mission is kept;
+    ``over``: the tick in which a lost deadline shows that the present turn is over (None: it is
+    not); ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user or
+    the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
@@ -302,14 +295,10 @@ class State:
         self.drained: set[str] = set()  # those of them that have not left service since
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
-        self.assumptions = 0
         self.told: dict[tuple[str, bool], int] = {}  # changes of service by the scenario so far
         self.waits = False  # the team waits, and takes no duty back
-        self.arrived: set[str] = (
-            set()
-        )  # robots whose last step may have met goals, still unrecorded
+        self.arrived = set[str]()  # robots whose last step may have met goals, still unrecorded
         self.restarted = -1  # the tick of the last resolution
-        self.served = -1  # the tick of the last change of service
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
         self.unrealizable: set[tuple[str, str]] = set()  # robots and their specifications
@@ -406,9 +395,7 @@ class State:
 
     def closing(self, robot: str, region: int) -> Iterator[Obstacle]:
         """Yield the obstacles that must keep a robot out of a region."""
-        for one in self.at.get(region, ()):
-            if not one.there or robot not in one.blocks:
-                continue
+        for one in (x for x in self.at.get(region, ()) if x.there and robot in x.blocks):
             known = not self.external or one.known  # an unknown one may be absent
             if one.shut or (one.open and known and one.rest.closes(robot)):
                 yield one
@@ -458,9 +445,15 @@ class State:
         after: set[int] = robot.own.formulas.after(known, robot.pose, self.destination(robot.name))
         return after & robot.heard
 
-    def away(self, robot: str) -> bool:
-        """Return whether an input gives a robot another objective."""
-        return any(self.inputs.get(name) for name, _ in self.robots[robot].data.when)
+    def by_inputs(self, robot: Robot) -> Objective | None:
+        """Return the objective that an input gives a robot instead of its own, if any."""
+        return next((own for name, own in robot.data.when if self.inputs.get(name)), None)
+
+    def disobeys(self, robot: Robot) -> bool:
+        """Return whether a robot has another objective than the inputs give it."""
+        if robot.told or not robot.data.when:
+            return False
+        return bool(robot.own != (self.by_inputs(robot) or robot.data.objective))
 
     def now(self, e: Line) -> float:
         """Return the time of a line: its tick, or its second in a live run."""

@@ -34,21 +34,16 @@ class World:
 
     def _side(self, region: int, to: int) -> str | None:
         """Return the heading of a single step between two regions; None if that is not a step."""
-        if not 0 <= region < self.size or not 0 <= to < self.size:
-            return None
-        (row, col), (row_to, col_to) = divmod(region, self.cols), divmod(to, self.cols)
-        steps = {(-1, 0): "north", (0, 1): "east", (1, 0): "south", (0, -1): "west"}
-        return steps.get((row_to - row, col_to - col))
+        return dict(self.steps(True, (region, None))).get(to)
 
     def _steps(self, faces: bool, pose: Pose) -> tuple[Pose, ...]:
         """Return the poses after one step. With a heading (``faces``) a robot never goes backwards,
         and faces the direction of its step."""
-        region, heading = pose
-        found = []
-        for way, delta in zip(HEADINGS, (-self.cols, 1, self.cols, -1), strict=True):
-            to = region + delta
-            back = faces and heading is not None and way == opposite(heading)
-            if to in self.free and not back and self.side(region, to) == way:
+        (region, heading), found = pose, []
+        back = HEADINGS[HEADINGS.index(heading) - 2] if faces and heading else None
+        for way, (down, right) in zip(HEADINGS, ((-1, 0), (0, 1), (1, 0), (0, -1)), strict=True):
+            to, col = region + down * self.cols + right, region % self.cols + right
+            if to in self.free and 0 <= col < self.cols and way != back:
                 found.append((to, way if faces else None))
         return tuple(found)
 
@@ -102,13 +97,7 @@ class World:
 
     def show(self, region: int) -> str:
         """Return a region for messages: ``47 (3, 8)``."""
-        if not 0 <= region < self.size:
-            return f"{region} (off the map)"
         return f"{region} ({', '.join(map(str, divmod(region, self.cols)))})"
-
-
-def opposite(heading: str) -> str:
-    return HEADINGS[HEADINGS.index(heading) - 2]
 
 
 def closure(

@@ -59,8 +59,7 @@ def robustness(formula: syntax.Requirement, recording: Recording) -> tuple[Array
     around = np.concatenate([jumps - SPIKE, jumps, jumps + SPIKE])
     inside = around[(around >= 0) & (around <= recording.end)]
     if count + len(inside) > MOST_SAMPLES:
-        found = "the rate, and the events and windows of the formula,"
-        raise UsageError(f"{found} need more than {MOST_SAMPLES} samples\n    lower --rate")
+        raise UsageError(f"the formula needs more than {MOST_SAMPLES} samples\n    lower --rate")
     grid = np.append(np.arange(count) / recording.rate, recording.end)
     times = np.unique(np.concatenate([grid, inside]))
     return times, _Evaluation(recording, times).of(formula)

@@ -223,7 +223,7 @@ def test_slow_robots_never_overlap_or_enter_a_door_early_and_all_finish(name: st
 
 @pytest.mark.parametrize(
     ("name", "rule"),
-    [("apart", "never-together"), ("two_digits", "overlap"), ("case_study_1", "obstacle")],
+    [("apart", "overlap"), ("two_digits", "overlap"), ("case_study_1", "obstacle")],
 )
 def test_a_live_run_that_ignores_conflicts_exclusions_or_obstacles_is_refused(
     name: str, rule: str

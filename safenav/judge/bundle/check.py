@@ -23,11 +23,10 @@ from typing import Any
 
 if __name__ == "__main__":
     own = Path(__file__).resolve().parent
+    parts = [*(own / "judge").rglob("*")]
     unread = [path for path in (*own.glob("__pycache__"), *own.glob("judge.*")) if path.exists()]
-    unread += [p for p in (own / "judge").rglob("*") if p.suffix != ".py" and not p.is_dir()]
-    unread += [p for p in (own / "judge").rglob("*.*") if p.is_dir() or p.is_symlink()]
-    folders = [p for p in (own / "judge").rglob("*") if p.is_dir()]
-    unread += [p for p in folders if p.with_suffix(".py").exists()]
+    unread += [p for p in parts if p.is_symlink() or (p.suffix != ".py" and not p.is_dir())]
+    unread += [p for p in parts if p.is_dir() and (p.suffix or p.with_suffix(".py").exists())]
     if unread:  # compiled code, or a package with the name of a module
         sys.exit(
             f"refused: Python may run {unread[0]} in place of a part of this checker: remove it"

@@ -12,7 +12,7 @@ from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
 from safenav.judge.proofs.closures import case_of
 from safenav.judge.proofs.negatives import may_have
-from safenav.judge.rules import STEPS, Rule
+from safenav.judge.rules import Rule
 from safenav.judge.state import EXTERNAL, State
 from safenav.judge.world import TooLargeError, closure
 from safenav.strict_json import read_json
@@ -63,30 +63,25 @@ def plan_of(e: Line, s: State) -> Plan:
             require(exists, f"an order names waypoint {k} of {robot}, which does not exist")
         require(j > at[then], f"an order delays a step that {then} has begun")
     plan = Plan(e.robots, e.orders, at)
-    for problem in _meetings(plan, s):
-        raise RefusedError(problem)
+    _check_apart(plan, s)
     return plan
 
 
-def _meetings(plan: Plan, s: State) -> Iterator[str]:
-    """Yield an error for each two robots that the plan lets into a region or zone together."""
+def _check_apart(plan: Plan, s: State) -> None:
+    """Refuse if the plan lets two robots into a region or zone together."""
     leaves = _precedence(plan)
     each = [((robot, i), at[0]) for robot, way in plan.ways.items() for i, at in enumerate(way)]
     for (robot, i), region in each:
         for other in s.mates[robot]:
             shut = s.kept_out(other, robot, frozenset([region]))
-            if other not in plan.ways and shut & _occupies(other, s):
-                yield f"{robot} would enter {s.show(region)}, which {other} closes to it"
+            bound, holds = s.robots[other].bound, s.robots[other].holds
+            held = holds if bound is None else {bound}  # without a plan, it arrives
+            apart = other in plan.ways or not shut & held
+            require(apart, f"{robot} would enter {s.show(region)}, which {other} closes to it")
             for j, (there, _) in enumerate(plan.ways.get(other, ())):
                 one, two = (robot, i), (other, j)
-                if there in shut and not (leaves(one, two) or leaves(two, one)):
-                    yield f"the plan lets {robot} and {other} share a region or zone"
-
-
-def _occupies(robot: str, s: State) -> frozenset[int]:
-    """Return the regions that a robot without a plan occupies; in transit, only its destination."""
-    bound = s.robots[robot].bound
-    return s.robots[robot].holds if bound is None else frozenset([bound])
+                apart = there not in shut or leaves(one, two) or leaves(two, one)
+                require(apart, f"the plan lets {robot} and {other} share a region or zone")
 
 
 Place = tuple[str, int]
@@ -123,14 +118,6 @@ def proof_file(e: Line) -> str:
     return f"proofs/{hashlib.sha256(e.text.encode()).hexdigest()}.json"
 
 
-@dataclass
-class Drive:
-    """A robot's strategy, and its possible ``nodes``."""
-
-    task: Task
-    nodes: set[int]
-
-
 class Evidence:
     """The evidence in a bundle: its ``files`` by name, the files ``named`` by lines, the proven
     ``claims``. Its rules raise TooLargeError, and arbitrary errors for malformed files."""
@@ -138,7 +125,7 @@ class Evidence:
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.named = files, set[str]()
         self.claims: list[dict[str, Any]] = []
-        self.drives: dict[str, Drive] = {}
+        self.drives: dict[str, tuple[Task, set[int]]] = {}  # with the possible nodes
         self.tasks: dict[tuple[str, bool], Task] = {}  # by proof file and whether at the start
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
         self.proven = set[int]()  # lines that may be left unjudged: proven here, or of a wait
@@ -150,7 +137,7 @@ class Evidence:
         kinds = {
             self.keeps: ("synthesis",),
             self.apart: ("plan", "plan_end"),
-            self.follows: (*STEPS, "objective", "operator", "service", "assumption"),
+            self.follows: ("move", "depart", "assumption"),
             self.concludes: ("blocked", "deadline", "outcome", "waiting"),
         }
         return [
@@ -222,7 +209,7 @@ class Evidence:
             self.claim("keeps", e, f"The strategy of {text} {what}{unless}.", path, proof)
         task = self.tasks[key]
         self._fits(task, e, s)
-        self.drives[e.robot] = Drive(task, {e.node})
+        self.drives[e.robot] = task, {e.node}
 
     def _fits(self, task: Task, e: Line, s: State) -> None:
         """Refuse unless the data of a synthesis agree with the run."""
@@ -260,19 +247,15 @@ class Evidence:
             self._fits(task, line, s)
         except RefusedError:
             return False
-        if line.tick < s.tick and not may_have(s.robots[robot], line.memory or {}, s):
-            return False
-        shut = {one.region for one in case_of(s).shut}
-        if not task.closed <= own.avoid | shut:  # an open obstacle may yet be resolved
-            return False
-        return task.objective == formed(own, None if own.literal else "alternation")
+        present = line.tick == s.tick or may_have(s.robots[robot], line.memory or {}, s)
+        shut = {one.region for one in case_of(s).shut}  # an open obstacle may yet be resolved
+        same = task.objective == formed(own, None if own.literal else "alternation")
+        return present and same and task.closed <= own.avoid | shut
 
     def apart(self, e: Line, s: State) -> None:
         """No two rivals ever share a region or zone: they follow plans, whose orders prevent it."""
-        if e.kind == "plan":
-            self.plan, self.plans = plan_of(e, s), True
-        else:
-            self.plan = None
+        self.plan = plan_of(e, s) if e.kind == "plan" else None
+        self.plans = self.plans or e.kind == "plan"
 
     def follows(self, e: Line, s: State) -> None:
         """Each step follows a strategy or a plan; otherwise the robot stays, or backs up from an
@@ -280,14 +263,12 @@ class Evidence:
         drive = self.drives.get(e.robot)
         if e.kind in ("move", "depart"):
             self._step(e, s, drive)
-        elif drive is None:
-            return
-        elif e.kind == "assumption":
-            drive.nodes = set()
+        elif drive is not None:
+            drive[1].clear()
             what = f"An assumption of {e.robot} failed; its guarantees"
             self.claim("broken", e, f"{what} resume at its next synthesis.")
 
-    def _step(self, e: Line, s: State, drive: Drive | None) -> None:
+    def _step(self, e: Line, s: State, drive: tuple[Task, set[int]] | None) -> None:
         robot, step, by = s.robots[e.robot], e.step, e.by or "strategy"
         if step.strays or robot.bound is not None:
             return  # the step was judged at its departure
@@ -306,11 +287,11 @@ class Evidence:
             none = "no strategy or plan in force drives it"
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return
-        mine = drive.task.line.objective.serves(robot.given)
+        task, nodes = drive
+        mine = task.line.objective.serves(robot.given)
         require(mine or by != "strategy" or not goes, f"{e.robot} has the strategy of another duty")
-        task, follows = drive.task, drive.task.graph.next
+        follows = task.graph.next
         here, there = (task.of_pose.get(pose, set()) for pose in (robot.pose, after))
-        nodes = drive.nodes
         if s.live:  # the robot may have stayed any number of times
             nodes = closure(nodes, lambda k: here.intersection(follows[k]))
         answers = {n for k in nodes for n in follows[k] if task.observes(n, s)}
@@ -324,7 +305,7 @@ class Evidence:
             goals = sorted({str(task.poses[n]) for n in answers})
             require(fits, f"{e.robot} goes to {after}, but its strategy goes to {goals}")
         require(fits or by != "backtrack" or not goes, f"{e.robot} leaves its strategy to back up")
-        drive.nodes = fits
+        self.drives[e.robot] = task, fits
 
     def concludes(self, e: Line, s: State) -> None:
         """Claim the negatives that the judge has proven, and the end."""

@@ -209,9 +209,8 @@ class Task:
     def allows(self, node: int, target: int) -> bool:
         """Return whether the scenario allows an edge."""
         (pose, awaited, row), (after, _, new) = self.before[node], self.before[target]
-        if self.done[target][1] != awaited or after not in self.legal(pose, awaited):
-            return False
-        return self.keeps((pose, row), (after, new))
+        moves = self.done[target][1] == awaited and after in self.legal(pose, awaited)
+        return moves and self.keeps((pose, row), (after, new))
 
     def _memories(self) -> set[Row]:
         if not self.own:
@@ -387,10 +386,9 @@ class Others:
         here = s.robots[self.line.robot].pose[0]
         for name, value in zip(self.first, row, strict=False):
             there = s.robots[name].pose[0]
-            if self.sees(here, there) or value < self.world.size:
-                if value != there or not self.sees(here, there):
-                    return False
-            elif not (s.external or there in self.whereabouts(name, value)):
+            in_sight, believed = self.sees(here, there), value >= self.world.size
+            hidden = believed and (s.external or there in self.whereabouts(name, value))
+            if not (value == there if in_sight else hidden):
                 return False
         return True
 

@@ -34,7 +34,7 @@ class Bound:
         for name, robot in s.robots.items():
             ready = tick if robot.moved >= tick else tick - 1
             if robot.bound is not None:
-                ready = max(ready + 1, robot.began + self.takes(name) - 1)
+                ready = max(ready + 1, robot.began + robot.data.timing - 1)
             self.start[name] = {s.destination(name): ready}
         lasting = [one for one in s.obstacles.values() if one.there and one.goes is None]
         shut = [one for one in lasting if one.permanent]
@@ -45,9 +45,6 @@ class Bound:
         before: dict[str, list[int]] = {}
         while before != self.met:
             before, self.met = self.met, {one.name: self._needs(one) for one in self.open}
-
-    def takes(self, robot: str) -> int:
-        return int(self.s.robots[robot].data.timing)
 
     def resolution(self, name: str) -> int:
         turn = self.met[name][-1] if name in self.met else self.turn
@@ -63,38 +60,30 @@ class Bound:
         return min(seeds.values(), default=NEVER)
 
     def goal(
-        self,
-        name: str,
-        goal: frozenset[int],
-        seeds: Ticks,
-        ends_in: Collection[int] = (),
-        avoid: Collection[int] = (),
+        self, name: str, goal: frozenset[int], seeds: Ticks, ends_in: Collection[int] = ()
     ) -> Ticks:
         """Return the poses in which a robot can meet a target, each with the earliest tick by whose
         end it meets the target: by a step, or by staying for a tick."""
-        stayed, stepped = self.ticks(name, seeds, ends_in, avoid)
+        stayed, stepped = self.ticks(name, seeds, ends_in)
         there = (pose for pose in stayed.keys() | stepped.keys() if pose[0] in goal)
         return {p: min(stepped.get(p, NEVER), stayed.get(p, NEVER) + 1) for p in there}
 
-    def ticks(
-        self, name: str, seeds: Ticks, ends_in: Collection[int] = (), avoid: Collection[int] = ()
-    ) -> tuple[Ticks, Ticks]:
+    def ticks(self, name: str, seeds: Ticks, ends_in: Collection[int] = ()) -> tuple[Ticks, Ticks]:
         """Return two earliest ticks for each pose: at whose end a robot is there, and in which a
         step ends there. ``ends_in``: regions where paths may end but not continue."""
-        own, takes, robot = self.names.index(name), self.takes(name), self.s.robots[name]
+        own, robot = self.names.index(name), self.s.robots[name]
         formulas = None if self.changes else robot.own.formulas
-        best, stepped, shut = dict(seeds), Ticks(), self.sealed[name].union(avoid)
+        best, stepped, shut = dict(seeds), Ticks(), self.sealed[name]
         queue = sorted((tick, str(pose), pose) for pose, tick in seeds.items())
         while queue:
             tick, _, pose = heappop(queue)
             self.s.world.spend()
             for there in self.s.world.steps(robot.faces, pose):
-                if there[0] in shut or (formulas is not None and not formulas.allows(pose, there)):
-                    continue
+                legal = formulas is None or formulas.allows(pose, there)
                 after = self._closed_until(name, there[0])
-                if after >= NEVER:
+                if not legal or there[0] in shut or after >= NEVER:
                     continue
-                ends = max(tick + 1, (after - own) // self.count + 1) + takes - 1
+                ends = max(tick + 1, (after - own) // self.count + 1) + robot.data.timing - 1
                 stepped[there] = min(stepped.get(there, NEVER), ends)
                 if ends < best.get(there, NEVER) and there[0] not in ends_in:
                     best[there] = ends
@@ -103,11 +92,9 @@ class Bound:
 
     def _closed_until(self, name: str, region: int) -> int:
         """Return the turn after which a robot may enter a region; -1: it may enter now."""
-        after = -1
-        for one in self.open:
-            if one.region == region and one.closes(name):
-                after = max(after, self.met[one.name][-2 if name in one.enters else -1])
-        return after
+        here = (one for one in self.open if one.region == region and one.closes(name))
+        turns = (self.met[one.name][-2 if name in one.enters else -1] for one in here)
+        return max(turns, default=-1)
 
     def _leaving(self, name: str, need: Need, since: int) -> int:
         """Return the first turn in which a robot in transit can do its part in the region that it
@@ -155,7 +142,7 @@ class Bound:
         had_part = number == 1 and name in one.done and not earlier.together
         if former and (had_part or self._leaving(name, earlier, part_at) < NEVER):
             return self.start[name]
-        since = (part_at - index) // self.count + 1 - self.takes(name)
+        since = (part_at - index) // self.count + 1 - self.s.robots[name].data.timing
         return {p: max(t, since) for p, t in former.items() if p[0] in earlier.regions}
 
 
@@ -272,10 +259,11 @@ def _least_round(
     regions that the robot touches only in their turn (None: the targets)."""
     bound, own = Bound(s, 0), s.robots[name].own
     bound.changes = False  # as long as the robot has this objective
+    bound.sealed[name] |= own.avoid
 
     def round_from(seeds: Ticks) -> Ticks:
         for goal in targets:
-            seeds = bound.goal(name, goal, seeds, ends_in or goal, own.avoid)
+            seeds = bound.goal(name, goal, seeds, ends_in or goal)
         return seeds
 
     first, rounds = round_from(bound.start[name]), dict[Pose, Ticks]()

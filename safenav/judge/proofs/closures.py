@@ -242,15 +242,8 @@ def _with_memory(formulas: Formulas, steps: Graph) -> tuple[Graph, list[Poses]]:
                 edges.setdefault((*here, i), set()).add((*there, j, goals - by_staying))
     states = {(*state, frozenset[int]()) for state in edges}.union(*edges.values())
     graph = {one: tuple(to for to in edges.get(one[:3], ()) if to != one) for one in states}
-    aims = [
-        frozenset(
-            one
-            for one in states
-            if goal in one[3] or goal in formulas.met_by_staying(one[:2], one[2])
-        )
-        for goal in range(formulas.count)
-    ]
-    return graph, aims
+    met = {one: one[3] | formulas.met_by_staying(one[:2], one[2]) for one in states}
+    return graph, [frozenset(x for x in states if k in met[x]) for k in range(formulas.count)]
 
 
 def team_closure(

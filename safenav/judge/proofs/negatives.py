@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from heapq import heappop, heappush
 from itertools import product
 from math import prod
 from typing import Any, NamedTuple
@@ -20,7 +19,7 @@ from safenav.judge.proofs.closures import (
 )
 from safenav.judge.rules import NotJudged
 from safenav.judge.state import Rest, Robot, State
-from safenav.judge.world import Poses
+from safenav.judge.world import Poses, TooLargeError
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
 """Cost in states, for each four robots: a joint state with a proof, and of those in service."""
@@ -56,26 +55,19 @@ class Enumeration:
         self._live = cache(self._is_live)
 
     def complete(self) -> Iterator[_State]:
-        """Yield the reachable states in which the mission is completed, those with the fewest goals
-        left first. Raises TooLargeError."""
-        queue, seen, after = list[tuple[int, int, _State]](), set[_State](), self.starts()
+        """Yield the reachable states in which the mission is completed. Raises TooLargeError."""
+        seen, queue, found = set[_State](), list[_State](), self.starts()
         while True:
-            for found in after:
-                if found not in seen:
+            for state in found:
+                if state not in seen:
                     self.case.world.spend(self.cost)
-                    seen.add(found)
-                    left = sum(goals for goals, _ in found.left)
-                    heappush(queue, (left, len(seen), found))
+                    seen.add(state)
+                    queue.append(state)
             if not queue:
                 return
-            _, _, state = heappop(queue)
-            if self._is_complete(state):
-                yield state
-            after = self._successors(state)
-
-    def show(self, state: _State) -> str:
-        at = zip(self.robots, state.poses, strict=True)
-        return ", ".join(f"{name} at {pose[0]}" for name, pose in at)
+            if self._is_complete(queue[-1]):
+                yield queue[-1]
+            found = self._successors(queue.pop())
 
     def starts(self) -> Iterator[_State]:
         poses = tuple(self.case.now[name] for name in self.robots)
@@ -133,10 +125,8 @@ class Enumeration:
     def _is_complete(self, state: _State) -> bool:
         """Return whether each robot has met all goals, is at its last target if it settles there,
         and can continue forever."""
-        if any(goals for goals, _ in state.left):
-            return False
         each = zip(self.robots, self.owns, self.targets, state.poses, strict=True)
-        return all(
+        return not any(goals for goals, _ in state.left) and all(
             (not (own.settles and targets) or pose in targets[-1])
             and self._live(name, pose, state.opened)
             for name, own, targets, pose in each
@@ -224,9 +214,8 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
     if e.cause == "out_of_service":
         yield from _out_of_service_problems(s)
         return
-    if unread := _unread(s):
-        yield NotJudged(f"why an operator is needed: too many memory values of {unread}")
-    elif any(r.out for r in s.robots.values()) and (e.proof or not is_hopeless(case_of(s))):
+    _require_read(s)
+    if any(r.out for r in s.robots.values()) and (e.proof or not is_hopeless(case_of(s))):
         yield f"the stated cause is {e.cause}, but only robots out of service are missing"
     elif e.proof is not None:
         yield from _deadlock_problems(e, s)
@@ -257,33 +246,32 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
         case, others = case_now(s, numbers), {*s.names} - {*robots}
         alone = (o for o in case.obstacles if all(others.isdisjoint(n.able) for n in o.left))
         every = Enumeration(case, robots, alone)
-        if (state := next(every.complete(), None)) is not None:
-            yield f"the mission can be completed with {every.show(state)}"
+        if any(every.complete()):
+            yield "the mission can be completed"
 
 
 def _without_room(robots: list[str], s: State) -> bool:
     """Return whether some robots, all in conflict, outnumber the regions of their last targets."""
     owns = [s.robots[name].own for name in robots]
-    if not all(own.settles for own in owns):
-        return False
-    apart = all({*robots} <= {name, *s.rivals[name]} for name in robots)
+    apart = all(own.settles for own in owns) and all(
+        {*robots} <= {name, *s.rivals[name]} for name in robots
+    )
     return apart and len(frozenset[int]().union(*(own.last for own in owns))) < len(robots)
 
 
 def shut_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why an obstacle that is given up may still be resolved, with all robots in service.
     Raises TooLargeError."""
-    if unread := _unread(s):
-        yield NotJudged(f"whether {e.obstacle} can be resolved: too many memory values of {unread}")
-        return
+    _require_read(s)
     case = case_of(s)
     if e.obstacle not in {one.name for one in team_closure(case, case.start, case.obstacles)[1]}:
         yield f"{e.obstacle} can be resolved: enough robots reach its resolution regions"
 
 
-def _unread(s: State) -> str:
+def _require_read(s: State) -> None:
     each = ((name, robot.own.formulas) for name, robot in s.robots.items())
-    return ", ".join(name for name, formulas in each if formulas and not formulas.whole)
+    if unread := [name for name, formulas in each if formulas and not formulas.whole]:
+        raise TooLargeError(f"too many memory values of {', '.join(unread)}")
 
 
 def _causes(now: Case) -> list[str]:
@@ -311,10 +299,7 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
     pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
     known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
     if prod(map(len, known.values())) > MOST_MEMORIES:
-        names = ", ".join(known)
-        yield NotJudged(f"whether robots in service could do more: too many memories of {names}")
-        return
-    done = ""
+        raise TooLargeError(f"too many memories of {', '.join(known)}")
     for row in product(*known.values()):  # with each possible memory of the robots
         case = case_now(s, dict(zip(known, row, strict=True)))
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
@@ -322,8 +307,7 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
         way = next(ways, None)
         if way is None or (case.out and way in every.starts()):
             return
-        done = every.show(way)
-    yield f"the robots in service can do their part of the mission, with {done}"
+    yield "the robots in service can do their part of the mission"
 
 
 def _lost_problems(e: Line, case: Case) -> Iterator[str]:
@@ -336,24 +320,17 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
             yield f"the stated cause is {e.cause}, but unrealizable is proven"
         return
     for name in stated:
-        if _is_a_game(s.robots[name], s):
+        own = s.robots[name].own
+        here, ltl = s.destination(name), own.kind == "ltl"
+        hears = own.formulas is not None and own.formulas.inputs
+        if (ltl or (own.literal and own.strict)) and (hears or s.mates[name]):
             what = f"whether robots or inputs can keep {name} from its objective forever"
             yield NotJudged(f"{what} (a bundle proves it)")
             return
-    for name in stated:
-        own, here = s.robots[name].own, s.destination(name)
-        if own.kind == "ltl" and not own.formulas.allows(here, here):
+        if ltl and not own.formulas.allows(here, here):
             yield NotJudged(f"whether {name} could go where its formulas let it stay")
             return
     yield "an operator is needed, but that is not proven"
-
-
-def _is_a_game(robot: Robot, s: State) -> bool:
-    own = robot.own
-    if own.kind != "ltl" and not (own.literal and own.strict):
-        return False
-    hears = bool(own.formulas and own.formulas.inputs)
-    return hears or bool(s.mates[robot.name])
 
 
 def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bool:

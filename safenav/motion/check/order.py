@@ -21,9 +21,8 @@ from safenav.trace.file import Trace, as_data
 from safenav.trace.vocabulary import ChangeCause, MoveEnd
 
 JUDGED = {
-    **dict.fromkeys(("continuity", "mobility", "service"), "order"),
-    **{"collision": "overlap", "never-together": "never-together"},
-    **{"unresolved-obstacle": "obstacle", "resolution": "action"},
+    **dict.fromkeys(("continuity", "mobility"), "order"),
+    **{"collision": "overlap", "unresolved-obstacle": "obstacle", "resolution": "action"},
 }
 """The rules of traces whose findings depend on the times of a motion, with their names for
 motions."""
