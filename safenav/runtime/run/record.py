@@ -320,12 +320,18 @@ class Recorder:
     ) -> None:
         """Record a decision: given-up obstacles, the stack, strategies, goals met where robots
         stand. ``coming``: the scenario still changes something."""
+        gives_up = False
         for state, event in decided:
             if isinstance(event, now.GaveUp):
+                gives_up = True
                 self._given_up(state, event.obstacle, control, coming=coming)
-        self._pops(after)
-        self._stack(after, control)
-        self._duties([robot.objective for robot in after.robots])
+        goes_on = control.end is None or control.end.cause in ("deadlock", "out_of_service")
+        if goes_on or gives_up:
+            self._pops(after)
+        if goes_on:
+            self._stack(after, control)
+        if goes_on or gives_up or control.new:
+            self._duties([robot.objective for robot in after.robots])
         for failed in control.failed:
             self.emit(synthesis_line(self.tick, failed, self.team.world))
         for i in control.new:
