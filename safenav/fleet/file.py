@@ -106,8 +106,7 @@ class Station(Part, frozen=True):
         return self.path("odom" if self.tf is None else self.tf.topic)
 
     def path(self, name: str) -> str:
-        """Return the full name of a topic, service or action: below the namespace unless
-        absolute."""
+        """Return the name of a topic or service, below the namespace unless it is absolute."""
         return name if name.startswith("/") else f"{self.namespace}/{name}"
 
 
