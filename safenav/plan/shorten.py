@@ -185,11 +185,16 @@ def _rerouted(
     """Return the poses of each robot by tick if these, one after the other, follow their earliest
     routes, with the ``stops`` of a ``course``; None if nothing changes."""
     ways, changed = _ways(best), False
+    shared: dict[frozenset[int], list[Mask]] = {}  # regions of crowds by tick
+    size = floor.team.size
     for i in who:
         if any(behind is not None for *_, behind in floor.inside[i]):
             continue  # the robot leaves an obstacle only the way it came
-        way = _earliest(floor, best, ways, i, course, stops=stops)
+        way = _earliest(floor, best, ways, i, shared, course, stops=stops)
         if way is not None and _pays(floor, i, way, ways[i]):
+            masks = shared.get(floor.team.crowds[i] or frozenset(), [])
+            for t, (mask, old, new) in enumerate(zip(masks, ways[i], way, strict=False)):
+                masks[t] = mask & ~(1 << old % size) | 1 << new % size
             ways[i], changed = way, True
     return ways if changed else None
 
@@ -239,22 +244,29 @@ def _earliest(
     ticks: Sequence[Joint],
     ways: Sequence[Sequence[int]],
     i: int,
+    shared: dict[frozenset[int], list[Mask]],
     course: Course | None = None,
     *,
     stops: bool = True,
 ) -> list[int] | None:
     """Return the poses of a robot by tick on its earliest path through all places where it counts
     or acts in ``ticks``, around the paths of other robots; with the last pose and the ``stops``
-    of a ``course``. None if there is none."""
+    of a ``course``. ``shared``: the regions of crowds by tick. None if there is none."""
     graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
     places = course.stops(i) if course is not None and stops else {}
     vias, member = _vias(floor, ticks, i, places), floor.team.members[i]
     if last * (len(vias) + 1) > MOST_CELLS:
         return None
-    taken = list[Mask]()
+    taken, crowd = list[Mask](), floor.team.crowds[i]
+    if crowd is not None and crowd not in shared:
+        shared[crowd] = [region_mask(ways[j][t] % size for j in crowd) for t in range(last + 1)]
     for t in range(last + 1):
         shut = floor.shut(i, [way[t] for way in ways]) if member.zones else 0
-        taken.append(graph.poses_on(shut | region_mask(ways[j][t] % size for j in member.rivals)))
+        if crowd is None:
+            shut |= region_mask(ways[j][t] % size for j in member.rivals)
+        else:  # disjoint regions: those of all robots without its own
+            shut |= shared[crowd][t] & ~(1 << ways[i][t] % size)
+        taken.append(graph.poses_on(shut))
     later = [0] * (last + 2)
     for t in range(last, -1, -1):
         later[t] = later[t + 1] | taken[t]
