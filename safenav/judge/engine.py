@@ -114,6 +114,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                     s.failed[e.robot, e.spec] = e.memory or {}
             elif e.node is not None and e.objective == robot.own and e.memory:
                 robot.first = max(0, next(iter(e.memory.values())))
+                here = s.destination(e.robot)[0]
+                robot.progress = robot.progress.begun(robot.own, robot.first, here)
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
             if begins and s.live:  # with the present inputs
                 robot.hear(s.inputs)

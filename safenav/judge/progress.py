@@ -42,6 +42,16 @@ class Progress:
     def ended(self, own: Objective) -> bool:
         return own.ends and self.turn == own.count
 
+    def begun(self, own: Objective, first: int, region: int) -> Progress:
+        """Return the progress if the robot continues with target ``first`` in ``region``: that of a
+        patrol loses the round under way if another target was next."""
+        if not own.strict or self.turn is None:
+            return self
+        first = min(first, own.count - 1)
+        if self.turn in (first, (first + (region in own.targets[first])) % own.count):
+            return self
+        return Progress(self.goals - self.goals % own.count, turn=first)
+
     def anew(self) -> Progress:
         """Return the progress with the rounds reset to zero; the next target stays the next."""
         return Progress(turn=self.turn)

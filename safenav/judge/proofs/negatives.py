@@ -215,12 +215,13 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
         yield from _out_of_service_problems(s)
         return
     _require_read(s)
-    if any(r.out for r in s.robots.values()) and (e.proof or not is_hopeless(case_of(s))):
+    out = any(robot.out for robot in s.robots.values())
+    if out and (e.proof or not (e.unrealizable or is_hopeless(case_of(s)))):
         yield f"the stated cause is {e.cause}, but only robots out of service are missing"
     elif e.proof is not None:
         yield from _deadlock_problems(e, s)
     elif not is_hopeless(case := case_now(s)):
-        yield from _lost_problems(e, case)
+        yield from _lost_problems(e, case_of(s))  # as if all robots were in service
     elif e.cause not in (causes := _causes(case)):
         yield f"the stated cause is {e.cause}, but {causes[0]} is proven"
 

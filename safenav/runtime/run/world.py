@@ -353,9 +353,9 @@ class World:
             undone |= {k for k, need in needs.items() if need.takes and not need.same}
         kept = tuple((k, stage) for k, stage in stages.items() if k not in undone)
         command, why, before = event.command or 0, event.reason, run.state
-        yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why, again)
         cause = "scenario" if self.truth is not None else "world"
         yield from (now.Gone(k, cause) for k in gone)
+        yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why, again)
         yield from acts.vain(run.team, before, run.state, i, failed)
 
     def _news(self, run: Situation, i: int, event: protocol.Acted) -> protocol.Acted:
