@@ -199,8 +199,8 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
     """No step exceeds the charge of a robot. In lockstep, a robot whose charge is used up leaves
-    service with its `flat` obstacle, at the latest in its turn. Its battery is replaced only when
-    that obstacle is resolved or gone; then it returns."""
+    service when its `flat` obstacle appears, at the latest in its turn. Its battery is replaced
+    only when that obstacle is resolved or gone; then it returns."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         early = not s.live and any(one.moved >= e.tick for one in s.robots.values())

@@ -381,8 +381,8 @@ class Goal(Record, frozen=True, tag="goal"):
 
 
 class Belief(Note, frozen=True, tag="belief"):
-    """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any, from now
-    on."""
+    """From now on ``robot`` sees ``of``, in the only one of ``regions``, or believes it to be in
+    one of them."""
 
     robot: str
     of: str
