@@ -36,7 +36,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
             yield f"the scenario does not list the truth {e.traversable} of {one.name} at {now:g}"
         return
     if (e.kind == "appeared") is one.present:
-        yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"
+        yield f"{one.name} has {e.kind}, but was {'present' if one.present else 'absent'} before"
     if e.cause == "battery":
         empty = (r for r in s.robots.values() if r.pose[0] == one.region and s.is_empty(r, now))
         flat = one.type == s.flat_type and one.truth is None and not one.ordered

@@ -74,7 +74,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
     robot = s.robots[e.robot]
     own, here = robot.own, robot.pose[0]
     if e.duty:
-        return  # it counts for nobody
+        return  # the goals of duties are not judged
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
         return
@@ -215,7 +215,7 @@ def counted(e: Line, s: State) -> Iterator[str]:
         rests = robot.bound is None and robot.acts is None and not (robot.out or robot.lost)
         own = robot.given.serves(robot.own) and not robot.met
         if rests and own and (goals := _unrecorded(robot)):
-            yield f"{name} is at its target {goals[0]}, but meets no goal"
+            yield f"{name} has met its target {goals[0]}, but no line records that"
 
 
 def _unrecorded(robot: Robot) -> list[int]:

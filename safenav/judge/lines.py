@@ -114,7 +114,7 @@ def read(kind: str, value: Any) -> Any:
     if kind in TUPLES:
         kinds = TUPLES[kind]
         whole = isinstance(value, list) and len(value) == len(kinds)
-        _require(whole, f"must be a list of {len(kinds)}")
+        _require(whole, f"must be a list of {len(kinds)} items")
         return tuple(map(read, kinds, value))
     end, inner = kind[-1], kind[:-1]
     if end == "~":

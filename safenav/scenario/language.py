@@ -70,7 +70,7 @@ class MapKeys(Item, frozen=True):
         "Number of columns into which an image or a MovingAI map is divided.", least=1
     )
     share: float | None = key(
-        "A region is a wall if this share of it is blocked. Default: 0, any part.", least=0, most=1
+        "A region with at least this share blocked is a wall. Default: 0, any.", least=0, most=1
     )
     resolution: float | None = key(
         "Side of a region in metres.", least=values.LEAST_SIDE, most=values.MOST_SIDE

@@ -84,8 +84,8 @@ class Grid(MetricFloor, frozen=True):
         low = [(each - radius) / self.side for each in points.min(axis=0).tolist()]
         high = [(each + radius) / self.side for each in points.max(axis=0).tolist()]
         if not (across := max(high[0] - low[0], high[1] - low[1])) < MOST_CELLS:
-            found = f"the motion has a piece across {across:.6g} regions"
-            raise UsageError(f"{found}; expected less than {MOST_CELLS}")
+            found = f"a piece of the motion spans {across:.6g} regions"
+            raise UsageError(f"{found}; expected fewer than {MOST_CELLS}")
         cols, rows = (range(floor(low[i]), floor(high[i]) + 1) for i in (0, 1))
         return product(cols, rows)
 
@@ -287,7 +287,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
     pull = axis * rows[:, 13:14] / MASS - DRAG * velocity - (0.0, 0.0, GRAVITY)
     change = np.diff(velocity, axis=0) / track.step - (pull[1:] + pull[:-1]) / 2
     missed = np.abs(change).max(axis=1, initial=0.0)
-    words = "its velocity changes by {:.2f} m/s^2 more than its thrust explains"
+    words = "its acceleration differs by {:.2f} m/s^2 from what its thrust explains"
     limited(missed, PULL, "dynamics", words)
     steepest = 1.3 * np.arctan(np.sqrt(2) * case.numbers[track.robot]["tilt"] / GRAVITY)
     lean = np.degrees(np.arccos(np.clip(axis[:, 2], -1, 1)))

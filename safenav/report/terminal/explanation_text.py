@@ -50,7 +50,7 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
         yield from _indented(f"- {rule}" for rule in rules)
     if found.play is not None:
         yield ""
-        yield "What happens:"
+        yield "Losing play:"
         yield from _indented(play_lines(found.play, found, world))
     yield ""
     if found.repairs:
