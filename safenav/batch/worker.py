@@ -231,7 +231,7 @@ def main() -> None:
         connection.send(True)  # this process is ready
         while task := tasks.get():
             case, conditions, trace = task
-            with contextlib.suppress(OSError):  # without it only the case's files are missing
+            with contextlib.suppress(OSError):  # else the case reports the files that it misses
                 os.chdir(conditions.directory)
             connection.send(execute(case, conditions, trace))
     except BrokenPipeError:

@@ -182,8 +182,8 @@ class Goals:
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """Handle a reported arrival or return: wait until odometry, which may be later, confirms
-        it, and then up to ``FRESH`` seconds, or longer while a ray may hit what has left, until the
-        robot's sensors have a reading from there."""
+        it. Then wait up to ``FRESH`` seconds, longer while a ray may hit something that has left,
+        for a reading of the robot's sensors from there."""
         task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
         self.confirm(body, task)
 

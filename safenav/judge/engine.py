@@ -33,7 +33,7 @@ def after(e: Line, s: State) -> None:
             s.inputs |= e.values
             s.switched |= dict.fromkeys(e.values, e.tick)
             s.by_user = {*(e.user or ())}
-            # In lockstep, the next move of a robot hears them.
+            # In lockstep, each robot observes them at its next move.
             for robot in s.robots.values() if s.live else ():
                 robot.hear(s.inputs)
         case "waiting":

@@ -292,11 +292,11 @@ class State:
         kinds = [one.type for one in h.obstacles] + [h.flat] * bool(h.flat)
         self.kinds, self.flat_type = {one.name: one for one in kinds}, h.flat and h.flat.name
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
-        self.drained: set[str] = set()  # those of them that have not left service since
+        self.drained: set[str] = set()  # these robots, until they leave service
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.told: dict[tuple[str, bool], int] = {}  # changes of service by the scenario so far
-        self.waits = False  # the team waits, and takes no duty back
+        self.waits = False  # the team waits: robots keep their duties
         self.arrived = set[str]()  # robots whose last step may have met goals, still unrecorded
         self.restarted = -1  # the tick of the last resolution
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed

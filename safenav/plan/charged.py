@@ -4,7 +4,7 @@ A robot on a charger charges while it stays, other robots use charge while they 
 lasts as long as its slowest step. A robot enters a region in the transition in which another one
 leaves it only if a run would let it: in lockstep, if the other one's turn is earlier, and its step
 takes one tick. So a run is never later than these transitions, and no robot has less charge. Most
-robots need not wait for the slowest: the execution of a plan (``course``) says how long it takes.
+robots need not wait for the slowest: ``course`` determines how long the execution of a plan takes.
 """
 
 from collections import defaultdict

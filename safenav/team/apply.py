@@ -374,10 +374,10 @@ Counted = tuple[Objective, Count, Count, tuple[int, ...]]
 
 
 def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> Iterator[Counted]:
-    """Yield each count of a robot where it stands, none in transit: with its own objective, during
-    a duty only if it ``_remembers``; then, if ``duty``, with that of the duty. A turn that takes no
-    time counts once for each target and, where the objective settles, for each round; but formulas
-    count one step."""
+    """Yield each count of a robot where it stands, none in transit: for its own objective (during a
+    duty only if it ``_remembers``), then for that of the duty if ``duty``. A turn that takes no
+    time counts each target once and, if the objective settles, each round. Formulas count one
+    step."""
     robot, own = _begun(team, state, i), team.members[i].objective
     mine = robot.objective == own
     parts = [(own, robot.own, team.rounds)] if mine or _remembers(team, state, i) else []

@@ -267,7 +267,7 @@ class Failed(Ended, frozen=True):
 
 
 class Lost(Ended, frozen=True):
-    """A robot is in one of these regions; nothing shows in which."""
+    """A robot is in one of these regions; which one is unknown."""
 
     regions: frozenset[int]
     why: str = ""

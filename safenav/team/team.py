@@ -302,7 +302,7 @@ def _member(
     rivals = frozenset(k for k, o in every if o.name != name and robot.conflicts(o))
     near = ((each, each.robots - {name}) for each in scenario.never_together if name in each.robots)
     apart = ((z, frozenset(k for k, o in every if o.name in others)) for z, others in near)
-    # Rivals never share a region: an entry with one region says nothing more.
+    # Rivals never share a region: an entry with one region adds nothing.
     zones = tuple((o, region_mask(z.regions)) for z, o in apart if len(z.regions) > 1 or o - rivals)
     objective, battery, energy = robot.objective, robot.model.battery, None
     planned = bool(rivals or zones or battery)
@@ -407,8 +407,8 @@ def _needs(
 
 
 def _cut_off(member: Member, places: list[tuple[int, ...]], scenario: model.Scenario) -> bool:
-    """Return whether the map leaves a robot no path to some of these regions; the first are those
-    where it takes the load."""
+    """Return whether the map leaves a robot no path to any region of one of ``places``, the first
+    of which has the regions where it takes the load."""
     graph = plain_graph(scenario.map, member.robot.model.mobility)
     free = graph.outside(member.objective.avoid)
     there = graph.closure(1 << graph.number(member.base), free) & (free | graph.on(places[0]))

@@ -42,7 +42,7 @@ def elf(machine: int = 62, headers: tuple[int, ...] = (1,)) -> bytes:
     ],
     ids=["x86", "arm", "a script", "dynamic", "with an interpreter", "another processor"],
 )
-def test_only_a_static_program_has_a_processor_for_the_wheel(program: bytes, found: str) -> None:
+def test_only_a_static_program_of_a_known_machine_gets_a_wheel(program: bytes, found: str) -> None:
     if " " not in found:
         assert MAKER["machine_of"](program) == found
         return

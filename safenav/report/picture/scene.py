@@ -69,7 +69,7 @@ def svg_of_scenario(scenario: Scenario) -> str:
 
 
 class Layout(Struct, frozen=True):
-    """The places of a picture: the side of a region, the shown part of the map, the width below the
+    """Dimensions of a picture: the side of a region, the shown part of the map, the width below the
     title, and the top of the map."""
 
     cell: float

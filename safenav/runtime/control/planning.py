@@ -156,7 +156,7 @@ class Planning(Struct, frozen=True, dict=True):
             if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):
                 brought = answers.plan(beyond(brings, gates), joint, gates, state)
                 rest = {*gates}.difference(brought.gates) if isinstance(brought, Unserved) else ()
-                if rest:  # the others perhaps when the robots of these have returned
+                if rest:  # the others may be served once the robots of these have returned
                     some = tuple(sorted(rest))
                     brought = answers.plan(beyond(brings, some), joint, some, state)
                 answer = brought if isinstance(brought, Found) else answer

@@ -307,7 +307,7 @@ class World:
         reported = {
             acts.number(team, run.state, obstacle): result for obstacle, result in event.found
         }
-        again = tuple(  # opened in passing, without a request
+        again = tuple(  # resolved in passing, without a request
             k
             for k, result in reported.items()
             if run.state.obstacles[k].state is now.Is.SEEN

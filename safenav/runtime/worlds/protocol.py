@@ -74,7 +74,7 @@ class Failed(WorldEvent, frozen=True):
 
 
 class Lost(WorldEvent, frozen=True):
-    """The robot is in one of ``regions``; nothing shows in which."""
+    """The robot is in one of ``regions``; which one is unknown."""
 
     robot: str
     regions: frozenset[Region]
