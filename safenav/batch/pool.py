@@ -31,7 +31,7 @@ def processors() -> int:
 
 
 class Pool:
-    """At most ``jobs`` cases at a time, each in a process of its own on this machine."""
+    """At most ``jobs`` cases at a time, each in another process on this machine."""
 
     def __init__(self, jobs: int, conditions: Conditions) -> None:
         self.batch = uuid.uuid4().hex

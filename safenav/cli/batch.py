@@ -49,8 +49,8 @@ def batch(
     resume: Annotated[bool, "Run only cases without a result in --out, or changed."],
     dask: Annotated[str | None, "--dask ADDRESS", "Run on this Dask cluster."],
 ) -> int:
-    """Run every scenario that the PATHs name, each in a process of its own, and compare each
-    run with the scenario's 'expect'."""
+    """Run every scenario that the PATHs name, in worker processes, and compare each run with
+    the scenario's 'expect'."""
     if resume and out is None:
         raise UsageError("--resume needs --out: the folder that holds the results so far")
     if dask is not None and jobs is not None:

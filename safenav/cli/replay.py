@@ -153,7 +153,7 @@ def draw(
     share: options.Share,
 ) -> int:
     """Draw SCENARIO before its run: starts, objectives, hidden obstacles, region numbers. Without
-    -o it is drawn as text, without numbers. SCENARIO may be a map file alone."""
+    -o it is drawn as text, with rows and columns. SCENARIO may be a map file alone."""
     from safenav.report.picture.scene import svg_of_scenario
     from safenav.report.terminal.story import scenario_text
     from safenav.scenario.model import Scenario
