@@ -219,7 +219,7 @@ class Patrol(TargetObjective, frozen=True):
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         if len(set(targets)) == 1:
-            one = ": 1 target, and a patrol has two or more"
+            one = ": found 1 target, expected two or more"
             found = one if len(targets) == 1 else ": all targets are the same"
             return found, "use 'hold' to stay in one region"
         for first, second in combinations(targets, 2):

@@ -65,7 +65,7 @@ def test_without_a_budget_only_proven_results_are_printed(monkeypatch: pytest.Mo
     monkeypatch.setattr("safenav.explain.investigation.REPAIR_SECONDS", 0.0)
     status, output, _ = invoke("explain", FOLDER / "forbidden_way.yaml")
     assert status == 1 and "because its guarantees conflict\n" in output
-    assert "Losing play" not in output and "cooperated" not in output
+    assert "Consequence" not in output and "cooperated" not in output
     assert output.endswith("\nNo repair was found among the simple ones.\n")
 
 

@@ -50,7 +50,7 @@ def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
         yield from _indented(f"- {rule}" for rule in rules)
     if found.play is not None:
         yield ""
-        yield "Losing play:"
+        yield "Consequence:"
         yield from _indented(play_lines(found.play, found, world))
     yield ""
     if found.repairs:
@@ -135,8 +135,8 @@ def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterat
             return
         case PlayEnd.NO_BEGINNING:
             first = _inputs_words(play.pressure, world)
-            where = f"if initially {first}" if first else "anywhere"
-            yield f"{robot} cannot start: {where}, no initial state satisfies its guarantees."
+            where = f"if initially {first}, " if first else ""
+            yield f"{robot} cannot start: {where}no initial state satisfies its guarantees."
             return
     moments = [_moment_words(moment, play, found, world) for moment in (*play.walk, *play.cycle)]
     if (hidden := len(moments) - _SHOWN) > 1:

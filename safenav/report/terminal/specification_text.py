@@ -65,7 +65,7 @@ def line_explanation_lines(found: LineExplanation, file: str) -> Iterator[str]:
     play = found.play
     if play is not None and play.strategy is not None:
         yield ""
-        yield "Losing play:"
+        yield "Consequence:"
         yield from (f"  {line}" for line in _play_lines(play, play.strategy, file))
     if found.assumptions:
         yield ""

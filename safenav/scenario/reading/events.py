@@ -59,7 +59,7 @@ def _obstacle(item: language.ObstacleKeys, reading: Reading) -> Obstacle | None:
     if appears is not None and goes is not None and appears >= goes:
         label = kind.name if kind else "the obstacle"
         hint = "'from' is the tick at which it appears, 'until' that at which it disappears"
-        reading.add(item.at("until"), f"{label} disappears before it appears", hint)
+        reading.add(item.at("until"), f"'until' of {label} is not after 'from'", hint)
     if item.flawed or kind is None or item.region is None or len(reading) > before:
         return None
     return Obstacle(kind, item.region, truth, appears, goes, item.resolve_within)

@@ -209,9 +209,9 @@ def refused_by_clock(scenario: model.Scenario) -> str | None:
     live = scenario.clock is model.Clock.LIVE
     if live and scenario.deadlines:
         return (
-            f"a live run cannot keep deadlines in ticks ({', '.join(scenario.deadlines)}): a tick "
-            "has no length there; use 'clock: lockstep', or seconds: 'limits: {seconds: 60}' of "
-            "the run, of the motion "
+            f"a live run cannot keep deadlines in ticks ({', '.join(scenario.deadlines)}): its "
+            "ticks have no fixed length; use 'clock: lockstep', or seconds: for the run 'limits: "
+            "{seconds: 60}', for its motion "
             "'requirements: [\"always(requested_door@47 -> eventually[0,60] resolved_door@47)\"]'"
         )
     for robot in scenario.robots:

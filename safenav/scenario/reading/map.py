@@ -118,8 +118,8 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
         if not _CHARACTERS.issuperset(row):
             odd = next(i for i, char in enumerate(row) if char not in _CHARACTERS)
             at = Place(place.line, place.column + odd)
-            found = f"row {number}, column {odd} of the map: '{clipped(row[odd])}'"
-            findings.add(at, found, "'#' is a wall and '.' is free; there is nothing else")
+            found = f"row {number}, column {odd} of the map: found '{clipped(row[odd])}'"
+            findings.add(at, found, "expected '#' (wall) or '.' (free)")
     if rows and len(rows) * len(rows[0][1]) > MOST_REGIONS:
         findings.add(node, *too_large(len(rows), len(rows[0][1])))
     return RegionMap.from_grid(row for _, row in rows) if len(findings) == before else None

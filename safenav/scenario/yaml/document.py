@@ -289,7 +289,7 @@ def _refuse_tag(event: Any, place: Place) -> None:
         hint = "write the plain value: nothing in a scenario is ever executed"
         if not tag.startswith("!!"):
             hint = f'put a formula in quotes: "{clipped(tag)} ..."'
-        raise DocumentError(place, f"the tag {clipped(tag)}", hint)
+        raise DocumentError(place, f"found the tag {clipped(tag)}", hint)
 
 
 def _build(events: Iterator[Any]) -> Document:
@@ -297,7 +297,7 @@ def _build(events: Iterator[Any]) -> Document:
     for event in events:
         if isinstance(event, yaml.DocumentStartEvent) and root is not None:
             hint = "keep one scenario in a file; remove '---' and the text below"
-            raise DocumentError(_place(event), "a second document", hint)
+            raise DocumentError(_place(event), "found a second document", hint)
         if isinstance(event, yaml.NodeEvent):
             root, _ = builder.node(event)
     if root is None or (isinstance(root, Scalar) and root.value is None):
