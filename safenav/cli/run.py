@@ -335,9 +335,9 @@ def _next_steps(outcome: Outcome, files: Files) -> Iterator[str]:
         yield f"    view: open {quote(str(files.html))} (starts at the last tick)"
     elif files.trace not in (None, PRINTED):
         yield f"    view: safenav replay {quote(str(files.trace))}"
-    else:
+    elif name != "-":
         yield f"    view: safenav run {name} --html {quote(files.scenario.stem)}.html"
-    if outcome in (Outcome.UNREALIZABLE, Outcome.OPERATOR_NEEDED):
+    if outcome in (Outcome.UNREALIZABLE, Outcome.OPERATOR_NEEDED) and name != "-":
         yield f"    explain: safenav explain {name}"
-    elif outcome is Outcome.TICK_LIMIT:
+    elif outcome is Outcome.TICK_LIMIT and name != "-":
         yield f"    run longer: safenav run {name} --max-ticks N"

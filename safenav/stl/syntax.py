@@ -231,7 +231,7 @@ def _condition(tree: Node, begin: Token) -> Requirement:
     """Return the tree, which begins at a token and must not be a number."""
     if isinstance(tree, RobotSignal | Literal | Arithmetic):
         hint = "compare it: distance(a, b) >= 1"
-        raise FormulaError(begin.column, "a number where a condition is expected", hint)
+        raise FormulaError(begin.column, "found a number, expected a condition", hint)
     return tree
 
 
@@ -239,4 +239,4 @@ def _number(tree: Node, begin: Token) -> SignalTerm:
     if isinstance(tree, RobotSignal | Literal | Arithmetic):
         return tree
     hint = "only numbers are compared, added and multiplied; join two comparisons with 'and'"
-    raise FormulaError(begin.column, "a condition where a number is expected", hint)
+    raise FormulaError(begin.column, "found a condition, expected a number", hint)

@@ -240,7 +240,7 @@ class Server:
         try:
             data = json.loads(text)
             if not isinstance(data, dict):
-                raise UsageError("a message is an object")
+                raise UsageError("expected a JSON object")
             await self.studio.take(data)
         except ReplaceError as error:
             return {"is": "exists", "name": data.get("name"), "message": str(error)}

@@ -56,9 +56,9 @@ class Judgement(Struct, frozen=True):
 
     def __str__(self) -> str:
         if self.low == self.high:
-            value = f"robustness {self.low:.3f}"
+            value = f"robustness {self.low:z.3f}"
         else:
-            value = f"robustness between {self.low:.3f} and {self.high:.3f}"
+            value = f"robustness between {self.low:z.3f} and {self.high:z.3f}"
         label = self.formula if self.name == self.formula else f"{self.name}: {self.formula}"
         error = f" +- {self.error:.3f}" if self.error else ""
         advice = f"; {self.advice}" if self.advice else ""

@@ -285,7 +285,7 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
         return
     ended = click.style(result.outcome.value.replace("_", " "), fg="red", bold=True)
     if result.outcome is not Outcome.OPERATOR_NEEDED:
-        yield f"every robot has a strategy; the run ended with {ended}: {result.explanation}"
+        yield f"every robot has a strategy; the outcome is {ended}: {result.explanation}"
         return
     live = result.makespan is not None
     at = f"after {_time(result.ticks, result.makespan)}" if live else f"at tick {result.ticks}"
