@@ -38,7 +38,7 @@ def test_a_run_that_exhausts_a_search_names_the_robot_out_of_service(
     world = Faulty(loaded(ring), [["a", 1, "fatal"]])
     outcome = play(ring, world=world, lies=True).outcome
     assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "out_of_service")
-    assert outcome["explanation"].startswith("a (its steps fail) out of service; search budget")
+    assert outcome["explanation"].startswith("a (its steps fail) is out of service; search budget")
 
 
 @pytest.mark.parametrize(

@@ -371,7 +371,7 @@ def _end(e: Line, s: State, lost: Collection[str]) -> str:
     if what != "operator_needed":
         return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."
     if e.cause == "out_of_service":
-        why = f"{' and '.join(n for n, r in s.robots.items() if r.out)} out of service"
+        why = f"the team needs {' and '.join(n for n, r in s.robots.items() if r.out)} in service"
     elif lost:
         why = f"there is no strategy for {' and '.join(sorted(lost))}"
     elif e.proof is not None:

@@ -216,9 +216,9 @@ def out_of_service(team: Team, state: State, found: Settlement) -> End | None:
 def without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
     """Return the end of a run that cannot continue without robots out of service. ``left``: the
     reason why it is not completed, if known."""
-    names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
-    left = left or what_is_left(team, state, ())
-    return End("operator_needed", f"{names} out of service; {left}", "out_of_service")
+    who = [f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots]
+    why = f"{' and '.join(who)} {'is' if len(who) == 1 else 'are'} out of service; "
+    return End("operator_needed", why + (left or what_is_left(team, state, ())), "out_of_service")
 
 
 def _why_out(team: Team, state: State, i: int) -> str:
