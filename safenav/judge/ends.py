@@ -70,11 +70,15 @@ def goal(e: Line, s: State) -> Iterator[str]:
     """A robot that meets a target is there, not lost, and in service unless its step or
     action has just ended. The goals of formulas are met by its last move (live: or by staying),
     with some possible memory. In lockstep, a move meets each goal once, and only one of several
-    goals in turn."""
+    goals in turn. A robot that a strategy drives meets no goal of its own while it has another
+    objective."""
     robot = s.robots[e.robot]
     own, here = robot.own, robot.pose[0]
     if e.duty:
         return  # the goals of duties are not judged
+    beside = s.is_planned(e.robot) or s.scenario.coordination == "assignable"
+    if not (beside or robot.given.serves(own)):
+        yield f"{e.robot} counts goal {e.goal} of its own while it has another objective"
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
         return
@@ -135,14 +139,14 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as required since the last resolution
-    and robots with a last target are there. Only a run that needs an operator states a cause. In a
-    live run the stated rounds of a stay at a last target are accepted. A run ends at a limit
-    exactly when it reaches that."""
+    and robots with a last target are there. The stated rounds are those made, and 0 while an input
+    replaces the objective; those of a stay at a last target may be fewer, and are accepted in a
+    live run. Only a run that needs an operator states a cause. A run ends at a limit exactly when
+    it reaches that."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
-        rounds, stated = _rounds(name, e, s), e.rounds.get(name)
-        exact = e.outcome == "completed" and not (s.live or robot.own.settles)
-        if stated is None or stated > rounds or (exact and stated < rounds):
+        rounds, stated = 0 if s.by_inputs(robot) else _rounds(name, e, s), e.rounds.get(name)
+        if stated is None or stated > rounds or (stated < rounds and not robot.own.settles):
             yield f"{name} has {rounds} rounds, not {stated}"
     if (e.cause or e.proof) and e.outcome != "operator_needed":
         yield f"a {e.outcome} run has no cause of failure"

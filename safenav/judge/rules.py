@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
-from safenav.judge.state import Obstacle, Robot, State
+from safenav.judge.state import MARGIN, Obstacle, Robot, State
 
 
 class NotJudged(str):
@@ -196,11 +196,12 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} steps from {s.show(here[0])} to {s.show(step.to)} against its formulas"
 
 
-@rule("move", "depart", "service")
+@rule("move", "depart", "act", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
-    """No step exceeds the charge of a robot. In lockstep, a robot whose charge is used up leaves
-    service when its `flat` obstacle appears, at the latest in its turn. Its battery is replaced
-    only when that obstacle is resolved or gone; then it returns."""
+    """No step exceeds the charge of a robot. A robot whose charge is used up leaves service when
+    its `flat` obstacle appears, in lockstep at the latest in its turn, live after the action that
+    it begins as it arrives. Its battery is replaced only when that obstacle is resolved or gone;
+    then it returns."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         early = not s.live and any(one.moved >= e.tick for one in s.robots.values())
@@ -212,11 +213,12 @@ def charge(e: Line, s: State) -> Iterator[str]:
         if s.robots[name].filled and s.robots[name].out:
             yield f"{name} has a new battery, but is not in service"
     battery, steps = robot.data.battery, e.to != e.start
-    if steps and battery and (charge := s.charge(robot, s.now(e))) < battery.move:
+    if steps and battery and (charge := s.charge(robot, s.now(e))) < battery.move - MARGIN:
         yield f"{e.robot} takes a step with a charge of {charge:g}"
     serves = not robot.out and robot.bound is None
-    empty = {e.robot} if serves and s.is_empty(robot, s.now(e)) else set[str]()
-    for name in sorted(empty | s.drained) if not (s.live or s.external) else ():
+    arrives = e.kind == "act" and robot.stands == s.now(e)
+    empty = serves and not arrives and s.is_empty(robot, s.now(e), -MARGIN)
+    for name in sorted(s.drained.union([e.robot] * empty)):
         yield f"{name} is in service, but its charge is used up"
 
 
