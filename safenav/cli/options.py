@@ -203,6 +203,8 @@ def _check(context: click.Context) -> None:
             paths = value if isinstance(value, tuple) else (value,)
             named += [(words, Path(path), kind) for path in paths]
     for words, path, kind in named:
+        if str(path).startswith("-") and str(path) != "-":
+            raise UsageError(f"{words}: found the option {path}, expected a path")
         if not isinstance(kind, Output):
             continue
         for other, same, its in named:
