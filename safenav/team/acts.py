@@ -179,9 +179,12 @@ def vain(
 
 
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events by which the team sees an obstacle."""
+    """Yield the events by which the team sees an obstacle. An order that is over is ordered again."""
     yield from joined(team, state, obstacle)
-    yield now.Seen(number(team, state, obstacle))
+    k = number(team, state, obstacle)
+    over = k < len(state.obstacles) and state.obstacles[k].state in (Is.AWAY, Is.OVER)
+    again = over and team.obstacles[k].ordered
+    yield now.Appeared(k, cause="world") if again else now.Seen(k)
 
 
 def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
