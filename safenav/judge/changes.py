@@ -13,7 +13,7 @@ def listed(e: Line, s: State) -> Iterator[str]:
     before it is discovered. Types with one name are equal."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind:
-        yield f"there is another type {kind.name}"
+        yield f"the scenario has another type {kind.name}"
     if not s.external and (one.appears is None or one.appears > s.now(e)):
         yield f"the scenario has no {one.name}"
     if one.goes is not None or one.resolve_within is not None:

@@ -140,13 +140,14 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as required since the last resolution
     and robots with a last target are there. The stated rounds are those made, and 0 while an input
-    replaces the objective; those of a stay at a last target may be fewer, and are accepted in a
-    live run. Only a run that needs an operator states a cause. A run ends at a limit exactly when
-    it reaches that."""
+    replaces the objective; those of a stay at a last target, or without goals, may be fewer. Only a
+    run that needs an operator states a cause. A run ends at a limit exactly when it reaches
+    that."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
         rounds, stated = 0 if s.by_inputs(robot) else _rounds(name, e, s), e.rounds.get(name)
-        if stated is None or stated > rounds or (stated < rounds and not robot.own.settles):
+        exact = robot.own.count and not robot.own.settles
+        if stated is None or stated > rounds or (exact and stated < rounds):
             yield f"{name} has {rounds} rounds, not {stated}"
     if (e.cause or e.proof) and e.outcome != "operator_needed":
         yield f"a {e.outcome} run has no cause of failure"

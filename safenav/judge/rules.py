@@ -217,7 +217,7 @@ def charge(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} takes a step with a charge of {charge:g}"
     serves = not robot.out and robot.bound is None
     arrives = e.kind == "act" and robot.stands == s.now(e)
-    empty = serves and not arrives and s.is_empty(robot, s.now(e), -MARGIN)
+    empty = serves and not arrives and s.is_empty(robot, s.now(e), MARGIN)
     for name in sorted(s.drained.union([e.robot] * empty)):
         yield f"{name} is in service, but its charge is used up"
 

@@ -20,8 +20,8 @@ EXTERNAL = (
 """The reservation about a run whose world is not simulated."""
 DECIMALS = 9
 """Decimals of a charge."""
-MARGIN = 1e-6
-"""Uncertainty of a charge in live runs, whose lines have rounded times."""
+MARGIN = 2e-6
+"""The charge that a step may lack: the lines of live runs have rounded times."""
 SLOWEST = 20
 """Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
 
@@ -279,7 +279,6 @@ class State:
         self.names = [*self.robots]
         self.obstacles: dict[str, Obstacle] = {}
         self.at: dict[int, list[Obstacle]] = {}  # by region
-        self.kinds = {h.flat.name: h.flat} if h.flat else {}  # the first type of each name
         for data in sorted(h.obstacles, key=lambda one: one.appears or 0):
             self.add(data)
         listed = [one for one in h.obstacles if one.appears is not None]
@@ -292,7 +291,8 @@ class State:
         self.switched: dict[str, int] = {}
         self.missed: set[str] = set()
         self.orders: set[str] = set()
-        self.flat_type = h.flat and h.flat.name
+        kinds = [one.type for one in h.obstacles] + [h.flat] * bool(h.flat)
+        self.kinds, self.flat_type = {one.name: one for one in kinds}, h.flat and h.flat.name
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
         self.drained: set[str] = set()  # these robots, until they leave service
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
@@ -331,7 +331,6 @@ class State:
         if data.name in self.obstacles:
             return
         kind, region, listed = data.type, data.region, list[Need]()
-        self.kinds.setdefault(kind.name, kind)
         for k, need in enumerate(kind.needs):
             chain = [need, *takewhile(lambda other: other.same, kind.needs[k + 1 :])]
             actions = {each.action for each in chain}
@@ -411,12 +410,12 @@ class State:
             charge += rate * max(0.0, (now if self.live else robot.moved) - robot.stands)
         return float(round(min(battery.capacity, max(0.0, charge)), DECIMALS))
 
-    def is_empty(self, robot: Robot, now: float, within: float = MARGIN) -> bool:
-        """Return whether a robot's charge ``within`` a margin does not suffice for a step, off the
+    def is_empty(self, robot: Robot, now: float, margin: float = 0.0) -> bool:
+        """Return whether a robot lacks more than a margin of the charge for a step, off the
         chargers."""
         if robot.charge is None or robot.filled or robot.pose[0] in self.scenario.chargers:
             return False
-        return bool(self.charge(robot, now) < robot.data.battery.move + within)
+        return bool(self.charge(robot, now) < robot.data.battery.move - margin)
 
     def rests(self, robot: Robot, now: float) -> bool:
         """Return whether a robot is out of service, or about to be: the obstacle that represents

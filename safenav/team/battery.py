@@ -17,6 +17,8 @@ from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 NEVER = 1 << 30
+ROUNDING = 1e-6
+"""The charge that rounded times may cost."""
 
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
@@ -37,7 +39,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def is_flat(self, charge: float, pose: int) -> bool:
         """Return whether a robot with this charge can take no step, and gets no charge in its
         pose."""
-        return charge < self.battery.move and not self.charging(pose)
+        return charge < self.battery.move - ROUNDING and not self.charging(pose)
 
     # The least charge from which it can continue.
 
