@@ -179,7 +179,8 @@ def vain(
 
 
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events by which the team sees an obstacle. An order that is over is ordered again."""
+    """Yield the events by which the team sees an obstacle; an order that is over is ordered
+    again."""
     yield from joined(team, state, obstacle)
     k = number(team, state, obstacle)
     over = k < len(state.obstacles) and state.obstacles[k].state in (Is.AWAY, Is.OVER)
