@@ -78,7 +78,7 @@ def _ask(mission: Mission, terminal: _Terminal) -> None:
         click.echo("operator> ", nl=False, err=True)
         command = terminal.line(stepping=not given)
         if mission.result is None and mission.waiting is None:
-            click.echo("\n           something has changed: the run continues", err=True)
+            click.echo("\n           the wait has ended: the run continues", err=True)
         if mission.result is not None or mission.waiting is None:
             return
         if not command and (given or command is None):

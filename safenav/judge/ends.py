@@ -179,7 +179,7 @@ def end(e: Line, s: State) -> Iterator[str]:
             names = ", ".join(failed)
             yield NotJudged(f"unrealizability of {names} (a bundle proves it)")
     elif e.refused:
-        yield "only a run that never begins refuses a deadline or a charge"
+        yield f"{e.outcome} with refused deadlines or charges: only unrealizable has them"
 
 
 @rule("move", "depart", "arrive", "act", "outcome")

@@ -311,9 +311,7 @@ def _nearby_assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
             formula = f"{one_of('region', dead_ends)} -> !{busy(heading)}'"
             yield Constraint(Section.ENV_TRANS, formula, inside)
     count = len(task.avoids)
-    few = Origin(
-        "robots", f"{count} other robot{'s' * (count > 1)} cannot be everywhere", SOURCE_NEARBY
-    )
+    few = Origin("robots", f"other robots are on at most {count} of its sides", SOURCE_NEARBY)
     for sides in combinations(headings(world), count + 1):
         together = " & ".join(f"{busy(h)}'" for h in sides)
         yield Constraint(Section.ENV_TRANS, f"!({together})", few)

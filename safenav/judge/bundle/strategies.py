@@ -310,14 +310,14 @@ class Task:
         require(start == self.opening, "the initial input cannot occur")
         begin = self.answered(start)
         missing = self.openings() - {self.done[node] for node in begin}
-        require(not missing, f"the robot could begin with {missing}: no node")
+        require(not missing, f"no initial node has {missing}, as the robot could")
         for node in (nodes := graph.reach(begin)):
             row, after = chosen[node], graph.next[node]
             occurs = row in self.expected(self.poses[node], graph.inputs[node])
             require(occurs, f"the input chosen in node {node} cannot occur")
             listed = {self.done[target] for target in after if graph.inputs[target] == row}
             missing = self.replies(node, row) - listed
-            require(not missing, f"in node {node} the robot could continue to {missing}: no node")
+            require(not missing, f"no successor of node {node} has {missing}, as the robot could")
         edges, (*each, last) = graph.edges(nodes), proof["measures"]
         goals, assumed = self.met(edges)
         for k, (met, measure) in enumerate(zip(assumed, each, strict=bool(edges[0]))):
