@@ -432,9 +432,9 @@ class PlanEnd(Record, frozen=True, tag="plan_end"):
 
 class Checkpoint(Record, frozen=True, tag="checkpoint"):
     """The state of the run after these ``lines`` (with the header), from which ``safenav resume``
-    continues; only the version of safenav that has written ``run`` reads it. ``sha256`` in it: that
-    of the header's text and the sorted data of ``run``; it reveals changes, but a forger can update
-    it."""
+    continues; only the version of safenav that has written ``run`` reads it. ``run.sha256``:
+    the checksum of the header without ``limits`` and of the other data of ``run``; it reveals
+    changes, but a forger can update it."""
 
     lines: Count
     run: Mapping[str, object]
