@@ -121,7 +121,7 @@ def synth(
         )
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
-    if avoiding:  # observe which neighbouring regions its rivals occupy, and never enter one
+    if avoiding:  # each robot observes whether rivals are beside it, and enters no region of theirs
         for name, answer in answers.items():
             own = answer.task.robot
             others = (each for each in plan.robots if each.name != name)

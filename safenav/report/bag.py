@@ -54,7 +54,7 @@ class _Messages:
         self.frames = {name: "robot/map" if name == "map" else name for name in names}
 
     def all(self) -> Iterator[Stamped]:
-        """Yield the changes of each tick."""
+        """Yield the messages of each tick: the map if it changed, the frames, the log."""
         run, before = self.run, None
         for tick in range(run.last + 1):
             closed = {each.region for each in run.hidden.values() if each.status.at(tick) in CLOSED}

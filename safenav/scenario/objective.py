@@ -195,7 +195,7 @@ class Objective:
 
 
 class TargetObjective(Objective, Struct, frozen=True):
-    """An objective about targets."""
+    """An objective to visit targets, or to stay at the last one."""
 
     targets: tuple[Target, ...]
     avoid: Target = frozenset()

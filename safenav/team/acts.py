@@ -18,7 +18,7 @@ FAILURE = "world"
 def standing(
     team: Team, state: State, *, moving: bool, leader: int | None = None
 ) -> list[int | None]:
-    """Return the region of each robot in service that can take part in an action; of others None.
+    """Return the region of each robot in service that can take part in an action; None for others.
     ``moving``: include robots in transit; ``leader``: only robots that take part in the action of
     this robot or, if it does not act yet, those that do not act."""
     acts = None if leader is None else state.robots[leader].acting

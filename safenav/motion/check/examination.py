@@ -178,8 +178,8 @@ class Examination:
                 yield Disc("swinging foot", foot, begin + moved.times.ravel(), places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
-        """Return the centres of a body (n, 2) between two times, by the pieces of motion between
-        them."""
+        """Return the centres of a body (n, 2) at the samples of its motion between two
+        times."""
         found = [np.empty((0, 2))]
         for piece in self.pieces[robot]:
             if piece.t0 < end - NEAR and piece.t1 > begin + NEAR:

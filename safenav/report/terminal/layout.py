@@ -68,7 +68,7 @@ class StatusLine:
 
 
 class WaitingLine(StatusLine):
-    """A listener of syntheses."""
+    """A status line of the running synthesis."""
 
     def __call__(self, progress: SynthesisProgress) -> None:
         if progress.result is None:

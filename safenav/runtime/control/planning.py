@@ -68,7 +68,7 @@ class Planning(Struct, frozen=True, dict=True):
         if not team.sharing:
             return ()
         starves, due = self._starves(), self._is_due()
-        returns = any(charged(team, state, i) for i in self.out)  # then a plan follows
+        returns = any(charged(team, state, i) for i in self.out)  # they return before the next plan
         if returns or not (starves or due) or not self.sharing:
             return ()
         floor = floor_now(hearing(team, state.inputs), state)
@@ -82,7 +82,7 @@ class Planning(Struct, frozen=True, dict=True):
             return self._rounds(floor, joint) if not (self.complete or open_) else ()
         floor, better = self._with_helpers(floor), blind(state) and not due
         answer = answers.plan(floor, joint, self.found.served, state, better=better)
-        if floor.team is not team and not isinstance(answer, Found):  # impossible with any inputs
+        if floor.team is not team and not isinstance(answer, Found):  # with any inputs instead
             floor = replace(floor, team=team, graphs=floor_now(team, state).graphs)
             joint = joint_now(state, floor)
             if idle and floor.completed(joint, frozenset(), self.sharing):

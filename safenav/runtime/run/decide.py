@@ -111,8 +111,8 @@ def successor(run: Situation, i: int) -> Proposal | None:
 
 def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | None, bool]:
     """Return the node of a robot that stays, and whether the robot is astray. If its strategy
-    tracks other robots and decides nothing, the new node has the values of the last one, except for
-    the present observation."""
+    tracks other robots and has not chosen the stay, the new node has the values of the last one,
+    except for the present observation."""
     controller, node = run.control.controllers[i], run.state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if step.node is not None or controller is None or strategy is None or node is None:

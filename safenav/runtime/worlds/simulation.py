@@ -28,8 +28,8 @@ from safenav.world.poses import Pose
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
     """The state of a simulated world. ``named``: the truth of the last obstacle of each name;
-    ``added``: the obstacles that the scenario does not list, which come last, each with the robot
-    whose battery it is."""
+    ``added``: the last obstacles, which the scenario does not list, each with the robot whose empty
+    battery it is (None: with none)."""
 
     obstacles: tuple[ObstacleNow, ...]
     named: dict[str, bool | None]
@@ -222,8 +222,8 @@ class SimulatedWorld:
         return acts_on(self._team, self._state, self._present(i), i, known)
 
     def _present(self, i: int) -> list[Region | None]:
-        """Return the region of each robot that can take part in an action of robot i, of others
-        None."""
+        """Return the region of each robot that can take part in an action of robot i, None for
+        others."""
         every = enumerate(self._regions)
         if i in self._groups:
             return [place if j in self._groups[i] else None for j, place in every]
