@@ -190,7 +190,7 @@ class Expect(Part, frozen=True):
     blocked: frozenset[ObstacleName] | None = key(
         "Exactly the permanent obstacles and the open orders. Default: no order is open."
     )
-    helpers: dict[ObstacleName, KnownRobot] | None = key("The helper of each obstacle.")
+    helpers: dict[ObstacleName, KnownRobot] | None = key("The requested helper of each obstacle.")
     ticks: int | None = key("At most this many ticks (lockstep).", least=1)
     rounds: int | None = key("At least this many rounds of every robot, as in 'until'.", least=1)
 
