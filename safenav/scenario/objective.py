@@ -408,7 +408,7 @@ def on_steps(formula: str) -> str:
 
 
 def ruled(objective: Objective, like: Objective) -> Objective:
-    """Return an objective about targets with the rules (``avoid`` and ``always``) of another."""
+    """Return an objective to visit targets, with the rules of another."""
     return objective.changed(avoid=like.avoid, always=like.always)
 
 

@@ -114,7 +114,7 @@ UNLIMITED = "unlimited"
 Vision = Annotated[
     float | None,
     Key(
-        "Range for seeing robots: regions from 1, or unlimited.",
+        "Radius of sight in regions (at least 1), or unlimited.",
         form=float | Literal["unlimited"],
         check=lambda value, *_: None if value == UNLIMITED else value,
         least=1,

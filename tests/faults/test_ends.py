@@ -384,7 +384,7 @@ def finished(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable
     return of
 
 
-def test_no_interrupt_leaves_a_file_that_tries_a_folder(tmp_path: Path) -> None:
+def test_an_interrupted_try_of_a_folder_leaves_no_file(tmp_path: Path) -> None:
     child = started("-c", TRIES, cwd=tmp_path)
     assert (child.communicate()[1], child.returncode) == ("", 0)
 

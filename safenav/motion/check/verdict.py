@@ -128,7 +128,7 @@ def check_flights(case: Examination, robot: str) -> None:
 
 
 UNITS = {"its velocity": "m/s", "its body": "rad"}
-"""Units of what may jump; of others: metres."""
+"""Units of values that may jump; default: metres."""
 FEET = {1: "its left foot", -1: "its right foot"}
 
 

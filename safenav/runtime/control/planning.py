@@ -75,7 +75,7 @@ class Planning(Struct, frozen=True, dict=True):
         joint = joint_now(state, floor)
         open_ = {floor.gates[g] for g in self.found.served}
         if not starves and self._waits(open_):
-            return ()  # robots with strategies are still to resolve them
+            return ()  # robots with strategies resolve them first
         alone = self.helped.difference(self.roles[i].helps for i in self.sharing)
         idle = open_ <= alone
         if not starves and idle and floor.completed(joint, frozenset(), self.sharing):

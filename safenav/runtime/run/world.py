@@ -90,7 +90,7 @@ class World:
 
     def wait(self, run: Situation, still: End | None) -> Iterator[now.Event]:
         """Yield the next events and turns; none if nothing will ever happen. Each event is read
-        when those before it have been applied. ``still``: the end of a run that has been still."""
+        when those before it have been applied. ``still``: the end if no robot will ever move."""
         commands = self.commands
         if self.live:
             if self.truth is not None:
