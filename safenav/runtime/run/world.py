@@ -408,7 +408,8 @@ class World:
         """Return the known obstacles on which a robot acts. A robot that is sent for a load leaves
         other loads. (A joint plan decides which loads its robots take.)"""
         roles = run.control.roles
-        known = [k for k, each in enumerate(run.state.obstacles) if each.known]
+        pairs = ((k, each.state) for k, each in enumerate(run.state.obstacles) if each.known)
+        known = [k for k, at in pairs if at is not now.Is.SEEN or not _takes(run, k)]
         known = [k for k in known if not self._is_met(run, i, k)]
         taken = [k for k in known if _takes(run, k)]
         sent = roles[i].helps if roles and not run.team.members[i].planned else None
