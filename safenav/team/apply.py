@@ -157,11 +157,9 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return _asked(team, state, k, (*asked, (i, here)))
         case now.Appeared(k):
             state = _with(state, k, ObstacleNow())
-            ordered, region = team.obstacles[k].ordered, team.obstacles[k].region
-            for i in team.obstacles[k].blocks:
-                if state.robots[i].pose % team.size == region:
-                    state = _robot(state, i, behind=None)
-            return replace(_asked(team, state, k, ()), plan=None) if ordered else state
+            if not team.obstacles[k].ordered:
+                return state
+            return replace(_asked(team, state, k, ()), plan=None)
         case now.Gone(k):
             known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
             state = _with(_dropped(_forgiven(state, k=k), k), k, ObstacleNow(Is.OVER))
