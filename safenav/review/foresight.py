@@ -29,17 +29,17 @@ from safenav.team.team import Team, team_of
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause
 from safenav.trace.words import listed, moment_words
-from safenav.world.poses import bits
+from safenav.world.poses import Mask
 
 _NEEDED = "an operator will be needed, unless the run is completed before"
 
 
 class Foresight(Struct, frozen=True):
-    """The foresight. ``reach``: regions that each robot can reach once all resolvable obstacles are
-    resolved. ``stuck``: the robots that cannot meet their objective; ``lacks``: the shortfalls of
-    obstacles that are never resolved."""
+    """The foresight. ``reach``: regions (a mask) that each robot can reach once all resolvable
+    obstacles are resolved. ``stuck``: the robots that cannot meet their objective; ``lacks``: the
+    shortfalls of obstacles that are never resolved."""
 
-    reach: dict[str, frozenset[int]]
+    reach: dict[str, Mask]
     stuck: tuple[str, ...]
     lacks: tuple[Shortfall, ...]
 
@@ -51,7 +51,7 @@ def foresee(scenario: Scenario) -> Foresight:
     around = hopeful(team, state)
     closure = closure_of(around)
     reach = {
-        member.name: frozenset(bits(graph.regions_of(poses)))
+        member.name: graph.regions_of(poses)
         for member, graph, poses in zip(
             team.members, around.floor.graphs, closure.reach, strict=True
         )

@@ -23,7 +23,7 @@ from safenav.solve.reasons import Hindrance, Shortfall
 from safenav.synthesis.slugs import Listener, Synthesizer
 from safenav.trace.records import Record
 from safenav.world.map import Heading, Region
-from safenav.world.poses import Mobility, Pose
+from safenav.world.poses import Mobility, Pose, bits
 
 
 class Missing(Struct, frozen=True):
@@ -175,7 +175,7 @@ class _Failure:
         # the team's models first
         self.models = {robot.model.name: robot.model for robot in scenario.robots} | dict(models)
         seen: Foresight = foresee(scenario)
-        self.reach = seen.reach
+        self.reach = {name: frozenset(bits(mask)) for name, mask in seen.reach.items()}
         self.lacks = seen.lacks or mission.lacks
         encountered = [each.obstacle for each in mission.lacks]
         self.missing = missing_actions(scenario, seen, encountered, self.models.values())

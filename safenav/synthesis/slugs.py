@@ -22,6 +22,7 @@ from threading import Thread
 from weakref import WeakValueDictionary
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, ResourceLimitError, SynthesizerError, Verdict
 from safenav.files import check_kind, decoded
@@ -244,7 +245,7 @@ class Synthesizer:
         key = self._key(job)
         known = self._in_use.get(key)
         if known and known.strategy and known.strategy.specification == job.spec:
-            return known
+            return replace(known, cached=True)
         entry = self.cache.load(key)
         with suppress(SynthesizerError):
             if entry is not None:
@@ -267,7 +268,9 @@ class Synthesizer:
         except SynthesizerError as error:
             problem = f"gave a wrong result: {error}"
             raise failure(problem, finished, self.binary, robot) from error
-        self.cache.store(self._key(job), entry)
+        key = self._key(job)
+        self.cache.store(key, entry)
+        self._in_use[key] = result
         return result
 
     def _checked(
