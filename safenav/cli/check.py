@@ -135,7 +135,8 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     warnings = [*lint(plan), *foreseen(plan)]
     for robot in plan.robots:
         for event, objective in robot.when:  # as if the input were on from the start
-            team = (replace(r, objective=objective) if r is robot else r for r in plan.robots)
+            as_own = replace(robot, objective=objective, when=())
+            team = (as_own if r is robot else r for r in plan.robots)
             then = replace(plan, robots=tuple(team))
             answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
             if not answer.realizable:

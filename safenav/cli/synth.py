@@ -120,7 +120,7 @@ def synth(
             f"-o - prints one strategy: add --robot NAME, one of {', '.join(wanted)}"
         )
     synthesizer = default_synthesizer(plan)
-    answers = first_results(plan, synthesizer, WaitingLine(), wanted)
+    answers = first_results(plan, synthesizer, WaitingLine(), wanted, strategies=True)
     if avoiding:  # each robot observes whether rivals are beside it, and enters no region of theirs
         for name, answer in answers.items():
             own = answer.task.robot

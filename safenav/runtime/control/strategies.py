@@ -24,9 +24,9 @@ from safenav.synthesis.slugs import SynthesisResult
 from safenav.team import state as now
 from safenav.team.floor import Floor
 from safenav.team.formulas import targets_of
-from safenav.team.known import stages_of
+from safenav.team.known import floor_now, stages_of
 from safenav.team.state import Is, State, Values
-from safenav.team.team import Team
+from safenav.team.team import Team, without_memory
 from safenav.trace.vocabulary import Form
 from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
@@ -179,6 +179,18 @@ def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
     for target in member.targets if here else ():
         here = graph.closure(here, live) & target
     return bool(here)
+
+
+def shown_by_poses(team: Team, state: State, roles: Mapping[int, Role]) -> dict[int, Controller]:
+    """Return, without a strategy, the controllers of the robots that need none (``pursues``)."""
+    plain, here = without_memory(team, state)
+    floor, found = floor_now(plain, here), dict[int, Controller]()
+    for i, role in roles.items():
+        if pursues(team, floor, here, i):
+            name, (task, rung) = team.members[i].name, next(candidates(team, state, i, role))
+            proven = SynthesisResult(name, Verdict.REALIZABLE, 0.0, False, "")
+            found[i] = Controller(task, role.objective, rung, proven)
+    return found
 
 
 def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:

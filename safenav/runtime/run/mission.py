@@ -18,7 +18,7 @@ from safenav.errors import Diagnostic, InputError, Outcome, SafenavError, UsageE
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.ends import End, Stopped, lacks_of
 from safenav.runtime.control.roles import Role
-from safenav.runtime.control.strategies import Controller, synthesized
+from safenav.runtime.control.strategies import Controller, shown_by_poses, synthesized
 from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
 from safenav.runtime.run.deadlines import refusal_of
 from safenav.runtime.run.loop import Run
@@ -289,13 +289,18 @@ def first_results(
     synthesizer: Synthesizer,
     progress: SynthesisListener | None = None,
     names: Collection[str] | None = None,
+    *,
+    strategies: bool = False,
 ) -> dict[str, Controller]:
     """Return the first controllers of the named robots (default: all), in the scenario's order,
-    without running the scenario. No obstacle is known yet: each pursues its own objective."""
+    without running the scenario. No obstacle is known yet: each pursues its own objective. As in a
+    run, a robot whose poses show that it can has no strategy, except with ``strategies``."""
     team, answers = team_of(scenario), Answers(synthesizer, progress=progress)
-    own = {i: Role(member.objective) for i, member in enumerate(team.members)}
-    asked = {i: own[i] for i in own if names is None or team.members[i].name in names}
-    found = synthesized(team, initial(team), asked, answers)
+    state, every = initial(team), enumerate(team.members)
+    asked = {i: Role(m.objective) for i, m in every if names is None or m.name in names}
+    shown = {} if strategies else shown_by_poses(team, state, asked)
+    left = {i: role for i, role in asked.items() if i not in shown}
+    found = shown | synthesized(team, state, left, answers)
     return {team.members[i].name: found[i] for i in asked}
 
 
