@@ -52,6 +52,8 @@ def read_input(
         found, hint = "no such file", "check the path"
     except IsADirectoryError:
         found, hint = "this is a directory", "name a file in it"
+        if (file / "manifest.json").is_file():
+            hint = f"it is a bundle: safenav check {path}; name a file in it for other commands"
     except PermissionError:
         found, hint = "permission denied", "check the file's permissions"
     except (OSError, ValueError) as error:
@@ -103,6 +105,10 @@ _DRAW = "draw it with: safenav draw {0}; 'map' of a scenario names it (docs/maps
 PICTURE = "picture"
 ROS_MAP = "map of ROS map_server"
 _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
+    "manifest of a bundle": (
+        (r'"format"\s*:\s*"safenav-bundle"',),
+        "check the bundle with: safenav check FOLDER, the folder of {0}",
+    ),
     "specification": (
         (rf"\A(?:\s|#[^\n]*\n)*{_SECTION}|\n\[(?:SYS|ENV)_[A-Z]+\]",),
         "its strategy: safenav synth {0}; why not: safenav explain",
@@ -114,7 +120,8 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     "trace": ((r'\A\s*\{"type"\s*:\s*"header"',), "show it with: safenav replay {0}"),
     "scenario": (
         (r'(?m)^(?:\{\s*)?"?safenav"?[ \t]*:',),
-        "run it with: safenav run {0} --trace run.jsonl",
+        "run it with: safenav run {0} --trace run.jsonl; 'safenav synth {0} -o DIR' writes its "
+        "specifications and strategies",
     ),
     "strategy of slugs": (
         (r'\A\s*\{\s*"version"\s*:', r'"slugs"\s*:', r'"variables"\s*:'),
@@ -224,9 +231,12 @@ def try_out(path: Path) -> None:
 
 def try_folder(path: Path) -> None:
     """Raise UsageError unless files can be written into a folder, which need not exist yet."""
-    there = next((p for p in (path, *path.absolute().parents) if p.exists()), path)
-    with _writing(path), _new_file(there):
-        pass
+    there = next((p for p in (path, *path.parents) if p.exists()), path)
+    with _writing(path):
+        if there.is_file():
+            raise NotADirectoryError(0, f"{there} is a file\n    give the name of a folder")
+        with _new_file(there):
+            pass
 
 
 @contextmanager

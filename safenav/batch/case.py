@@ -17,6 +17,7 @@ import safenav
 from safenav.errors import Outcome
 from safenav.scenario.model import Expect
 from safenav.scenario.objective import Word, number_word
+from safenav.scenario.yaml.document import Place
 from safenav.trace import records
 from safenav.trace.words import obstacle_words
 
@@ -49,7 +50,7 @@ class Case(Struct, frozen=True):
 
     ``name`` is unique within a batch and the same in the next batch. ``text`` is the scenario (None
     if the file could not be read, which the run reports). ``references`` is a digest of the files
-    that it names.
+    that it names; ``places``: those of the settings in their matrix file.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Case(Struct, frozen=True):
     text: str | None = None
     settings: Settings = field(default_factory=dict)
     references: str = ""
+    places: Mapping[str, Place] = field(default_factory=dict)
 
     @property
     def fingerprint(self) -> str:

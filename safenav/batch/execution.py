@@ -48,7 +48,7 @@ def load(case: Case) -> Scenario:
     """Return the scenario of a case with its settings applied. Raises InputError."""
     text = scenario_text(Path(case.file)) if case.text is None else case.text
     return load_scenario_text(
-        text, case.file, lambda root, findings: varied(root, case.settings, findings)
+        text, case.file, lambda root, findings: varied(root, case.settings, case.places, findings)
     )
 
 
@@ -105,7 +105,7 @@ def _text_as_run(case: Case) -> str:
     text = case.text or ""
     if not case.settings or (root := root_of(text)) is None:
         return text
-    data = plain(varied(root, case.settings, Findings(case.file)))
+    data = plain(varied(root, case.settings, case.places, Findings(case.file)))
     return yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
 
 

@@ -8,7 +8,7 @@
 
 Every combination of the values is run. Settings change the document tree before it is read, so that
 a variation is checked exactly as if it were in the file. A diagnostic about a new value points at
-the value that it replaces.
+its place in the matrix file.
 """
 
 import itertools
@@ -18,10 +18,11 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.scenario import language
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, Sequence, node_of, plain
+from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, node_of, plain
 from safenav.scenario.yaml.findings import Findings, parsed, suggestion, wrong_type
 from safenav.scenario.yaml.keys import Item, Raw, entries, key, version
 from safenav.scenario.yaml.typed import read, sequence
@@ -55,12 +56,17 @@ class BatchKeys(Item, frozen=True):
     matrix: dict[Scalar, Raw] | None = key()
 
 
+Placed = Mapping[str, tuple[Any, Place]]
+"""Dotted path into the scenario -> the value that replaces the present one, and its place in the
+matrix file."""
+
+
 class Matrix(Struct, frozen=True):
     """All pairs of ``scenarios`` (files, folders, patterns, relative to the matrix file) and
     ``settings``."""
 
     scenarios: tuple[Scalar, ...]
-    settings: tuple[dict[str, Any], ...]
+    settings: tuple[Placed, ...]
 
 
 def is_matrix(text: str) -> bool:
@@ -93,8 +99,9 @@ def read_matrix(text: str, file: str) -> Matrix:
     return Matrix(scenarios, tuple(dict(zip(axes, each, strict=True)) for each in settings))
 
 
-def _values(value: Raw, findings: Findings) -> list[Any]:
-    """Return the values of a list, or of ``{from: 0, to: 9}``, both ends included."""
+def _values(value: Raw, findings: Findings) -> list[tuple[Any, Place]]:
+    """Return the values of a list, or of ``{from: 0, to: 9}``, both ends included, each with its
+    place."""
     node, what = value.node, value.what
     if isinstance(node, document.Mapping):
         ends = read(Range, node, what, findings)
@@ -105,7 +112,8 @@ def _values(value: Raw, findings: Findings) -> list[Any]:
             found += "empty" if ends.to < ends.from_ else f"more than {MOST_COMBINATIONS} values"
             findings.add(node, found)
             return []
-        return list(range(ends.from_, ends.to + 1))
+        whole = replace(node.place, file=findings.file)
+        return [(number, whole) for number in range(ends.from_, ends.to + 1)]
     span = _RANGE.fullmatch(node.text) if isinstance(node, Scalar) else None
     if span is not None:
         hint = f"write {{from: {span[1]}, to: {span[2]}}}"
@@ -114,7 +122,7 @@ def _values(value: Raw, findings: Findings) -> list[Any]:
     items = sequence(node, what, findings)
     if items is not None and not items:
         findings.add(node, f"{what}: the list is empty", "remove it, or give one value")
-    return [plain(item) for item in items or ()]
+    return [(plain(item), replace(item.place, file=findings.file)) for item in items or ()]
 
 
 def _is_path(path: Scalar, findings: Findings) -> bool:
@@ -128,17 +136,20 @@ def _is_path(path: Scalar, findings: Findings) -> bool:
     return False
 
 
-def varied(root: Node, settings: Mapping[str, Any], findings: Findings) -> Node:
-    """Return the tree with all settings applied; report each path that does not exist."""
+def varied(
+    root: Node, settings: Mapping[str, Any], places: Mapping[str, Place], findings: Findings
+) -> Node:
+    """Return the tree with all settings applied, each at its place; report each path that does not
+    exist."""
     for path, value in settings.items():
-        root = _replaced(root, path.split("."), value, path, findings)
+        root = _replaced(root, path.split("."), node_of(value, places[path]), path, findings)
     return root
 
 
-def _replaced(node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> Node:
+def _replaced(node: Node, steps: list[str], value: Node, path: str, findings: Findings) -> Node:
     """Return ``node`` with the value at ``steps`` replaced; missing mappings are created."""
     if not steps:
-        return node_of(value, node.place)
+        return value
     step, rest = steps[0], steps[1:]
     match node:
         case Sequence(place, items) if step.isdecimal() and int(step) < len(items):
@@ -147,10 +158,10 @@ def _replaced(node: Node, steps: list[str], value: Any, path: str, findings: Fin
             return Sequence(place, (*items[:index], new, *items[index + 1 :]))
         case document.Mapping(place, entries):
             old = node.get(step)
-            below = document.Mapping(place, ()) if old is None else old
+            below = document.Mapping(value.place, ()) if old is None else old
             new = _replaced(below, rest, value, path, findings)
             if old is None:
-                return document.Mapping(place, (*entries, (Scalar(place, step, step), new)))
+                return document.Mapping(place, (*entries, (Scalar(value.place, step, step), new)))
             kept = [(key, new if key.value == step else item) for key, item in entries]
             return document.Mapping(place, tuple(kept))
     found = f"'{path}' of the matrix leads nowhere: there is no '{step}' here"

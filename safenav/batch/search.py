@@ -15,9 +15,10 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from safenav.batch.case import Case, Settings
-from safenav.batch.matrix import is_matrix, read_matrix, varied
+from safenav.batch.matrix import Placed, is_matrix, read_matrix, varied
 from safenav.data import cached_method
 from safenav.errors import UsageError
 from safenav.files import kind_of
@@ -70,7 +71,7 @@ class _Search:
         self._names: set[str] = set()
         self._named: set[str] = set()
 
-    def add(self, named: str, settings: Sequence[Settings] | None = None) -> None:
+    def add(self, named: str, settings: Sequence[Placed] | None = None) -> None:
         """Add the cases that a path leads to; ``settings``: settings of the matrix file that names
         the path."""
         path = Path(named)
@@ -82,7 +83,7 @@ class _Search:
             self._searched(named, _files_matching(named), settings)
 
     def _searched(
-        self, named: str, files: Iterable[Path], settings: Sequence[Settings] | None
+        self, named: str, files: Iterable[Path], settings: Sequence[Placed] | None
     ) -> None:
         count = 0
         for file in files:
@@ -102,7 +103,7 @@ class _Search:
                 f"explicitly, and folders called {' or '.join(LEFT_OUT)}"
             )
 
-    def _named_file(self, path: Path, settings: Sequence[Settings] | None) -> None:
+    def _named_file(self, path: Path, settings: Sequence[Placed] | None) -> None:
         if not path.exists() and str(path) != STDIN:
             raise UsageError(f"no such file or folder: {path}\n    check the path")
         text = self._text(path)
@@ -122,14 +123,17 @@ class _Search:
                 raise UsageError(f"{place}: {reason}") from None
         return None
 
-    def _cases(self, path: Path, settings: Sequence[Settings] | None) -> None:
+    def _cases(self, path: Path, settings: Sequence[Placed] | None) -> None:
         file, text = Path(os.path.normpath(path)).as_posix(), self._text(path)
-        for each in ({},) if settings is None else settings:
+        for placed in ({},) if settings is None else settings:
+            each = {key: value for key, (value, _) in placed.items()}
+            places = {key: place for key, (_, place) in placed.items()}
             identity = (os.path.realpath(path), repr(sorted(each.items())))
             if identity not in self._known:
                 self._known.add(identity)
-                references = "" if text is None else self._references(path, text, each)
-                self.found.cases.append(Case(self._name(file, each), file, text, each, references))
+                case = Case(self._name(file, each), file, text, each, places=places)
+                references = "" if text is None else self._references(path, text, case)
+                self.found.cases.append(replace(case, references=references))
 
     def _name(self, file: str, settings: Settings) -> str:
         parts = [f"{path}={_clipped(value)}" for path, value in settings.items()]
@@ -140,13 +144,13 @@ class _Search:
         self._names.add(name)
         return name
 
-    def _references(self, scenario: Path, text: str, settings: Settings) -> str:
+    def _references(self, scenario: Path, text: str, case: Case) -> str:
         """Return a digest of the files that a scenario names, with the settings applied; empty
         without such files."""
         root = self._root(text)
         if root is None:
             return ""
-        root = varied(root, settings, Findings(str(scenario)))
+        root = varied(root, case.settings, case.places, Findings(str(scenario)))
         parts = [self._digest(path) for path in referenced_files(root, scenario.parent)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if parts else ""
 

@@ -112,6 +112,8 @@ def _ending(error: BaseException) -> tuple[str, errors.ExitCode]:
             context = getattr(error, "ctx", None)
             listed = "commands" if context and context.parent is None else "options"
             hint = f"\n    {context.command_path} --help lists the {listed}" if context else ""
+            if context and isinstance(error, click.MissingParameter):
+                hint = f"\n    {context.get_usage()}"
             close = get_close_matches(sys.argv[1], COMMANDS, 1) if listed == "commands" else ()
             meant = f". Did you mean '{close[0]}'?" if close else ""
             return f"{message[:1].lower()}{message[1:]}{meant}{hint}", errors.ExitCode.BAD_INPUT

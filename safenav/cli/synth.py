@@ -265,7 +265,8 @@ def verify(
     except (ValueError, errors.SynthesizerError) as error:
         malformed = isinstance(error, ValueError)
         flaw = f"the strategy is not JSON: {json_flaw(error)}" if malformed else str(error)
-        hint = "it must be the explicit strategy of this specification, as JSON"
+        hint = "it must be the explicit strategy of this specification, as JSON: 'safenav synth "
+        hint += "-o DIR' writes both"
         raise errors.InputError([errors.Diagnostic(strategy, 0, 0, flaw, hint)]) from error
     found = verification.verify(spec, automaton, counterstrategy)
     if as_json:

@@ -280,7 +280,8 @@ def parsed(content: bytes, source: str) -> Motion:
 
 def _header(data: Any, kind: object) -> MotionHeader:
     if kind != "header" or "motion" not in data:
-        raise WrongError("the first line must be the header of a motion file")
+        begins = f'{{"type":"header","motion":{VERSION}'
+        raise WrongError(f"the first line must be the header of a motion file: {begins}, ...")
     if data["motion"] != VERSION:
         version = data["motion"]
         raise WrongError(f"motion version {version!r}: this safenav reads {VERSION}")

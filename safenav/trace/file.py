@@ -97,7 +97,12 @@ MOST_OF_A_LINE = 10_000_000
 """Maximum length of a line, in bytes."""
 _BEGINNING = 4000
 """Bytes of a file from which its kind is recognized."""
-_WRITTEN = "not a trace of safenav: 'safenav run SCENARIO --trace FILE' writes one"
+_HEADER = '{{"type":"header","{}":{}'
+_WRITTEN = (
+    f"a trace begins with {_HEADER.format('trace', VERSION)} ('safenav run SCENARIO --trace FILE' "
+    f"writes one), a motion file with {_HEADER.format('motion', 1)} ('safenav export TRACE "
+    "--motion FILE')"
+)
 _PERHAPS_CONTROL = re.compile(rb"\\[bfnrtu]|[\x7f-\xff]")
 """Bytes that occur in a line whose strings may hold control characters."""
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")

@@ -41,9 +41,9 @@ def built_in() -> Catalogue:
 def read_catalogue_file(path: Path, reading: Reading, named_at: Node | None = None) -> None:
     """Add the catalogue in a file to that of ``reading``. ``named_at``: the place at which the file
     of ``reading`` names this one; None if they are the same."""
-    inside = reading if named_at is None else reading.beside(str(path))
+    inside = reading if named_at is None else reading.beside(str(path), named_at)
     text = read_source(path, reading, named_at)
-    root = None if text is None else parsed(text, inside)
+    root = None if text is None else parsed(text, inside, "catalogue")
     if root is not None:
         resolve_catalogue(read(language.CatalogueKeys, root, "catalogue", inside), inside)
     if root is None:

@@ -117,7 +117,7 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
             findings.add(place, found, "give all rows of the grid the same length")
         if not _CHARACTERS.issuperset(row):
             odd = next(i for i, char in enumerate(row) if char not in _CHARACTERS)
-            at = Place(place.line, place.column + odd)
+            at = replace(place, column=place.column + odd)
             found = f"row {number}, column {odd} of the map: found '{clipped(row[odd])}'"
             findings.add(at, found, "expected '#' (wall) or '.' (free)")
     if rows and len(rows) * len(rows[0][1]) > MOST_REGIONS:
@@ -137,7 +137,7 @@ def _rows(node: Node, findings: Findings) -> list[tuple[Place, str]]:
                 findings.add(item, found, hint)
                 return []
             column = item.place.column + bool(item.style)
-            rows.append((Place(item.place.line, column), item.value.rstrip()))
+            rows.append((replace(item.place, column=column), item.value.rstrip()))
     elif not isinstance(node, Scalar) or not isinstance(node.value, str | None):
         wrong_type(node, "'grid' of map", "a block of text ('grid: |')", findings)
     elif node.style != "|" and " " in (node.value or "").strip():

@@ -140,6 +140,13 @@ class RosMap(Part, frozen=True):
     free_thresh: float = key("", "map_saver writes 'free_thresh: 0.196'", least=0, most=1)
     mode: Literal["trinary", "scale"] | None = key(why="save it again with 'mode: trinary'")
 
+    def flaws(self) -> Iterator[tuple[str, str, str]]:
+        """Yield the lower threshold if it is above the other."""
+        if self.free_thresh > self.occupied_thresh:
+            most = f"'occupied_thresh: {self.occupied_thresh:g}'"
+            found = f"is {self.free_thresh:g}, more than {most}"
+            yield "free_thresh", found, "map_saver writes 0.196, and 0.65 for the other"
+
 
 def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map with its frame; None after an error was reported."""
@@ -147,7 +154,7 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
     text = read_source(path, findings, node)
     if text is None:
         return None
-    inside = findings.beside(str(path))
+    inside = findings.beside(str(path), node)
     inside.folder = path.parent
     settings: RosMap | None = read(RosMap, parsed(text, inside, ROS_MAP), "a ROS map", inside)
     image = None if settings is None else read_pixels(settings.image, inside)

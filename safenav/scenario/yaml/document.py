@@ -30,10 +30,12 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 class Place(Struct, frozen=True):
-    """Line and column, both from 1."""
+    """Line and column, both from 1; ``file``: the file of a value that replaces one of the
+    document."""
 
     line: int = 1
     column: int = 1
+    file: str = ""
 
 
 class Scalar(Struct, frozen=True):
@@ -302,7 +304,7 @@ def _build(events: Iterator[Any]) -> Document:
             root, _ = builder.node(event)
     if root is None or (isinstance(root, Scalar) and root.value is None):
         hint = "safenav new FILE writes a scenario; docs/drive.md has a fleet file"
-        raise DocumentError(Place(), "the file is empty", hint)
+        raise DocumentError(Place(), "the file is empty, or has only comments", hint)
     return Document(root, tuple(builder.flaws))
 
 

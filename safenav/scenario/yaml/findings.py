@@ -26,14 +26,16 @@ class Findings:
         self.file = file
         self.reach = reach
         self._found: list[Diagnostic] = []
-        self._files = [file]
+        self._files = {file: ""}
         self._texts: dict[str, list[str]] = {}
 
-    def beside(self, file: str) -> Self:
-        """Return the findings of a file to which this one refers; both are raised together."""
-        other = copy(self)
+    def beside(self, file: str, named_at: Node | Place) -> Self:
+        """Return the findings of a file that this one names at a place; both are raised together.
+        The first diagnostic of that file states the place."""
+        other, place = copy(self), named_at if isinstance(named_at, Place) else named_at.place
         other.file = file
-        self._files.append(file)
+        line = f", line {place.line}" if place.line else ""
+        self._files.setdefault(file, f"{file} is named in {self.file}{line}")
         return other
 
     def read_from(self, text: str) -> None:
@@ -48,7 +50,8 @@ class Findings:
     def add(self, where: Node | Place | None, found: str, hint: str = "") -> None:
         """Add a diagnostic: its place (None: of the whole file), ``found`` and ``hint``."""
         place = where if isinstance(where, Place) else where.place if where else Place(0, 0)
-        self._found.append(Diagnostic(self.file, place.line, place.column, found, hint))
+        file = place.file or self.file
+        self._found.append(Diagnostic(file, place.line, place.column, found, hint))
 
     def unknown(
         self,
@@ -83,7 +86,7 @@ class Findings:
         try:
             return read()
         except InputError as error:
-            inside = self if named_at is None else self.beside(str(path))
+            inside = self if named_at is None else self.beside(str(path), named_at)
             for flaw in error.diagnostics:
                 if flaw.line or named_at is None:
                     place = Place(flaw.line, flaw.column) if flaw.line else None
@@ -95,10 +98,14 @@ class Findings:
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All diagnostics so far with their lines, in the order of the files."""
-        rank = {file: index for index, file in reversed(list(enumerate(self._files)))}
+        rank = {file: index for index, file in enumerate(self._files)}
         once = dict.fromkeys(self._found)
-        ordered = sorted(once, key=lambda d: (rank[d.file], d.line, d.column))
-        return tuple(d._replace(source=self._line(d)) for d in ordered)
+        ordered = sorted(once, key=lambda d: (rank.get(d.file, len(rank)), d.line, d.column))
+        named, found = dict(self._files), list[Diagnostic]()
+        for each in ordered:
+            hint = "; ".join(filter(None, (each.hint, named.pop(each.file, ""))))
+            found.append(each._replace(source=self._line(each), hint=hint))
+        return tuple(found)
 
     def __len__(self) -> int:
         return len(self._found)
@@ -309,7 +316,8 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
     try:
         whole = document.read_document(text)
     except document.DocumentError as error:
-        findings.add(error.place, error.found, ADVICE if foreign else error.hint)
+        found = f"this is not a {expected}: {error.found}" if foreign else error.found
+        findings.add(error.place, found, ADVICE if foreign else error.hint)
         return None
     if foreign and not isinstance(whole.root, Mapping):
         findings.add(None, f"this is not a {expected}", ADVICE)
