@@ -162,6 +162,9 @@ class ObjectiveKeys(Item, frozen=True):
     one: ClassVar = "objective {rest} when {name}"
     label: ClassVar = "{rest}"
     example: ClassVar = EXAMPLE
+    elsewhere: ClassVar = {
+        "ltl": f"only the 'objective' of a robot has formulas: use {one_of(kinds_that())}"
+    }
     rules: ClassVar = (
         OneOf((*KINDS, "ltl"), f"give it one, for example {EXAMPLE}", "choose one of them"),
         Beside(FORM, STRICT, "leave it out: other kinds have one form only"),
@@ -181,6 +184,9 @@ class ObjectiveKeys(Item, frozen=True):
     always: values.FormulaList | None = key(
         "Formulas over region and heading that each of its steps satisfies."
     )
+
+
+OtherObjective = Annotated[ObjectiveKeys, Key(without=("ltl",))]
 
 
 class RobotKeys(Item, frozen=True):
@@ -205,7 +211,7 @@ class RobotKeys(Item, frozen=True):
         "Its initial heading, for mobility heading."
     )
     objective: ObjectiveKeys | None = key("", f"its task, for example 'objective: {EXAMPLE}'")
-    while_waiting: ObjectiveKeys | None = key(
+    while_waiting: OtherObjective | None = key(
         "Its objective while it waits for help; not 'ltl'. Default: it stays."
     )
     vision: values.Vision = None
@@ -215,7 +221,7 @@ class RobotKeys(Item, frozen=True):
     tracks: tuple[model.KnownRobot, ...] = key(
         "Robots that its specification models, by beliefs.", default=()
     )
-    when: dict[values.InputOn, ObjectiveKeys] | None = key(
+    when: dict[values.InputOn, OtherObjective] | None = key(
         "Objectives while inputs are on; the first active one counts.",
         example=f"{{alarm: {EXAMPLE}}}",
     )
@@ -276,7 +282,7 @@ class ChangeKeys(Item, frozen=True):
     robot: model.KnownRobot | None = key(
         "The name of a robot of the team.", "the name of a robot of the team"
     )
-    objective: ObjectiveKeys | None = key(
+    objective: OtherObjective | None = key(
         "Its objective from then on; not 'ltl'. None for robots with 'when'."
     )
     service: Literal["out", "back"] | None = key("out: it stops; back: it continues.")

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from safenav.formula.parser import FormulaError
 from safenav.scenario import language, values
 from safenav.scenario.model import Input, Obstacle, ObstacleType, RobotChange
-from safenav.scenario.objective import Ltl, Objective, kinds_that, unordered
+from safenav.scenario.objective import Objective, unordered
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets, resolve_objective
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, one_of
+from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.keys import MOST, Raw
 from safenav.scenario.yaml.typed import read, sequence
@@ -125,10 +125,6 @@ def _objective(item: language.ChangeKeys, name: str | None, reading: Reading) ->
         return None
     robot = next((robot for robot in reading.team if robot.name == name), None)
     found = resolve_objective(given, None if robot is None else robot.model.mobility, reading)
-    if isinstance(found, Ltl):
-        hint = f"'ltl' cannot be assigned during a run: use {one_of(kinds_that())}"
-        reading.add(node, f"objective of {name}: 'ltl' in a change", hint)
-        return None
     if robot is not None and robot.when:
         reading.add(node, f"objective of {name}: its 'when' determines it")
     if robot is not None:

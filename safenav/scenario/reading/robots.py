@@ -9,10 +9,10 @@ from safenav.formula import syntax
 from safenav.formula.parser import FormulaError, check, parse
 from safenav.scenario import language
 from safenav.scenario.model import Robot, RobotModel
-from safenav.scenario.objective import KINDS, Ltl, Objective, kinds_that, on_steps, ruled
+from safenav.scenario.objective import KINDS, Ltl, Objective, on_steps, ruled
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.regions import Reading, wall
-from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of, one_of
+from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of
 from safenav.scenario.yaml.findings import suggestion
 from safenav.scenario.yaml.keys import Raw
 from safenav.scenario.yaml.typed import read, sequence
@@ -50,50 +50,26 @@ def _robot(name: str, item: language.RobotKeys, reading: Reading) -> Robot | Non
             reading.add(item.at(key), f"{item.named(key)}: a robot cannot list itself")
     mobility = model.mobility if model else None
     objective = resolve_objective(item.objective, mobility, reading)
-    waiting = _while_waiting(item, objective, mobility, reading)
+    waiting = resolve_objective(item.while_waiting, mobility, reading)
+    for key in ("while_waiting", "when") if isinstance(objective, Ltl) else ():
+        if item.at(key) is not None:
+            hint = "an input belongs in the formulas; a robot with 'ltl' stays while it waits"
+            reading.add(item.at(key), f"{item.named(key)} cannot be used with 'ltl'", hint)
     if model is None or start is None or objective is None:
         return None
     if mobility is Mobility.HEADING and heading is None:
         return None
     pose = Pose(start, heading if mobility is Mobility.HEADING else None)
+    waiting = waiting and ruled(waiting, objective)
     within = None if item.objective is None else item.objective.within
-    when = _when(item, objective, mobility, reading)
+    given = item.when or {}
+    found = [(on, resolve_objective(o, mobility, reading)) for on, o in given.items()]
+    when = tuple((on, each) for on, each in found if each is not None)
     robot = Robot(name, model, pose, objective, avoids, tracks, waiting, within, when)
-    for each, there in ((objective, item.objective), *((o, (item.when or {})[n]) for n, o in when)):
+    for each, there in ((objective, item.objective), *((o, given[on]) for on, o in when)):
         _check_reachable(robot, each, there, reading)
     misses_targets(robot, waiting, item.while_waiting, reading)
     return None if item.flawed or len(reading) > before else robot
-
-
-def _while_waiting(
-    item: language.RobotKeys, own: Objective | None, mobility: Mobility | None, reading: Reading
-) -> Objective | None:
-    """Return the objective while the robot waits for help. With ``ltl`` there is none: the robot
-    stays, which keeps its safety formulas."""
-    if item.while_waiting is None:
-        return None
-    found = resolve_objective(item.while_waiting, mobility, reading)
-    if isinstance(found, Ltl) or isinstance(own, Ltl):
-        hint = f"use {one_of(kinds_that())} for both, or leave out 'while_waiting'"
-        node = item.at("while_waiting")
-        reading.add(node, f"{item.named('while_waiting')} cannot be used with 'ltl'", hint)
-        return None
-    return found and own and ruled(found, own)
-
-
-def _when(
-    item: language.RobotKeys, own: Objective, mobility: Mobility | None, reading: Reading
-) -> tuple[tuple[str, Objective], ...]:
-    """Return its objectives while inputs are on, in the order of the file."""
-    what, found = item.named("when"), []
-    for name, value in (item.when or {}).items():
-        objective = resolve_objective(value, mobility, reading)
-        if isinstance(objective, Ltl) or isinstance(own, Ltl):
-            hint = "name the input in its formulas instead"
-            reading.add(value.node, f"{what} cannot be used with 'ltl'", hint)
-        elif objective is not None:
-            found.append((name, objective))
-    return tuple(found)
 
 
 def _heading(

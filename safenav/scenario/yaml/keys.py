@@ -49,9 +49,9 @@ class Key(Struct, frozen=True, eq=False):
     example of a mapping; ``check``: a further check, or a conversion from the form; ``schema``: its
     additions to the JSON Schema; ``form``: the form of the value in a document, an annotation or a
     JSON Schema; ``by``: the method of the findings that returns the value, which looks up a name or
-    a place; ``without``: members of an enumeration that it cannot have; ``default``: the value if
-    it is missing, ``like``: the field that has it; ``own``: whether it is not a key, but the name
-    of the item in the mapping that holds it.
+    a place; ``without``: members of an enumeration, or keys, that it cannot have; ``default``: the
+    value if it is missing, ``like``: the field that has it; ``own``: whether it is not a key, but
+    the name of the item in the mapping that holds it.
 
     The function ``entries`` adds the other fields for a key of a class: its ``field``, its spelling
     (``word``), its annotation.

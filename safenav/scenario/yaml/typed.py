@@ -68,7 +68,7 @@ def read(
     if issubclass(annotation, Raw):
         return annotation(node, what)
     if issubclass(annotation, Part):
-        return _item(annotation, node, what, findings, stages, name)
+        return _item(annotation, node, what, findings, key, stages, name)
     assert issubclass(annotation, StrEnum)
     known = {member.value: member for member in annotation if member not in key.without}
     return _choice(known, node, what, findings, key.why)
@@ -81,13 +81,14 @@ def _inner(annotation: Any) -> Any:
 
 
 def _item(
-    kind: type[Part], node: Node, what: str, findings: Findings, stages: Stages, name: str
+    kind: type[Part], node: Node, what: str, findings: Findings, own: Key, stages: Stages, name: str
 ) -> Any:
     if not isinstance(node, document.Mapping):
         hint = f"for example {kind.example}" if kind.example else ""
         wrong_type(node, what, "a mapping (key: value)", findings, hint)
         return None
-    known, before = entries(kind), len(findings)
+    known = {word: key for word, key in entries(kind).items() if word not in own.without}
+    before = len(findings)
     meant = set[str]()
     if not kind.open:
         node, meant = as_meant(node, what, known, kind.elsewhere, findings)
