@@ -41,12 +41,11 @@ _WIDTH = 40
 
 
 class FoundCases(Struct):
-    """The found cases, and the files that searches skipped: ``passed_over``, YAML files;
-    ``matrices``, matrix files, which are run only if named."""
+    """The found cases, and the YAML files that searches ``skipped``: other files, and matrix files,
+    which are run only if named."""
 
     cases: list[Case] = field(default_factory=list)
-    passed_over: list[str] = field(default_factory=list)
-    matrices: list[str] = field(default_factory=list)
+    skipped: list[str] = field(default_factory=list)
 
 
 def find_cases(paths: Sequence[str]) -> FoundCases:
@@ -61,6 +60,8 @@ def find_cases(paths: Sequence[str]) -> FoundCases:
             search.add(path)
         except OSError as error:  # for example, a name that is too long
             raise UsageError(f"{path[:60]}: {error.strerror}") from error
+    named = {str(Path(path)) for path in paths}
+    search.found.skipped = [file for file in search.found.skipped if file not in named]
     return search.found
 
 
@@ -69,7 +70,6 @@ class _Search:
         self.found = FoundCases()
         self._known: set[tuple[str, str]] = set()
         self._names: set[str] = set()
-        self._named: set[str] = set()
 
     def add(self, named: str, settings: Sequence[Placed] | None = None) -> None:
         """Add the cases that a path leads to; ``settings``: settings of the matrix file that names
@@ -87,15 +87,11 @@ class _Search:
     ) -> None:
         count = 0
         for file in files:
-            text = self._text(file)
-            if _is_scenario(text):
+            if _is_scenario(self._text(file)):
                 self._cases(file, settings)
                 count += 1
-                continue
-            matrix = text is not None and is_matrix(text)
-            skipped = self.found.matrices if matrix else self.found.passed_over
-            if str(file) not in (*skipped, *self._named):
-                skipped.append(str(file))
+            elif str(file) not in self.found.skipped:
+                self.found.skipped.append(str(file))
         if not count:
             raise UsageError(
                 f"no scenario found: {named}\n"
@@ -111,8 +107,6 @@ class _Search:
             return self._cases(path, settings)
         if settings is not None:
             raise UsageError(f"{path} is a matrix file itself\n    list scenarios here")
-        self._named.add(str(path))
-        self.found.matrices = [m for m in self.found.matrices if m not in self._named]
         matrix = read_matrix(text, str(path))
         for named in matrix.scenarios:
             try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import click
 
@@ -13,9 +13,6 @@ from safenav.errors import ExitCode, UsageError
 from safenav.files import printable, write_out
 from safenav.report.terminal.layout import echo_lines
 from safenav.trace.words import counted
-
-if TYPE_CHECKING:
-    from safenav.batch.search import FoundCases
 
 EXAMPLES = """\
   mkdir suite && safenav new suite/door.yaml && safenav new suite/team.yaml --template team
@@ -62,7 +59,11 @@ def batch(
     from safenav.report.batch import FailureFolder, ProgressLine, report_data, summary, to_junit
 
     found = find_cases(paths)
-    _report_skipped(found)
+    if found.skipped:
+        what = counted(len(found.skipped), "YAML file")
+        some = printable(", ".join(found.skipped[:3])) + ", ..." * (len(found.skipped) > 3)
+        note = "(to run a matrix file, name it)"
+        click.echo(f"skipped {what} without a scenario: {some} {note}", err=True)
     bundles = None if certify is None else str(certify.resolve())
     conditions = Conditions(time_limit, bundles)
     with ExitStack() as stack:
@@ -90,14 +91,3 @@ def batch(
     if report.interrupted:
         return ExitCode.INTERRUPTED
     return options.code_of(report.as_expected)
-
-
-def _report_skipped(found: FoundCases) -> None:
-    count = len(found.passed_over)
-    if count:
-        files = "file that is not a scenario" if count == 1 else "files that are not scenarios"
-        names = printable(", ".join(found.passed_over[:3])) + (", ..." if count > 3 else "")
-        click.echo(f"skipped {count} YAML {files}: {names}", err=True)
-    for matrix in found.matrices:
-        note = f"skipped a matrix file: to run it, safenav batch {printable(matrix)}"
-        click.echo(note, err=True)
