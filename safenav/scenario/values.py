@@ -100,7 +100,13 @@ ZoneValue = Annotated[Target, Key(form=tuple[TargetValue, ...] | TargetValue, ch
 """A target, or a list of targets that all count."""
 Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(SPAN)]})]
 """A row or column, or a range of them."""
-FormulaList = Annotated[Raw, Key(form=str | tuple[str, ...])]
+FormulaList = Annotated[
+    tuple[Scalar, ...],
+    Key(
+        form=Scalar | tuple[Scalar, ...],
+        check=lambda value, *_: value if isinstance(value, tuple) else (value,),
+    ),
+]
 """A formula, or a list of formulas."""
 GridRows = Annotated[Raw, Key(form={"anyOf": [matching(_GRID), _ROWS]})]
 _Metres = Annotated[float, Key(why="write the metres of the corner as finite numbers")]
@@ -159,8 +165,8 @@ _SPANS = {"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]}
 Spans = Annotated[tuple[tuple[Count, Count], ...], Key(form=_SPANS, by="spans")]
 """Ticks and ranges of ticks: ``12``, ``10-20``, or a list of both."""
 
-_NAMED_FORMULAS = dict[RequirementName, str]
-Requirements = Annotated[Raw, Key(form=_NAMED_FORMULAS | tuple[str | _NAMED_FORMULAS, ...])]
+_NamedFormulas = dict[RequirementName, Scalar]
+Requirements = _NamedFormulas | tuple[_NamedFormulas | Scalar, ...]
 
 
 class RectangleKeys(Item, frozen=True):

@@ -1,7 +1,7 @@
 """Events of a run: hidden ``obstacles``, ``orders``, ``changes`` for robots, ``inputs``; and its
 expected result: ``expect``, and ``requirements``, formulas of signal temporal logic."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from safenav.formula.parser import FormulaError
 from safenav.scenario import language, values
@@ -9,11 +9,9 @@ from safenav.scenario.model import Input, Obstacle, ObstacleType, RobotChange
 from safenav.scenario.objective import Objective, unordered
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets, resolve_objective
-from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of
-from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.keys import MOST, Raw
-from safenav.scenario.yaml.typed import read, sequence
+from safenav.scenario.yaml.keys import MOST
+from safenav.scenario.yaml.typed import read
 
 
 def resolve_obstacles(
@@ -147,16 +145,11 @@ def resolve_inputs(
 _WHAT = "requirements"
 
 
-def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
+def resolve_requirements(given: values.Requirements | None, reading: Reading) -> dict[str, str]:
     """Return the formulas by name; a formula without a name is its own."""
     found: dict[str, str] = {}
-    for name, item in _entries(value.node, reading) if value is not None else ():
-        what = _WHAT if name is None else f"requirement {clipped(name.text)}"
-        text = read(str, item, what, reading)
-        if text is None or not isinstance(item, Scalar):
-            continue
-        if name is not None:
-            read(values.RequirementName, name, what, reading)
+    for name, item in _entries(given):
+        what, text = _WHAT if name is None else f"requirement {clipped(name.text)}", item.text
         if not item.style and text.count("(") > text.count(")"):
             message = f"{what}: '{clipped(text)}' ends within parentheses"
             reading.add(item, message, "within brackets a comma ends a formula: put it in quotes")
@@ -169,13 +162,9 @@ def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
     return found
 
 
-def _entries(node: Node, findings: Findings) -> list[tuple[Scalar | None, Node]]:
-    if isinstance(node, document.Mapping):
-        return list(node.entries)
-    found: list[tuple[Scalar | None, Node]] = []
-    for item in sequence(node, f"'{_WHAT}'", findings) or ():
-        found += item.entries if isinstance(item, document.Mapping) else [(None, item)]
-    return found
+def _entries(given: values.Requirements | None) -> Iterator[tuple[Scalar | None, Scalar]]:
+    for part in given if isinstance(given, tuple) else (given or {},):
+        yield from part.items() if isinstance(part, dict) else [(None, part)]
 
 
 def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:

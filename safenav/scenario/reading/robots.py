@@ -14,8 +14,6 @@ from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.regions import Reading, wall
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of
 from safenav.scenario.yaml.findings import suggestion
-from safenav.scenario.yaml.keys import Raw
-from safenav.scenario.yaml.typed import read, sequence
 from safenav.strict_json import MOST_ROBOTS
 from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose
@@ -190,7 +188,7 @@ def _ruled(
 ) -> Objective | None:
     """Return the objective with the rules beside it; rules beside ``ltl`` become formulas."""
     avoid = item.avoid
-    always = _lines(item.always, _pose(mobility, reading), True, reading)
+    always = _lines("always", item, _pose(mobility, reading), reading)
     if objective is None or (avoid is None and item.at("avoid") is not None):
         return None
     avoid = avoid or frozenset[Region]()
@@ -226,11 +224,11 @@ def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Read
         return None  # without its declarations no formula can be checked
     inputs: Declared = dict.fromkeys(sorted(reading.input_names))
     own = {**memory, **_pose(mobility, reading)}
-    init = _lines(item.init, own, False, reading)
-    safety = _lines(item.safety, {**own, **inputs}, True, reading)
-    liveness = _lines(item.liveness, {**own, **inputs}, True, reading)
+    init = _lines("init", item, own, reading)
+    safety = _lines("safety", item, {**own, **inputs}, reading)
+    liveness = _lines("liveness", item, {**own, **inputs}, reading)
     if not (safety or liveness or item.flawed or len(reading) > before):
-        key = "liveness" if item.liveness else "safety"
+        key = "liveness" if item.at("liveness") else "safety"
         reading.add(item.at(key), f"{item.named(key)} has no formula", f"as in {item.example}")
     if item.flawed or len(reading) > before:
         return None
@@ -254,26 +252,21 @@ def _pose(mobility: Mobility | None, reading: Reading) -> Declared:
 
 
 def _lines(
-    value: Raw | None, declared: Declared, next_allowed: bool, reading: Reading
+    key: str, item: language.LtlKeys | language.ObjectiveKeys, declared: Declared, reading: Reading
 ) -> tuple[str, ...]:
-    """Return formulas as text with region and heading names replaced by their numbers."""
-    if value is None:
-        return ()
-    node, what = value.node, value.what
-    items = (node,) if isinstance(node, Scalar) else sequence(node, what, reading) or ()
-    lines = (_line(item, what, declared, next_allowed, reading) for item in items)
+    """Return the formulas of a key as text with region and heading names replaced by their
+    numbers."""
+    given: tuple[Scalar, ...] = getattr(item, key) or ()
+    lines = (_line(node, item.named(key), declared, key != "init", reading) for node in given)
     return tuple(line for line in lines if line is not None)
 
 
 def _line(
-    node: Node, what: str, declared: Declared, next_allowed: bool, reading: Reading
+    node: Scalar, what: str, declared: Declared, next_allowed: bool, reading: Reading
 ) -> str | None:
     """Return the formula as text with region and heading names replaced by their numbers."""
-    text = read(str, node, f"a formula of {what}", reading)
-    if text is None or not isinstance(node, Scalar):
-        return None
     try:
-        formula = parse(text)
+        formula = parse(node.text)
     except FormulaError as error:
         reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
         return None

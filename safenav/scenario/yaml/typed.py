@@ -233,9 +233,9 @@ def _choice(
 
 def _union(choices: list[Any], node: Node, what: str, findings: Findings, key: Key) -> Any:
     """Read the choice that has the form of the node: mapping, list, number, text."""
-    fitting = choices if len(choices) == 1 else [c for c in choices if _fits(c, node)]
-    if fitting:
-        return read(fitting[0], node, what, findings, key)
+    fitting = [choice for choice in choices if _fits(choice, node)]
+    if fitting or not key.expected:
+        return read((*fitting, choices[-1])[0], node, what, findings, key)
     wrong_type(node, what, key.expected, findings)
     return None
 
