@@ -105,10 +105,6 @@ _DRAW = "draw it with: safenav draw {0}; 'map' of a scenario names it (docs/maps
 PICTURE = "picture"
 ROS_MAP = "map of ROS map_server"
 _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
-    "manifest of a bundle": (
-        (r'"format"\s*:\s*"safenav-bundle"',),
-        "check the bundle with: safenav check FOLDER, the folder of {0}",
-    ),
     "specification": (
         (rf"\A(?:\s|#[^\n]*\n)*{_SECTION}|\n\[(?:SYS|ENV)_[A-Z]+\]",),
         "its strategy: safenav synth {0}; why not: safenav explain",

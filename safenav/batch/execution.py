@@ -47,9 +47,7 @@ def execute(case: Case, conditions: Conditions, trace: Path) -> Result:
 def load(case: Case) -> Scenario:
     """Return the scenario of a case with its settings applied. Raises InputError."""
     text = scenario_text(Path(case.file)) if case.text is None else case.text
-    return load_scenario_text(
-        text, case.file, lambda root, findings: varied(root, case.settings, case.places, findings)
-    )
+    return load_scenario_text(text, case.file, lambda root, found: varied(root, case, found))
 
 
 def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) -> Result:
@@ -105,7 +103,7 @@ def _text_as_run(case: Case) -> str:
     text = case.text or ""
     if not case.settings or (root := root_of(text)) is None:
         return text
-    data = plain(varied(root, case.settings, case.places, Findings(case.file)))
+    data = plain(varied(root, case, Findings(case.file)))
     return yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
 
 

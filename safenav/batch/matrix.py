@@ -20,6 +20,7 @@ from typing import Any, ClassVar
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.batch.case import Case
 from safenav.scenario import language
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, node_of, plain
@@ -136,13 +137,11 @@ def _is_path(path: Scalar, findings: Findings) -> bool:
     return False
 
 
-def varied(
-    root: Node, settings: Mapping[str, Any], places: Mapping[str, Place], findings: Findings
-) -> Node:
-    """Return the tree with all settings applied, each at its place; report each path that does not
-    exist."""
-    for path, value in settings.items():
-        root = _replaced(root, path.split("."), node_of(value, places[path]), path, findings)
+def varied(root: Node, case: Case, findings: Findings) -> Node:
+    """Return the tree with all settings applied; report each path that does not exist."""
+    for path, value in case.settings.items():
+        new = node_of(value, case.places[path])
+        root = _replaced(root, path.split("."), new, path, findings)
     return root
 
 

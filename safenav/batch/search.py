@@ -144,7 +144,7 @@ class _Search:
         root = self._root(text)
         if root is None:
             return ""
-        root = varied(root, case.settings, case.places, Findings(str(scenario)))
+        root = varied(root, case, Findings(str(scenario)))
         parts = [self._digest(path) for path in referenced_files(root, scenario.parent)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if parts else ""
 

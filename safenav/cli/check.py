@@ -125,9 +125,12 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     from safenav.report.terminal.layout import WaitingLine
     from safenav.review.foresight import examined, foreseen, rehearse
     from safenav.review.lint import lint
-    from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
+    from safenav.runtime.run.deadlines import refusal_of
+    from safenav.runtime.run.mission import default_synthesizer, first_results
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario_text
+    from safenav.team.apply import initial
+    from safenav.team.team import team_of
 
     plan = load_scenario_text(file.text(), file.name)
     synthesizer = default_synthesizer(plan)
@@ -143,7 +146,8 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
                 why = examined(answer, plan)["explanation"]
                 warnings.append(f"when {event} is on from the start, {why}")
     realizable = all(answer.realizable for answer in answers.values())
-    refusal = Mission(plan, synthesizer).refusal() if realizable else None
+    end = refusal_of(team_of(plan), initial(team_of(plan))) if realizable else None
+    refusal = None if end is None else end.explanation
     apart = "" if refusal is None else " apart from deadlines and batteries"
     verdicts, lines = list[dict[str, Any]](), list[str]()
     for name, answer in answers.items():

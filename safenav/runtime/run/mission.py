@@ -20,7 +20,6 @@ from safenav.runtime.control.ends import End, Stopped, lacks_of
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, shown_by_poses, synthesized
 from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
-from safenav.runtime.run.deadlines import refusal_of
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.world import World
@@ -167,12 +166,6 @@ class Mission:
     def stopping(self) -> bool:
         """Whether a stop of the run was requested."""
         return bool(self._asked)
-
-    def refusal(self) -> str | None:
-        """Return why deadlines or charges would end the mission before the first tick; None if they
-        would not. Call before ``start``."""
-        end = refusal_of(self._run.team, self._run.state)
-        return None if end is None else end.explanation
 
     def give_up(self, explanation: str = "stopped by the user") -> RunResult:
         """End a run that was started, with the outcome ``interrupted``: for programs that call
