@@ -175,7 +175,7 @@ def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
     try:
         tree = parse_requirement(text)
     except FormulaError as error:
-        reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
+        reading.add(node, f"{what}: {error.found}", error.hint, error.column)
         return text
     events = []
     for part in nodes(tree):

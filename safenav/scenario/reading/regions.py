@@ -222,9 +222,7 @@ class Reading(Findings):
             return self.world.region(row, col) if inside else None
         return self.names.get(text)
 
-    def names_obstacle(
-        self, node: Node, written: str, what: str, column: int | None = None
-    ) -> str | None:
+    def names_obstacle(self, node: Node, written: str, what: str, column: int = 0) -> str | None:
         """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``.
         None if it was reported, or obstacles are not known. ``column`` of the name in a text."""
         if not self.obstacles_known or self.world is None:

@@ -268,7 +268,7 @@ def _line(
     try:
         formula = parse(node.text)
     except FormulaError as error:
-        reading.add_inside(node, error.column, f"{what}: {error.found}", error.hint)
+        reading.add(node, f"{what}: {error.found}", error.hint, error.column)
         return None
 
     def meaning(name: syntax.Name, within: syntax.Comparison) -> Collection[int] | None:
@@ -297,11 +297,11 @@ def _line(
         elif problem.unknown:
             known = {*declared, *reading.names, *reading.areas}
             hint = suggestion(problem.unknown, (word for word in known if "-" not in word))
-        reading.add_inside(node, problem.column, f"{what}: {problem.found}", hint)
+        reading.add(node, f"{what}: {problem.found}", hint, problem.column)
     if (world := reading.world) is not None:
         for number in _walls(formula, world.walls):
             found, hint = wall(number.value, world)
-            reading.add_inside(node, number.column, f"{what}: {found}", hint)
+            reading.add(node, f"{what}: {found}", hint, number.column)
     return syntax.to_text(formula)
 
 

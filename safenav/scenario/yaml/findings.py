@@ -47,9 +47,15 @@ class Findings:
         """The lines of the file."""
         return self._texts.get(self.file, [])
 
-    def add(self, where: Node | Place | None, found: str, hint: str = "") -> None:
-        """Add a diagnostic: its place (None: of the whole file), ``found`` and ``hint``."""
+    def add(self, where: Node | Place | None, found: str, hint: str = "", column: int = 0) -> None:
+        """Add a diagnostic: its place (None: of the whole file), ``found`` and ``hint``. An error
+        at a ``column`` of a text is at that column of the file if the text is ``literal``, else at
+        its beginning, with the column in the message."""
         place = where if isinstance(where, Place) else where.place if where else Place(0, 0)
+        if column and isinstance(where, Scalar) and where.literal:
+            place = replace(place, column=place.column + bool(where.style) + column - 1)
+        elif column:
+            found = f"{found} (column {column} of the formula)"
         file = place.file or self.file
         self._found.append(Diagnostic(file, place.line, place.column, found, hint))
 
@@ -60,24 +66,11 @@ class Findings:
         word: str,
         known: Iterable[str],
         hint: str = "",
-        column: int | None = None,
+        column: int = 0,
     ) -> None:
         """Report a word that is not ``known``; ``hint``: if no known word is suggested; ``column``:
         that of the word in a text."""
-        message = f"{found} '{clipped(word)}'", suggestion(word, known) or hint
-        if column is not None and isinstance(where, Scalar):
-            self.add_inside(where, column, *message)
-        else:
-            self.add(where, *message)
-
-    def add_inside(self, node: Scalar, column: int, found: str, hint: str = "") -> None:
-        """Report an error at a column of a text: at that column of the file if the text is
-        ``literal``, else at its beginning, with the column in the message."""
-        if node.literal:
-            quote = 1 if node.style else 0
-            self.add(Place(node.place.line, node.place.column + quote + column - 1), found, hint)
-        else:
-            self.add(node, f"{found} (column {column} of the formula)", hint)
+        self.add(where, f"{found} '{clipped(word)}'", suggestion(word, known) or hint, column)
 
     def attempt(self, read: Callable[[], T], path: Path, named_at: Node | Place | None) -> T | None:
         """Return what ``read`` makes of a file; None if it raises InputError. Its errors are
@@ -89,8 +82,7 @@ class Findings:
             inside = self if named_at is None else self.beside(str(path), named_at)
             for flaw in error.diagnostics:
                 if flaw.line or named_at is None:
-                    place = Place(flaw.line, flaw.column) if flaw.line else None
-                    inside.add(place, flaw.found, flaw.hint)
+                    inside.add(Place(flaw.line, flaw.column), flaw.found, flaw.hint)
                 else:
                     self.add(named_at, f"file '{path}': {flaw.found}", flaw.hint)
             return None
