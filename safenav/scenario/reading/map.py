@@ -68,21 +68,16 @@ def _resolve_names(item: language.MapKeys, reading: Reading) -> None:
     reading.names = names
 
 
-_IMAGES = (".png", ".pgm")
+_OF_FILES = {".png": "image", ".pgm": "image", ".map": "movingai"}
 
 
 def form_of(path: Path) -> str | None:
     """Return the form of a map file in a scenario: ``image``, ``ros`` or ``movingai``; None if it
     is not a map file."""
     suffix = path.suffix.lower()
-    if suffix in _IMAGES:
-        return "image"
-    if suffix == ".map":
-        return "movingai"
-    if suffix not in (".yaml", ".yml"):
-        return None
-    text = read_source(path, Findings(str(path)))
-    return "ros" if text is not None and kind_of(text) == ROS_MAP else None
+    if suffix in (".yaml", ".yml"):
+        return "ros" if kind_of(read_source(path, Findings(str(path))) or "") == ROS_MAP else None
+    return _OF_FILES.get(suffix)
 
 
 def load_map(path: Path, form: str, division: Names[str, float | None]) -> RegionMap:
