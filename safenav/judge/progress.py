@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from safenav.judge.lines import Objective
 
 
-@dataclass
+@dataclass(unsafe_hash=True)
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: those met
     in turn, or the rounds of goals in any order; ``turn``: the next target (None: the first);

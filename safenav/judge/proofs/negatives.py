@@ -1,13 +1,14 @@
 """Claims that the mission cannot be completed, and the proof of each."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from itertools import product
 from math import prod
 from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
-from safenav.judge.lines import Line, Objective
+from safenav.judge.lines import Line
 from safenav.judge.progress import Progress
 from safenav.judge.proofs.closures import (
     Case,
@@ -19,21 +20,18 @@ from safenav.judge.proofs.closures import (
 )
 from safenav.judge.rules import NotJudged
 from safenav.judge.state import Rest, Robot, State
-from safenav.judge.world import Poses, TooLargeError
+from safenav.judge.world import TooLargeError
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
 """Cost in states, for each four robots: a joint state with a proof, and of those in service."""
 MOST_MEMORIES = 8
 """Maximum number of joint memories of formulas for each of which a way is searched."""
-EITHER = ELSEWHERE = -1
-Left = tuple[int, int]
-"""The goals that are left. Targets in turn: their number, and the next one (``EITHER``: the one met
-first). Targets in any order: the rounds left, and a bit mask of the targets met in this round."""
+ELSEWHERE = -1
 
 
 class _State(NamedTuple):
     poses: tuple[Any, ...]
-    left: tuple[Left, ...]
+    met: tuple[Progress, ...]
     opened: tuple[Rest, ...]
 
     def open(self) -> set[str]:
@@ -41,8 +39,8 @@ class _State(NamedTuple):
 
 
 class Enumeration:
-    """The joint states of some robots with some open obstacles. ``cost``: cost of each, in
-    states."""
+    """The joint states of some robots with some open obstacles. ``cost``: cost of each, in states;
+    ``most``: the goals, or rounds in any order, that each robot has to meet."""
 
     def __init__(
         self, case: Case, robots: list[str], opened: Iterable[Rest], cost: int = PER_JOINT_STATE
@@ -51,6 +49,9 @@ class Enumeration:
         self.cost = cost * max(1, len(robots) // 4)
         self.owns = [case.state.robots[name].own for name in robots]
         self.targets = [[] if n in case.out else case.targets[n] for n in robots]
+        rounds = case.state.scenario.until.rounds
+        goals = [0 if own.settles else own.count if own.ordered else 1 for own in self.owns]
+        self.most = [rounds * many * bool(t) for many, t in zip(goals, self.targets, strict=True)]
         self._acted, self._walls = cache(self._act), cache(case.walls)
         self._live = cache(self._is_live)
 
@@ -71,37 +72,27 @@ class Enumeration:
 
     def starts(self) -> Iterator[_State]:
         poses = tuple(self.case.now[name] for name in self.robots)
-        for left in product(*map(self._begins, self.robots, self.targets)):
-            yield from self._settled(_State(poses, left, self.opened))
+        for met in product(*map(self._begins, range(len(self.robots)))):
+            yield from self._settled(_State(poses, met, self.opened))
 
-    def _begins(self, name: str, targets: list[Poses]) -> list[Left]:
-        """Return the goals that a robot may have left."""
-        robot, own = self.case.state.robots[name], self.case.state.robots[name].own
-        found = self._left(own, targets, robot.progress)
-        here = [k for k, target in enumerate(targets) if self.case.at[name] in target]
+    def _begins(self, k: int) -> list[Progress]:
+        """Return the possible progress of a robot."""
+        name, own = self.robots[k], self.owns[k]
+        robot = self.case.state.robots[name]
+        found = self._after(k, robot.progress)
+        here = [goal for goal, at in enumerate(self.targets[k]) if self.case.at[name] in at]
         if own.strict and own.literal and robot.progress.turn is None:
-            return found + [(found[0][0], k) for k in here]
+            return found + [replace(found[0], turn=goal) for goal in here]
         acts = robot.acts and own.strict and not own.literal and not robot.progress.goals
         # The target where it acts counts first, as the action ends.
-        return [(found[0][0], k) for k in here if acts] or found
+        return [replace(found[0], turn=goal) for goal in here if acts] or found
 
-    def _left(self, own: Objective, targets: list[Poses], progress: Progress) -> list[Left]:
-        """Return the goals that may be left after some progress."""
-        wanted, count = self.case.state.scenario.until.rounds, len(targets)
-        rounds = progress.rounds(own, self.case.state.tick)
-        if not targets:
-            return [(0, 0)]
-        if own.ends:
-            first = min(progress.turn or 0, count - 1)
-            return [((count - first) * (not progress.ended(own)), first)]
-        if own.settles:
-            return [(int(rounds < 1), 0)]
-        if not own.ordered:
-            return [(max(wanted - rounds, 0), progress.seen)]
-        goals = max(wanted * count - progress.goals, 0)
-        if own.strict and not own.literal and not progress.goals:
-            return [(goals, k) for k in (range(count) if count > 2 else [EITHER])]
-        return [(goals, progress.turn or 0)]
+    def _after(self, k: int, met: Progress) -> list[Progress]:
+        """Return the progress from which a robot may continue, as far as the mission needs it."""
+        own, goals = self.owns[k], min(met.goals, self.most[k])
+        if self.targets[k] and own.strict and not own.literal and not goals:
+            return [Progress(turn=first) for first in range(own.count)]
+        return [Progress(goals, met.turn or 0, met.seen)]
 
     def _successors(self, state: _State) -> Iterator[_State]:
         s, at = self.case.state, dict(zip(self.robots, state.poses, strict=True))
@@ -120,17 +111,18 @@ class Enumeration:
             for to in self.case.steps[name].get(at[name], ()):
                 if to[0] not in taken and (back is None or to[0] in (back, at[name][0])):
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
-                    yield from self._settled(_State(poses, state.left, state.opened), k)
+                    yield from self._settled(_State(poses, state.met, state.opened), k)
 
     def _is_complete(self, state: _State) -> bool:
         """Return whether each robot has met all goals, is at its last target if it settles there,
         and can continue forever."""
-        each = zip(self.robots, self.owns, self.targets, state.poses, strict=True)
-        return not any(goals for goals, _ in state.left) and all(
-            (not (own.settles and targets) or pose in targets[-1])
-            and self._live(name, pose, state.opened)
-            for name, own, targets, pose in each
-        )
+        for k, pose in enumerate(state.poses):
+            own, met, targets = self.owns[k], state.met[k], self.targets[k]
+            whole = met.ended(own) if own.ends else met.goals == self.most[k]
+            if targets and not (whole and (pose in targets[-1] or not own.settles)):
+                return False
+        each = zip(self.robots, state.poses, strict=True)
+        return all(self._live(name, pose, state.opened) for name, pose in each)
 
     def _is_live(self, name: str, pose: Any, opened: tuple[Rest, ...]) -> bool:
         outside = pose[0] not in self.case.walls(name, opened)
@@ -142,17 +134,34 @@ class Enumeration:
         needs = (need for one in state.opened for need in one.left)
         regions = frozenset(region for need in needs for region in need.regions)
         places = tuple(p[0] if p[0] in regions else ELSEWHERE for p in state.poses)
-        after, lefts = self._acted(state.opened, places), iter([state.left])
+        after, every = self._acted(state.opened, places), iter([state.met])
         flat = self.case.state.flat_type
         if restarts := any(not one.left and one.order[0] != flat for one in after):
-            fresh = (Progress(turn=turn) for _, turn in state.left)
-            lefts = product(*map(self._left, self.owns, self.targets, fresh))
+            every = product(*(self._after(k, met.anew()) for k, met in enumerate(state.met)))
         opened = tuple(one for one in after if one.left)
-        for left in lefts:
-            now = [*left]
-            for k in range(len(left)) if restarts or moved is None else [moved]:
-                now[k] = _met(self.owns[k], self.targets[k], state.poses[k], left[k])
+        for met in every:
+            now = [*met]
+            for k in range(len(met)) if restarts or moved is None else [moved]:
+                now[k] = self._counted(k, state.poses[k], met[k])
             yield _State(state.poses, tuple(now), opened)
+
+    def _counted(self, k: int, pose: Any, met: Progress) -> Progress:
+        """Return the progress of a robot after it was in a pose."""
+        own, targets, most = self.owns[k], self.targets[k], self.most[k]
+        here = [goal for goal, target in enumerate(targets) if pose in target]
+        if here and len(here) == len(targets) and not own.ends:  # then all rounds are done
+            turn = (met.turn or 0) + most - met.goals
+            return Progress(most, turn % len(targets) if own.ordered else 0)
+
+        def is_due(goal: int) -> bool:
+            unseen = met.goals < most and not met.seen >> goal & 1
+            return goal == met.turn if own.ordered else unseen
+
+        # Continue even without goals left: the next target survives a restart of rounds.
+        while due := [*filter(is_due, here)]:
+            met = met.after(own, due[0])
+            met = replace(met, goals=min(met.goals, most))
+        return met
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
         """Return the obstacles after all actions. Loads are taken last, begun loads first, by
@@ -182,31 +191,6 @@ def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Re
             return one if need.together else one._replace(done=done)
         one = one.advanced(group)
     return one
-
-
-def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
-    """Return the remaining goals of a robot after it was in a pose."""
-    goals, covered = left  # covered: if goals are in order, the next one
-    count = len(targets)
-    if not targets:
-        return left
-    if not own.ends and all(pose in target for target in targets):  # then all rounds are done
-        return 0, (max(covered, 0) + goals) % count if own.ordered else 0
-    if own.ordered:
-        if covered == EITHER:
-            covered = next((k for k, t in enumerate(targets) if pose in t), EITHER)
-        # Continue even without goals left: the next target survives a restart of rounds.
-        while (goals or not own.ends) and covered != EITHER and pose in targets[covered]:
-            last = own.ends and covered == count - 1
-            goals, covered = max(goals - 1, 0), covered if last else (covered + 1) % count
-        return goals, covered
-    here = sum(1 << k for k, target in enumerate(targets) if pose in target)
-    while goals:
-        covered |= here
-        if covered != (1 << count) - 1:
-            return goals, covered
-        goals, covered = goals - 1, 0
-    return 0, 0
 
 
 def negative_problems(e: Line, s: State) -> Iterator[str]:
