@@ -3,7 +3,7 @@
 Regions count from 0 in reading order from the north-west: ``region = row * cols + col``.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from functools import cache
 from typing import Any
@@ -62,7 +62,7 @@ class World:
 
     def closure(self, starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> set[Any]:
         """Return all states to which some steps lead. Raises TooLargeError."""
-        return closure(starts, after, self.spend)
+        return {*closure(starts, after, self.spend)}
 
     def reach(self, graph: Graph, starts: Iterable[Pose], walls: Collection[int]) -> set[Pose]:
         """Return the poses that are reachable without entering ``walls``."""
@@ -104,14 +104,16 @@ def closure(
     starts: Iterable[Any],
     after: Callable[[Any], Iterable[Any]],
     spend: Callable[[], None] = lambda: None,
-) -> set[Any]:
-    """Return all states to which some steps lead."""
-    found = {*starts}
-    queue = [*found]
-    while queue:
-        for other in after(queue.pop()):
-            if other not in found:
+) -> Iterator[Any]:
+    """Yield all states to which some steps lead, each before its steps are taken."""
+    found, queue, more = set[Any](), list[Any](), starts
+    while True:
+        for state in more:
+            if state not in found:
                 spend()
-                found.add(other)
-                queue.append(other)
-    return found
+                found.add(state)
+                queue.append(state)
+        if not queue:
+            return
+        yield queue[-1]
+        more = after(queue.pop())

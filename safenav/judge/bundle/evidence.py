@@ -293,7 +293,7 @@ class Evidence:
         follows = task.graph.next
         here, there = (task.of_pose.get(pose, set()) for pose in (robot.pose, after))
         if s.live:  # the robot may have stayed any number of times
-            nodes = closure(nodes, lambda k: here.intersection(follows[k]))
+            nodes = {*closure(nodes, lambda k: here.intersection(follows[k]))}
         answers = {n for k in nodes for n in follows[k] if task.observes(n, s)}
         fits = answers & there
         if by != "strategy" and not goes:

@@ -76,7 +76,7 @@ class Strategy:
 
     def reach(self, begin: Iterable[int]) -> list[int]:
         """Return the nodes that are reachable from some nodes."""
-        return sorted(closure({*begin}, lambda node: self.next[node]))
+        return sorted(closure(begin, self.next.__getitem__))
 
     def edges(self, nodes: Sequence[int]) -> Edges:
         sources = [node for node in nodes for _ in self.next[node]]
@@ -365,7 +365,7 @@ class Others:
             return (to for to, _ in self.world.steps(False, (region, None)))
 
         regions = {*regions}
-        return closure(regions, steps) if self.live else regions.union(*map(steps, regions))
+        return {*closure(regions, steps)} if self.live else regions.union(*map(steps, regions))
 
     def after(self, name: str, region: int, value: int) -> set[int]:
         """Return the possible next knowledge of another robot, given the present knowledge, for a

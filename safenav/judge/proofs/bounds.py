@@ -6,6 +6,7 @@ robot i. No run is faster, so a deadline before a bound is lost.
 """
 
 from collections.abc import Collection, Iterable, Iterator
+from functools import cache
 from heapq import heappop, heappush
 from math import ceil
 
@@ -14,6 +15,7 @@ from safenav.judge.lines import Line
 from safenav.judge.progress import Progress
 from safenav.judge.proofs.closures import Case
 from safenav.judge.state import Need, Rest, Robot, State
+from safenav.judge.world import closure
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]
@@ -266,21 +268,17 @@ def _least_round(
             seeds = bound.goal(name, goal, seeds, ends_in or goal)
         return seeds
 
-    first, rounds = round_from(bound.start[name]), dict[Pose, Ticks]()
-    pending = [*first]
-    while pending:
-        if (pose := pending.pop()) not in rounds:
-            rounds[pose] = round_from({pose: 0})
-            pending += rounds[pose]
-    for most in sorted({*first.values(), *(t for row in rounds.values() for t in row.values())}):
-        kept, before = {*rounds}, set[Pose]()
-        while kept != before:
-            before = kept
-            s.world.spend(len(kept))
-            kept = {p for p in kept if any(t <= most and q in kept for q, t in rounds[p].items())}
-        if any(tick <= most and pose in kept for pose, tick in first.items()):
-            return most
-    return NEVER
+    first, after = round_from(bound.start[name]), cache(lambda pose: round_from({pose: 0}))
+    rounds = {pose: after(pose) for pose in closure(first, after)}
+    slowest, before = dict.fromkeys(rounds, 0), Ticks()  # of more and more rounds from each pose
+
+    def least(ticks: Ticks) -> int:
+        return min((max(tick, slowest[pose]) for pose, tick in ticks.items()), default=NEVER)
+
+    while slowest != before:
+        s.world.spend(len(slowest))
+        before, slowest = slowest, {pose: least(ticks) for pose, ticks in rounds.items()}
+    return least(first)
 
 
 def charge_needed(robot: Robot, s: State) -> int:

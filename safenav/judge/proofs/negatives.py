@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import product
 from math import prod
 from typing import Any, NamedTuple
@@ -20,7 +20,7 @@ from safenav.judge.proofs.closures import (
 )
 from safenav.judge.rules import NotJudged
 from safenav.judge.state import Rest, Robot, State
-from safenav.judge.world import TooLargeError
+from safenav.judge.world import TooLargeError, closure
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
 """Cost in states, for each four robots: a joint state with a proof, and of those in service."""
@@ -57,18 +57,8 @@ class Enumeration:
 
     def complete(self) -> Iterator[_State]:
         """Yield the reachable states in which the mission is completed. Raises TooLargeError."""
-        seen, queue, found = set[_State](), list[_State](), self.starts()
-        while True:
-            for state in found:
-                if state not in seen:
-                    self.case.world.spend(self.cost)
-                    seen.add(state)
-                    queue.append(state)
-            if not queue:
-                return
-            if self._is_complete(queue[-1]):
-                yield queue[-1]
-            found = self._successors(queue.pop())
+        spend = partial(self.case.world.spend, self.cost)
+        return filter(self._is_complete, closure(self.starts(), self._successors, spend))
 
     def starts(self) -> Iterator[_State]:
         poses = tuple(self.case.now[name] for name in self.robots)
