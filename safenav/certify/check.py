@@ -2,8 +2,9 @@
 
 import dataclasses
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from html import escape
+from os.path import commonpath, dirname, normpath
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -12,7 +13,6 @@ from msgspec.structs import replace
 
 from safenav.errors import InputError
 from safenav.judge.bundle.check import SOURCE, UNCOMPARED, Judged, check, open_bundle
-from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.findings import STDIN, referenced_files, root_of
 from safenav.trace.fields import plain
@@ -34,68 +34,47 @@ def check_bundle(bundle: str | Path) -> Judged:
         told = difference(kept, read_bytes(first).header)
     except InputError as error:  # invalid in a field that the checker ignores
         return Judged("refused", f"trace.jsonl: {error.diagnostics[0].found}")
+    except (OSError, ValueError):  # two names for one place, or a name that no file can have
+        return Judged("refused", "the source has files that cannot be written")
     if told is not None:
         return Judged("refused", f"the source is not the scenario of the trace: {told}")
     left = [each for each in found.not_compared if each != UNCOMPARED[SOURCE]]
     return dataclasses.replace(found, not_compared=left)
 
 
-FOLDER = Path("a/b/c/d")
-"""Folder in which a scenario is read again, so deep that its files may be in folders above."""
-
-
 def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
-    """Return the text of a scenario, and its map and catalogue files, by name."""
-    found = {"scenario.yaml" if str(scenario) == STDIN else scenario.name: text.encode()}
-    for name, path in _referenced(text, scenario.parent, [*found]):
-        if path.is_file():
-            found[name] = path.read_bytes()
-    return found
-
-
-def _referenced(text: str, folder: Path, taken: list[str]) -> Iterator[tuple[str, Path]]:
-    for path in referenced_files(root_of(text), folder):
-        name = path.name
-        while name in taken:  # another folder has a file of this name
-            name = f"_{name}"
-        taken.append(name)
-        yield name, path
+    """Return the text of a scenario, and its map and catalogue files, by their paths in the folder
+    that has them all."""
+    own = Path("scenario.yaml" if str(scenario) == STDIN else scenario).absolute()
+    named = [path for path in referenced_files(root_of(text), own.parent) if path.is_file()]
+    found = {normpath(path): path.read_bytes() for path in named} | {normpath(own): text.encode()}
+    folder = commonpath(map(dirname, found))
+    return {Path(path).relative_to(folder).as_posix(): data for path, data in found.items()}
 
 
 def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
     """Return the first difference between the scenario in a trace's header and its source, or None.
     The seed and the clock are those of the run."""
-    told = "no file in it is a scenario"
-    for name, data in sources.items():
-        try:
-            read, used = _read_again(name, data.decode(), sources, header.scenario)
-        except (InputError, ValueError):
-            continue  # a catalogue, or a map
-        one, other = plain(read), plain(header.scenario)
-        wrong = [key for key in sorted(one.keys() | other.keys()) if one.get(key) != other.get(key)]
-        if not wrong and sources.keys() <= used:
-            return None
-        told = wrong[0] if wrong else f"the scenario does not use {min(sources.keys() - used)}"
-    return told
-
-
-def _read_again(
-    name: str, text: str, sources: Mapping[str, bytes], traced: Scenario
-) -> tuple[Scenario, set[str]]:
-    """Return the scenario of a file, and the names of all files that it uses."""
-    used = {name}
+    told, traced = "no file in it is a scenario", header.scenario
     with tempfile.TemporaryDirectory() as folder:
-        here = Path(folder) / FOLDER
-        here.mkdir(parents=True)
-        for _ in range(2):  # the second pass: a map of ROS names its image
-            for kept, path in _referenced(text, here, [name]):
-                used.add(kept)
-                inside = Path(folder).resolve() in path.resolve().parents
-                if inside and kept in sources and not path.exists():
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    path.write_bytes(sources[kept])
-        scenario = load_scenario_text(text, str(here / name))
-    return replace(scenario.recorded, seed=traced.seed, clock=traced.clock), used
+        files = {normpath(Path(folder, name)): data for name, data in sources.items()}
+        for path, data in files.items():
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            Path(path).write_bytes(data)
+        for path, data in files.items():
+            try:
+                scenario = load_scenario_text(text := data.decode(), path).recorded
+            except (InputError, ValueError):
+                continue  # a catalogue, or a map
+            read = replace(scenario, seed=traced.seed, clock=traced.clock)
+            one, other = plain(read), plain(traced)
+            wrong = [k for k in sorted(one.keys() | other.keys()) if one.get(k) != other.get(k)]
+            used = {path, *map(normpath, referenced_files(root_of(text), Path(path).parent))}
+            unused = [Path(path).relative_to(folder) for path in sorted(files.keys() - used)]
+            if not (wrong or unused):
+                return None
+            told = wrong[0] if wrong else f"the scenario does not use {unused[0]}"
+    return told
 
 
 _PAGE = Path(__file__).with_name("page.html")

@@ -54,7 +54,8 @@ VERSION = 5
 MOST_BYTES = 100_000_000
 """Largest file of a bundle; its values take some 20 times its size."""
 KNOWN = re.compile(
-    r"(?a)trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
+    r"(?as)trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py"
+    r"|source/(?!(.*/)?\.*(/|$))[^\\]+"  # no folder above, no name without text
 )
 """Names of files that no line of the trace needs to name."""
 SOURCE = "source/"
