@@ -10,10 +10,10 @@ from safenav.judge.state import State
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
     """An unlisted obstacle has no end or deadline of its own; in a simulated world it has appeared
-    before it is discovered. Types with one name are equal."""
+    before it is discovered. Types with one name are equal, except of lost robots."""
     one, kind = e.obstacle, e.obstacle.type
-    if s.kinds.get(kind.name, kind) != kind:
-        yield f"the scenario has another type {kind.name}"
+    if s.kinds.get(kind.name, kind) != kind and not kind.name.startswith("lost_"):
+        yield f"there is another type {kind.name}"
     if not s.external and (one.appears is None or one.appears > s.now(e)):
         yield f"the scenario has no {one.name}"
     if one.goes is not None or one.resolve_within is not None:

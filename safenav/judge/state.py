@@ -279,6 +279,7 @@ class State:
         self.names = [*self.robots]
         self.obstacles: dict[str, Obstacle] = {}
         self.at: dict[int, list[Obstacle]] = {}  # by region
+        self.kinds = {h.flat.name: h.flat} if h.flat else {}  # the first type of each name
         for data in sorted(h.obstacles, key=lambda one: one.appears or 0):
             self.add(data)
         listed = [one for one in h.obstacles if one.appears is not None]
@@ -291,8 +292,7 @@ class State:
         self.switched: dict[str, int] = {}
         self.missed: set[str] = set()
         self.orders: set[str] = set()
-        kinds = [one.type for one in h.obstacles] + [h.flat] * bool(h.flat)
-        self.kinds, self.flat_type = {one.name: one for one in kinds}, h.flat and h.flat.name
+        self.flat_type = h.flat and h.flat.name
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
         self.drained: set[str] = set()  # these robots, until they leave service
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
@@ -331,6 +331,7 @@ class State:
         if data.name in self.obstacles:
             return
         kind, region, listed = data.type, data.region, list[Need]()
+        self.kinds.setdefault(kind.name, kind)
         for k, need in enumerate(kind.needs):
             chain = [need, *takewhile(lambda other: other.same, kind.needs[k + 1 :])]
             actions = {each.action for each in chain}
