@@ -30,17 +30,19 @@ def plan_of(floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]) -> tup
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
-    joint = first
+    joint, over = first, _over(floor, first)
     for poses in ticks:
         for i, after in floor.sequence(joint, poses):
-            over, counts = _over(floor, joint), joint.counts[i]
+            counts = joint.counts[i]
             others = stays.moved(i, joint.poses[i], poses[i], len(ways[i]))
             waits = owed[i] | (_whole(floor, over) if after.counts[i] != counts else set())
             owed[i] = set()
             when = tuple(sorted(others.items())), frozenset(waits), counts, over
             ways[i].append(Waypoint(poses[i], *when))
-            for j, what in _because(floor, joint, after) if after.stages != joint.stages else ():
-                owed[j].add(what)
+            if after.stages != joint.stages:
+                over = _over(floor, after)
+                for j, what in _because(floor, joint, after):
+                    owed[j].add(what)
             joint = after
     every = tuple(tuple(ways.get(i, ())) for i in range(len(first.poses)))
     return Plan(every, frozenset(floor.gates)), joint
@@ -65,13 +67,14 @@ class _Stays:
         for space in left:
             if space not in entered:
                 next(stay for stay in reversed(self.stays[space]) if stay[0] == i)[1] = place
-        for space in [space for space in entered if space not in left]:
-            for j, after in reversed(self.stays[space]):
-                if j in entered[space]:
-                    found[j] = max(after, found.get(j, 0))
-                if j in crowd and space == region:
-                    break
-            self.stays[space].append([i, 0])
+        for space, others in entered.items():
+            if space not in left:
+                for j, after in reversed(self.stays[space]):
+                    if j in others:
+                        found[j] = max(after, found.get(j, 0))
+                    if j in crowd and space == region:
+                        break
+                self.stays[space].append([i, 0])
         return found
 
 

@@ -4,14 +4,16 @@ Searches count steps; among their plans, the fastest is chosen.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
 from itertools import chain, combinations, pairwise, product
 from math import inf
+from operator import and_
 from typing import NamedTuple
 
 from safenav.components import reached
 from safenav.plan.course import Course, cost, course_of, timed
 from safenav.plan.order import plan_of, preview
-from safenav.plan.search import completes
+from safenav.plan.search import FEWEST, completes
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
 from safenav.world.poses import Mask, bits, region_mask
@@ -20,7 +22,7 @@ REPEATS = 4
 FEW, LITTLE = 12, 0.02
 """More than ``FEW`` robots end with the first round that saves only a ``LITTLE`` of the ticks."""
 MOST_CELLS = 40_000
-MUCH = 1.2
+MUCH = 1.5
 
 
 Via = tuple[Mask, int, bool]
@@ -64,12 +66,13 @@ def _shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) ->
     for _ in range(REPEATS if best.ticks else 0):
         ends = [_moves(floor, i, way)[-1] for i, way in enumerate(_ways(best.ticks))]
         order = sorted(floor.robots, key=lambda i: -ends[i])
-        before, together = best, [order]
-        # also one robot at a time: together they may disturb each other
-        if len(order) <= FEW:
-            together = [order, *([i] for i in order)]
-        for group in together:
-            if (ways := _rerouted(floor, best.ticks, group)) is not None:
+        before, tries = best, [(order, False)]
+        if len(order) <= FEW:  # also one at a time: together they may disturb each other
+            tries += [([i], False) for i in order]
+            first = order if len(order) <= FEWEST else order[:1]
+            tries += [([i, j], True) for i in first for j in order if i != j]
+        for group, yields in tries:
+            if (ways := _rerouted(floor, best.ticks, group, yields=yields)) is not None:
                 best = _better(floor, best, ways, served) or best
             elif group is order:
                 break  # no single robot finds a better route either
@@ -181,21 +184,36 @@ def _rerouted(
     course: Course | None = None,
     *,
     stops: bool = True,
+    yields: bool = False,
 ) -> list[list[int]] | None:
     """Return the poses of each robot by tick if these, one after the other, follow their earliest
-    routes, with the ``stops`` of a ``course``; None if nothing changes."""
-    ways, changed = _ways(best), False
+    routes, with the ``stops`` of a ``course``; None if nothing changes. ``yields``: whether each
+    ignores those after it, which then go around it; None if they cannot."""
+    ways, changed, members = _ways(best), False, floor.team.members
     shared: dict[frozenset[int], list[Mask]] = {}  # regions of crowds by tick
     size = floor.team.size
-    for i in who:
-        if any(behind is not None for *_, behind in floor.inside[i]):
-            continue  # the robot leaves an obstacle only the way it came
-        way = _earliest(floor, best, ways, i, shared, course, stops=stops)
-        if way is not None and _pays(floor, i, way, ways[i]):
-            masks = shared.get(floor.team.crowds[i] or frozenset(), [])
-            for t, (mask, old, new) in enumerate(zip(masks, ways[i], way, strict=False)):
-                masks[t] = mask & ~(1 << old % size) | 1 << new % size
+    for k, i in enumerate(who):
+        crowd = None if yields else floor.team.crowds[i]
+        if crowd is None:
+            rivals = members[i].rivals.difference(who[k + 1 :] if yields else ())
+            taken = [region_mask(at[j] % size for j in rivals) for at in zip(*ways, strict=True)]
+        else:  # disjoint regions: those of all robots without its own
+            if crowd not in shared:
+                every = zip(*ways, strict=True)
+                shared[crowd] = [region_mask(at[j] % size for j in crowd) for at in every]
+            pairs = zip(shared[crowd], ways[i], strict=True)
+            taken = [mask & ~(1 << pose % size) for mask, pose in pairs]
+        # A robot leaves an obstacle only the way it came.
+        held = any(behind is not None for *_, behind in floor.inside[i])
+        way = None if held else _earliest(floor, best, ways, i, taken, course, stops=stops)
+        if way is not None and ((yields and k) or _pays(floor, i, way, ways[i])):
+            if crowd is not None:
+                shared[crowd] = [
+                    mask | 1 << pose % size for mask, pose in zip(taken, way, strict=True)
+                ]
             ways[i], changed = way, True
+        elif yields:
+            return None
     return ways if changed else None
 
 
@@ -218,9 +236,11 @@ def _shown(
     if shown is None or not all(completes(floor, end, served) for end in (shown[-1], last)):
         return Draft(plan, [])
     moves = (_moves(floor, i, way) for i, way in enumerate(_ways(shown)))
-    steps, turns, _ = map(sum, zip(*moves, strict=True))
-    arrives = timed(floor, plan, shown, floor.team.step_times)
-    return Draft(plan, shown, (cost(floor, [each[-1] for each in arrives]), steps, turns))
+    steps, turns, ends = zip(*moves, strict=True)
+    if {*floor.team.step_times} != {1}:
+        arrives = timed(floor, plan, shown, floor.team.step_times)
+        ends = tuple(each[-1] for each in arrives)
+    return Draft(plan, shown, (cost(floor, ends), sum(steps), sum(turns)))
 
 
 def _pays(floor: Floor, i: int, way: Sequence[int], before: Sequence[int]) -> bool:
@@ -244,29 +264,23 @@ def _earliest(
     ticks: Sequence[Joint],
     ways: Sequence[Sequence[int]],
     i: int,
-    shared: dict[frozenset[int], list[Mask]],
+    shut: Sequence[Mask],
     course: Course | None = None,
     *,
     stops: bool = True,
 ) -> list[int] | None:
     """Return the poses of a robot by tick on its earliest path through all places where it counts
-    or acts in ``ticks``, around the paths of other robots; with the last pose and the ``stops``
-    of a ``course``. ``shared``: the regions of crowds by tick. None if there is none."""
-    graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
+    or acts in ``ticks``, outside the regions that are ``shut`` by tick; with the last pose and the
+    ``stops`` of a ``course``. None if there is none."""
+    graph, last = floor.graphs[i], len(ticks) - 1
     places = course.stops(i) if course is not None and stops else {}
     vias, member = _vias(floor, ticks, i, places), floor.team.members[i]
     if last * (len(vias) + 1) > MOST_CELLS:
         return None
-    taken, crowd = list[Mask](), floor.team.crowds[i]
-    if crowd is not None and crowd not in shared:
-        shared[crowd] = [region_mask(ways[j][t] % size for j in crowd) for t in range(last + 1)]
-    for t in range(last + 1):
-        shut = floor.shut(i, [way[t] for way in ways]) if member.zones else 0
-        if crowd is None:
-            shut |= region_mask(ways[j][t] % size for j in member.rivals)
-        else:  # disjoint regions: those of all robots without its own
-            shut |= shared[crowd][t] & ~(1 << ways[i][t] % size)
-        taken.append(graph.poses_on(shut))
+    taken = list[Mask]()
+    for t, mask in enumerate(shut):
+        zones = floor.shut(i, [way[t] for way in ways]) if member.zones else 0
+        taken.append(graph.poses_on(mask | zones))
     later = [0] * (last + 2)
     for t in range(last, -1, -1):
         later[t] = later[t + 1] | taken[t]
@@ -360,7 +374,9 @@ def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]
             and joint.counts[i] != before.counts[i]
             and (goal := floor.awaited(i, before.counts[i])) >> joint.poses[i] & 1
         ):
-            if counts and member.pursuit.in_turn:  # with the target that is now the next one
+            if not member.pursuit.in_turn:  # each target that it meets there
+                goal = reduce(and_, (m for m in member.targets if m >> joint.poses[i] & 1), goal)
+            elif counts:  # with the target that is now the next one
                 goal, memory = member.targets[memory], member.pursuit.step(memory, 1 << memory)[0]
             found.append((goal, since, False))
         if joint.poses[i] != before.poses[i]:
