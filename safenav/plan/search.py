@@ -72,12 +72,14 @@ class Search:
         if self.goal(self.start):
             return [self.start]
         few = len(self.floor.robots) <= FEWEST
+        # A plan has at least as many states as the steps of the robot that goes farthest.
+        far = max(map(_distance, self.fields(self.start), self.start.poses), default=0)
         if not self._turn and len(self.floor.robots) > MANY:
             every = self._rolls([1] * len(self.start.poses), MOST_OF_A_ROLL * self.floor.team.size)
             if (found := next(every, None)) is not None:
                 return found
         while self._turn < until and self.work > 0:
-            turn, budget = self._turn, FIRST_BUDGET << self._turn
+            turn, budget = self._turn, max(FIRST_BUDGET, PACED * far) << self._turn
             self._turn += 1
             for how in (DUTIES, *ORDERS) if self.served else ORDERS:
                 once = how in (DUTIES, FARTHEST)
