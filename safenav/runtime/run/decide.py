@@ -8,12 +8,14 @@ from safenav.formula.syntax import predicate
 from safenav.plan.order import next_step
 from safenav.runtime.control.coordinate import Situation
 from safenav.runtime.control.strategies import commanded, heard
-from safenav.scenario.objective import ruled
+from safenav.scenario.objective import formulas_in, ruled
 from safenav.spec.guarantees import guarantees_of
 from safenav.spec.specification import Section
 from safenav.team.acts import is_reserved
+from safenav.team.apply import done, on_own
 from safenav.team.known import barred, turns_back
-from safenav.team.state import Is, Values
+from safenav.team.state import Is, State, Values
+from safenav.team.team import Team
 
 
 class Proposal(NamedTuple):
@@ -58,7 +60,7 @@ def propose(run: Situation, i: int) -> Proposal:
         free = not is_reserved(team, state, i, behind)
         return Proposal(back, "backtrack") if free else stay
     if not team.members[i].planned:
-        return successor(run, i) or stay
+        return stay if _counts_again(team, state, i) else successor(run, i) or stay
     if run.control.thinks:
         return stay  # the next plan begins where the robots are
     pose = next_step(team, state, i)
@@ -67,6 +69,17 @@ def propose(run: Situation, i: int) -> Proposal:
     if is_reserved(team, state, i, pose % team.size):
         return stay
     return Proposal(pose, "plan")
+
+
+def _counts_again(team: Team, state: State, i: int) -> bool:
+    """Return whether a robot with a strategy counts a target by staying, and need not return there
+    in this round."""
+    member, robot = team.members[i], state.robots[i]
+    objective, own = member.objective, robot.own
+    if objective.ordered() or formulas_in(objective) or member.robot.tracks or team.assignable(i):
+        return False
+    left = member.pursuit.awaited(own.memory) & member.kept(robot.pose)
+    return bool(left) and on_own(team, state, i) and not done(team, state, i)
 
 
 def _is_kept(run: Situation, i: int, pose: int) -> bool:

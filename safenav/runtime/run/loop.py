@@ -221,7 +221,8 @@ class Run(Situation):
         if action is not None:
             for event in action:
                 self.happens(event)
-            self.settle()
+            if not on_own(self.team, self.state, i):
+                self.settle()  # the action ends its duty; else the robot first counts its goals
 
     def moves(self, i: int) -> bool:
         """Return whether a robot may move: while the team waits only some do."""
