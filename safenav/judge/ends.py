@@ -70,8 +70,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
     """A robot that meets a target is there, not lost, and in service unless its step or
     action has just ended. The goals of formulas are met by its last move (live: or by staying),
     with some possible memory. In lockstep, a move meets each goal once, and only one of several
-    goals in turn. A robot that a strategy drives meets no goal of its own while it has another
-    objective."""
+    goals in turn. A robot that a strategy drives to another objective meets no own goal."""
     robot = s.robots[e.robot]
     own, here = robot.own, robot.pose[0]
     if e.duty:
@@ -139,10 +138,9 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as required since the last resolution
-    and robots with a last target are there. The stated rounds are those made, and 0 while an input
-    replaces the objective; those of a stay at a last target, or without goals, may be fewer. Only a
-    run that needs an operator states a cause. A run ends at a limit exactly when it reaches
-    that."""
+    and robots with a last target are there. The stated rounds are those made (0 while an input
+    replaces the objective); without goals, or at a last target, perhaps fewer. Only a run that
+    needs an operator states a cause. A run ends at a limit exactly when it reaches that."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
         rounds, stated = 0 if s.by_inputs(robot) else _rounds(name, e, s), e.rounds.get(name)

@@ -199,9 +199,9 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
 @rule("move", "depart", "act", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
     """No step exceeds the charge of a robot. A robot whose charge is used up leaves service when
-    its `flat` obstacle appears, in lockstep at the latest in its turn, live after the action that
-    it begins as it arrives. Its battery is replaced only when that obstacle is resolved or gone;
-    then it returns."""
+    its `flat` obstacle appears, in lockstep at the latest in its turn, live after an action begun
+    on arrival. Its battery is replaced only when that obstacle is resolved or gone; then it
+    returns."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         early = not s.live and any(one.moved >= e.tick for one in s.robots.values())

@@ -19,7 +19,7 @@ WRITTEN = {
 }
 PATTERNS = from_yaml(beside(__file__, "patterns.yaml"))
 NAMES = {"a": 0, "b": 4, "c": 12, "dock": 7}
-TICKS = 70
+TICKS = 90
 
 
 class Word:
