@@ -118,7 +118,10 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return state if k is None else _asked(team, state, k, ((i, here),))
         case now.Served(i, active):
             state = _robot(state, i, active=active, flat=False, node=None, cause=event.cause)
-            return _robot(_forgiven(state, i), i, failed=()) if active else state
+            if not active:
+                return state
+            objective = team.members[i].objective  # until it gets a duty
+            return _robot(_forgiven(state, i), i, failed=(), objective=objective)
         case now.Placed(i, pose):
             return _forgiven(_put(team, state, i, pose, active=True, failed=()), i)
         case now.Assigned(i, objective):

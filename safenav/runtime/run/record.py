@@ -2,7 +2,7 @@
 remembers only recorded facts: the stack, the helpers of each request, and the part of the plan.
 """
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from msgspec.structs import replace
 
@@ -29,7 +29,7 @@ from safenav.spec.belief import automatic
 from safenav.team import known
 from safenav.team import state as now
 from safenav.team.acts import participants, standing
-from safenav.team.apply import goals, on_own
+from safenav.team.apply import goals
 from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -60,7 +60,7 @@ class Recorder:
         self.time = 0.0
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
-        self.told: list[Objective | None] = [member.objective for member in team.members]
+        self.told: list[Objective] = [member.objective for member in team.members]
         self.plan: Plan | None = None
         self.tick = self.moved = 0
         self.waited: tuple[float | None] | None = None
@@ -174,8 +174,8 @@ class Recorder:
                 self.emit(records.Service(self.tick, self._robot(i), False, battery))
             case now.Served(i, active, cause):
                 self.emit(records.Service(self.tick, self._robot(i), active, ChangeCause(cause)))
-                if active and before.robots[i].objective != self.team.members[i].objective:
-                    self.told[i] = None  # the next duty line names the robot again
+                if active:
+                    self.told[i] = self.team.members[i].objective
             case now.Assigned(i, objective, cause, within, own=own):
                 about = self._robot(i), objective, own, ChangeCause(cause), within
                 self.emit(records.NewObjective(self.tick, *about))
@@ -331,7 +331,7 @@ class Recorder:
         if goes_on:
             self._stack(after, control)
         if goes_on or gives_up or control.new:
-            self._duties(after, range(len(after.robots)) if goes_on else control.new)
+            self._duties([robot.objective for robot in after.robots])
         for failed in control.failed:
             self.emit(synthesis_line(self.tick, failed, self.team.world))
         for i in control.new:
@@ -344,15 +344,13 @@ class Recorder:
                 kept = state.robots[i].objective == after.robots[i].objective
                 self.record(state, event if kept else replace(event, duty=False), after)
 
-    def _duties(self, state: State, some: Collection[int]) -> None:
-        """Record the objectives that ``some`` robots pursue from now on, where they change, and
-        those of robots that pursue their own again."""
-        new = dict[str, Objective]()
-        for i, robot in enumerate(state.robots):
-            if robot.objective != self.told[i] and (i in some or on_own(self.team, state, i)):
-                self.told[i] = new[self._robot(i)] = robot.objective
+    def _duties(self, objectives: Sequence[Objective]) -> None:
+        """Record the objectives that robots pursue from now on, where they change."""
+        pairs = enumerate(zip(self.told, objectives, strict=True))
+        new = {self._robot(i): own for i, (told, own) in pairs if told != own}
         if new:
             self.emit(records.Duty(self.tick, new))
+        self.told = [*objectives]
 
     def _given_up(self, state: State, k: int, control: Control, *, coming: bool) -> None:
         lacks = lacks_of(self.team, state)[self._name(k)]
