@@ -69,8 +69,9 @@ def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
             read = replace(scenario, seed=traced.seed, clock=traced.clock)
             one, other = plain(read), plain(traced)
             wrong = [k for k in sorted(one.keys() | other.keys()) if one.get(k) != other.get(k)]
-            used = {path, *map(normpath, referenced_files(root_of(text), Path(path).parent))}
-            unused = [Path(path).relative_to(folder) for path in sorted(files.keys() - used)]
+            used = [path, *map(normpath, referenced_files(root_of(text), Path(path).parent))]
+            # An absolute path is that of a file of this machine, with the same last parts.
+            unused = [n for n in sorted(sources) if not any(one.endswith(f"/{n}") for one in used)]
             if not (wrong or unused):
                 return None
             told = wrong[0] if wrong else f"the scenario does not use {unused[0]}"

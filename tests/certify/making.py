@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from children import ran
-from once import SCENARIOS, from_yaml, made_once
+from once import ROOT, SCENARIOS, from_yaml, made_once
 from runtime.played import whole
 from safenav.certify.bundle import bundle_of_run, programs, proofs_of, write_files
 from safenav.judge.bundle import check as checker
@@ -30,7 +30,7 @@ def bundle_at(name: str, text: str) -> Path:
 
     def make(folder: Path) -> None:
         scenario = folder / f"{name}.yaml"
-        scenario.write_text(whole(text))
+        scenario.write_text(whole(text).replace("ROOT", str(ROOT)))
         bundle_of_run(scenario.read_text(), scenario, folder / name)
 
     digest = hashlib.sha256(text.encode()).hexdigest()[:8]

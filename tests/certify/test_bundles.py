@@ -36,7 +36,7 @@ CLAIMS = [
         pytest.param(name, COMPLETED, marks=pytest.mark.slow)
         for name in (*LARGE, "team_of_six", "warehouse")
     ),
-    *((name, COMPLETED) for name in ("cornered", "corridor_swap", "hello", "two_digits")),
+    *((name, COMPLETED) for name in ("cornered", "corridor_swap", "hello", "two_digits", "map")),
     ("unrealizable/contradictory_objective", "No strategy exists for"),
     ("unrealizable/forbidden_way", "liveness region = 25; liveness region = 10'.\n"),
     ("unrealizable/impossible_start", "No strategy exists for"),
