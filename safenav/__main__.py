@@ -9,8 +9,8 @@ from contextlib import suppress
 
 def main() -> None:
     """Run the command line."""
-    # Modules, strategies and searches are millions of objects, hardly any in cycles: collect
-    # garbage rarely, from the first import on.
+    # Modules, strategies and searches consist of millions of objects, few of them in cycles, so
+    # garbage is collected rarely, from the first import on.
     gc.set_threshold(200_000, 20, 100)
     ended: list[int] = []
     atexit.register(_leave, ended)  # registered first, so called last

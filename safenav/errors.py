@@ -67,7 +67,7 @@ _OF_OUTCOMES = {
 
 
 def exit_code_of(outcome: Outcome) -> ExitCode:
-    """Return the exit code of a run with this outcome, if its scenario expects no other."""
+    """Return the exit code of a run with this outcome, before expectations are compared."""
     return _OF_OUTCOMES.get(outcome, ExitCode.NEGATIVE)
 
 
@@ -147,7 +147,7 @@ class InputError(SafenavError):
         super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[Sequence[Diagnostic]]]:
-        return type(self), (self.diagnostics,)  # pickled between processes
+        return type(self), (self.diagnostics,)  # for pickling between processes
 
 
 class UsageError(SafenavError):
@@ -202,8 +202,8 @@ def install_command(extra: str = "") -> str:
 
 @contextmanager
 def needing(user: str, extra: str, package: str = "") -> Iterator[None]:
-    """Raise UsageError if a package that this context imports is missing: ``user`` (a feature)
-    needs it, from an extra. ``package``: its name, if not that of the module."""
+    """Raise UsageError if this context imports a missing package, which ``user`` (a feature) needs
+    from an extra. ``package``: the package's name, if not that of the module."""
     try:
         yield
     except ImportError as error:

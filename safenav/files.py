@@ -34,7 +34,8 @@ bytes."""
 def read_input(
     path: str | Path, most: int = MOST_BYTES, *, named: bool = False, values: float = MOST_VALUES
 ) -> bytes:
-    """Return the content of a file, or of standard input for ``-`` unless a file ``named`` it.
+    """Return the content of a file, or of standard input for ``-``. A path that is ``named`` in
+    another file is never standard input.
 
     Raises InputError if it cannot be read, has more than ``most`` bytes (a device may have no end)
     or more than this many ``values``.
@@ -246,7 +247,7 @@ def _new_file(folder: Path, prefix: str = ".") -> Iterator[Path]:
     finally:
         try:
             file.unlink(missing_ok=True)
-        except BaseException:  # interrupted before it was deleted
+        except BaseException:  # interrupted before the file was deleted
             file.unlink(missing_ok=True)
             raise
 
@@ -257,7 +258,7 @@ def _writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        file = error.filename2 or path  # in a folder, the file in the way
+        file = error.filename2 or path  # the target of a failed rename or link, if any
         raise UsageError(f"cannot write {file}: {error.strerror or error}") from error
 
 

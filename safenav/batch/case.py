@@ -1,5 +1,5 @@
-"""Cases of a batch and their results, data that processes exchange as JSON; and the differences of
-a run from what its scenario expects."""
+"""Cases of a batch and their results, which processes exchange as JSON; and the differences of a
+run from the expectations of its scenario."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Case(Struct, frozen=True):
 
     ``name`` is unique within a batch and the same in the next batch. ``text`` is the scenario (None
     if the file could not be read, which the run reports). ``references`` is a digest of the files
-    that it names; ``places``: those of the settings in their matrix file.
+    that it names; ``places``: lines and columns of the settings in their matrix file.
     """
 
     name: str
@@ -135,8 +135,8 @@ class Result(Struct, frozen=True):
 
 
 class Ledger(Struct):
-    """A listener that keeps the data for expectations. ``orders``: orders that are open;
-    ``live``: ticks are passes, not times; ``end``: the last line, once the run has ended."""
+    """A listener that keeps the data for expectations. ``orders``: open orders; ``live``: ticks
+    count passes of a live run; ``end``: the last line, once the run has ended."""
 
     orders: list[str] = field(default_factory=list)
     resolved: list[str] = field(default_factory=list)
@@ -189,8 +189,8 @@ class Ledger(Struct):
 
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
-    """Return the differences from ``expect``, one sentence each; empty if there are none. ``word``:
-    the name of a region."""
+    """Return the differences from ``expect``, one sentence each; empty if there are none. ``word``
+    returns the name of a region."""
     end = ledger.end
     assert end is not None
     found = []

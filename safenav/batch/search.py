@@ -41,8 +41,8 @@ _WIDTH = 40
 
 
 class FoundCases(Struct):
-    """The found cases, and the YAML files that searches ``skipped``: other files, and matrix files,
-    which are run only if named."""
+    """The found cases, and the YAML files that searches ``skipped``: matrix files, which are run
+    only if named, and files that are not scenarios."""
 
     cases: list[Case] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)

@@ -28,8 +28,8 @@ NAME = "results.jsonl"
 
 
 class ResultsFile:
-    """The file ``directory/results.jsonl``. ``resume``: keep its results; otherwise they must be of
-    ``cases`` (names), and are discarded.
+    """The file ``directory/results.jsonl``. ``resume``: keep its results; otherwise they are
+    discarded, and all must be of ``cases`` (names).
 
     ``former``: the kept results, by fingerprint.
 
@@ -75,7 +75,7 @@ class ResultsFile:
             raise self._unusable(error) from error
 
     def _read(self) -> dict[str, Result]:
-        """Return the results by fingerprint. A line that was cut off is ignored: its case is run
+        """Return the results by fingerprint. A line that was cut off is ignored: its case runs
         again."""
         found = {}
         self._file.seek(0)

@@ -90,7 +90,7 @@ def leave(batch: str) -> None:
     for worker in workers:
         worker.send(signal.SIGTERM)
     for worker in workers:
-        if worker.case:  # its reading thread closes the pipes: closed here, it would never end
+        if worker.case:  # its thread closes the pipes: closing them here would block that thread
             worker.kill()
         else:
             worker.end()

@@ -180,8 +180,8 @@ def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
     """Return the proofs of all ``synthesis`` lines of a trace, and their strategies, as files.
 
     A line without a proof gets no file, or a measure that does not decrease: the checker reports
-    why. Raises ResourceLimitError if a strategy is too large for it, NotCertifiedError for other
-    data than a trace."""
+    why. Raises ResourceLimitError if a strategy is too large for it, NotCertifiedError if the data
+    are not a trace."""
     found: dict[str, bytes] = {}
 
     def prove(e: Line, s: State) -> Iterator[str]:
@@ -234,8 +234,8 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 
 def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
-    """Return the measures for the edges of nodes. Where no measure exists for a goal, a constant
-    takes its place."""
+    """Return the measures for the edges of nodes. For a goal without a measure, return a constant.
+    For a ``counter``strategy, raise NoMeasureError instead."""
     graph = task.graph
     edges = graph.edges(nodes)
     goals, assumed = task.met(edges)

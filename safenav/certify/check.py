@@ -43,8 +43,8 @@ def check_bundle(bundle: str | Path) -> Judged:
 
 
 def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
-    """Return the text of a scenario, and its map and catalogue files, by their paths in the folder
-    that has them all."""
+    """Return the text of a scenario, and its map and catalogue files, by their paths relative to
+    the deepest folder that contains them all."""
     own = Path("scenario.yaml" if str(scenario) == STDIN else scenario).absolute()
     named = [path for path in referenced_files(root_of(text), own.parent) if path.is_file()]
     found = {normpath(path): path.read_bytes() for path in named} | {normpath(own): text.encode()}
@@ -70,7 +70,7 @@ def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
             one, other = plain(read), plain(traced)
             wrong = [k for k in sorted(one.keys() | other.keys()) if one.get(k) != other.get(k)]
             used = [path, *map(normpath, referenced_files(root_of(text), Path(path).parent))]
-            # An absolute path is that of a file of this machine, with the same last parts.
+            # A bundle keeps only the last parts of an absolute path, such as /home/ann/map.yaml.
             unused = [n for n in sorted(sources) if not any(one.endswith(f"/{n}") for one in used)]
             if not (wrong or unused):
                 return None

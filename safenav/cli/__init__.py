@@ -108,7 +108,7 @@ def _ending(error: BaseException) -> tuple[str, errors.ExitCode]:
             return str(error), error.exit_code
         case click.ClickException():
             message = re.sub(r"valid \w{1,2}$", "number", error.format_message().rstrip("."))
-            message = message.replace("valid integer range", "whole number")  # name no type
+            message = message.replace("valid integer range", "whole number")  # without type names
             context = getattr(error, "ctx", None)
             listed = "commands" if context and context.parent is None else "options"
             hint = f"\n    {context.command_path} --help lists the {listed}" if context else ""

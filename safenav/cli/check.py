@@ -230,7 +230,7 @@ def of_motion(
     file: GivenFile, traces: Sequence[GivenFile], more: tuple[str, ...], rate: float
 ) -> JudgedFile:
     """Judge a motion against its trace (if none of the traces is its own, against the first), then
-    the requirements of the scenario and ``more``."""
+    its scenario's requirements and ``more`` formulas."""
     from safenav.motion.check.requirements import SATISFIED, judged
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file import parsed
@@ -277,7 +277,7 @@ def of_bundle(file: GivenFile) -> JudgedFile:
 
 
 def broken(source: object, found: Sequence[object], rest: str = "more") -> Iterator[str]:
-    """Yield the first findings about a source. ``rest``: noun for those left out."""
+    """Yield the first findings about a source, and how many follow. ``rest``: noun for these."""
     yield from (f"{source}: {each}" for each in found[:SHOWN])
     if len(found) > SHOWN:
         yield f"and {len(found) - SHOWN} {rest} (--json prints them)"

@@ -65,8 +65,8 @@ OTHER_CODES = (
 def command(
     examples: str, good: str = "done", negative: str = ""
 ) -> Callable[[Callable[..., int]], click.Command]:
-    """Make a command of a function: its parameters are the options and arguments. ``examples``, and
-    ``good`` and ``negative``: its exit codes 0 and 1, are for its help."""
+    """Make a command of a function: its parameters are the options and arguments. Its help shows
+    the ``examples``, and the meanings of exit codes 0 (``good``) and 1 (``negative``)."""
     codes = [f"0  {good}", *([f"1  {negative}"] if negative else []), *OTHER_CODES]
     epilog = "\n  ".join([f"\b\nExamples:\n{examples}\b\nExit codes:", *codes])
 
@@ -150,9 +150,9 @@ KINDS = (
 class Output(click.Path):
     """A path to write; ``-`` is standard output.
 
-    ``endings``: file endings of this kind, none if there are several kinds. Several endings are
-    formats, of which a path must have one. ``folder``: any other path is a folder, and ``-`` is
-    allowed only if ``printed``.
+    ``endings``: file endings of this kind of output; none: any ending. If there are several, each
+    is a format, and a path must have one of them. ``folder``: any other path is a folder, and ``-``
+    is allowed only if ``printed``.
     """
 
     def __init__(self, *endings: str, folder: bool = False, printed: bool = False) -> None:

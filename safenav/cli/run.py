@@ -329,7 +329,7 @@ def _reported(mission: Mission, ledger: Ledger, files: Files, *, advice: bool) -
 
 
 def _next_steps(outcome: Outcome, files: Files) -> Iterator[str]:
-    """Yield commands that show the cause of the outcome."""
+    """Yield commands that show the cause of the outcome, or run the scenario longer."""
     name = quote(str(files.scenario))
     if files.html not in (None, PRINTED):
         yield f"    view: open {quote(str(files.html))} (starts at the last tick)"

@@ -88,7 +88,7 @@ class Synthesized(Struct, frozen=True):
             yield f"{stem}.graphml", to_graphml(strategy)
 
     def outdated(self) -> Iterator[str]:
-        """Yield the names of its files that belong to an earlier verdict, if they exist."""
+        """Yield the names of the files that an earlier verdict may have left."""
         for stem in (self.spec.robot, f"{self.spec.robot}.counterstrategy"):
             yield from (f"{stem}{ending}" for ending in (".json", ".dot", ".graphml"))
 
