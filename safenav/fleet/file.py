@@ -227,7 +227,7 @@ def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap |
     }
     if not below(place, "tolerance") and not below(defaults, "tolerance"):
         side = world.frame.resolution if world is not None and world.frame is not None else 1.0
-        mine["tolerance"] = min(1.0, side) * Station().tolerance  # also inside small regions
+        mine["tolerance"] = min(1.0, side) * Station().tolerance  # small enough for small regions
     found = replace(found, **mine)
     stripped = (found.namespace or name).strip("/")
     return replace(found, namespace=f"/{stripped}" if stripped else "")

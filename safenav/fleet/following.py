@@ -116,7 +116,7 @@ class Following:
                 transport.GoalEnded(follower.name, goal.number, transport.GoalEnd.ABORTED, reason)
             )
             return
-        follower.goal, follower.action = goal.number, None  # the world waits for one of the two
+        follower.goal, follower.action = goal.number, None  # the world waits for one of them only
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
@@ -127,7 +127,7 @@ class Following:
             return body.resume(0) or body.rest(0, body.time + LEAD)
         if to not in self._places.world.neighbours(body.region):
             return []
-        first = body.resume(0) if body.kind == "rover" else []  # a rover drives straight on
+        first = body.resume(0) if body.kind == "rover" else []  # a rover first drives to the centre
         return [*first, *body.move(0, to, short=short)]
 
     def _send(self, follower: Follower, pieces: list[Moving]) -> None:
@@ -176,7 +176,7 @@ class Following:
         reference, now = follower.reference, self.now()
         if reference is None or follower.action is not None:
             return  # during an action the robot's own controller moves it
-        if follower.goal is None:  # at rest: a reference would lead it through other regions
+        if follower.goal is None:  # at rest it must only stay in its region
             out = self._places.outside(follower.mover.region, at.x, at.y)
             if out > follower.tolerance:
                 self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")

@@ -37,8 +37,8 @@ def frame_of(scenario: Scenario) -> Frame:
 
 
 class Goals:
-    """The owner of all goals: of each robot's command (``bodies``), from its start until the event
-    with which it ends (``events``). No other code sends goals."""
+    """The owner of all goals. It executes each robot's command (``bodies``) from its start until
+    the event that ends it (``events``). No other code sends goals."""
 
     def __init__(
         self, scenario: Scenario, stations: Mapping[str, Station], transport: Transport
@@ -119,8 +119,8 @@ class Goals:
             self._return_failed(body, task, message.reason or message.end.value)
 
     def _return_failed(self, body: DrivenRobot, task: FleetTask, why: str) -> None:
-        """Schedule another attempt of a return, unless attempts have failed for too long, or the
-        robot also sends no odometry."""
+        """Schedule another attempt of a return. If attempts have failed for too long, or odometry
+        is old, declare the robot lost."""
         if self.now() < task.since + RETURNING and self.now() - body.heard <= STALE:
             task.goal, task.due = 0, self.now() + PAUSE
         else:
@@ -148,8 +148,8 @@ class Goals:
 
     def watch(self, body: DrivenRobot) -> None:
         """Stop a robot that leaves the regions of its step: its own planner may lead it around an
-        obstacle, through regions that other robots may enter. A robot that reaches the centre of
-        another region is lost; a follower's reference is monitored instead."""
+        obstacle, through regions that other robots may enter. A robot that still passes the centre
+        of another region is lost. A follower's reference is monitored instead."""
         task, off = body.task, self.sensing.off(body)
         if task is None or body.station.follow is not None:
             return

@@ -182,7 +182,7 @@ def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
 
 class FleetProgress:
     """Progress in resolving the obstacles that a fleet knows, computed by the team's model.
-    ``begun``: the run that they continue."""
+    ``begun``: the run that is continued."""
 
     def __init__(self, scenario: Scenario, begun: Resumption | None) -> None:
         self._team = team_of(scenario)
@@ -290,7 +290,7 @@ class TeamAction(Struct):
 
     @property
     def resolved(self) -> Obstacle | None:
-        """The obstacle that the last answers have resolved; None if that is still present."""
+        """The obstacle that the last answers have resolved; None if they resolved none."""
         gone = self.on is not None and self.results.get(self.on.name, ActResult.FAILED)
         return self.on if self.on is not None and gone is not ActResult.FAILED else None
 

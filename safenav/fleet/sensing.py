@@ -83,7 +83,7 @@ class Sensing:
             self._saw(message.robot, region, kind, stamp)
 
     def off(self, body: DrivenRobot) -> float:
-        """Return the metres by which a robot is outside the regions that it occupies."""
+        """Return a robot's distance in metres from the regions that it should occupy; 0 inside."""
         at = body.place
         assert at is not None
         return min(self._places.outside(region, at.x, at.y) for region in body.regions)

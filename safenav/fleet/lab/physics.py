@@ -356,9 +356,9 @@ class Physics:
         )
 
     def _reached(self, here: Region, action: str) -> LabObstacle | None:
-        """Return the obstacle on which a robot acts: one whose next need is fulfilled there, or one
-        in its region or an adjacent one that needs the action, but not now or not from here; None
-        if there is none."""
+        """Return the obstacle on which a robot acts: one whose next need can be fulfilled from its
+        region, else one in or beside its region with a need of this action that is not next, or
+        cannot be fulfilled from there; None if there is none."""
         world, beside = self._places.world, None
         near = {here, *world.neighbours(here)}
         for one in self.standing.values():
@@ -415,7 +415,7 @@ class Physics:
 
 
 def contact_bits(robots: Sequence[Robot], obstacles: Iterable[LabObstacle]) -> list[int]:
-    """Return the contact bit of each robot. Raises UsageError if there are too few."""
+    """Return the contact bit of each robot. Raises UsageError if there are too few bits."""
     solids = [one.obstacle for one in obstacles if one.solid]
     stages = [(one, need) for one in solids for need in range(len(one.needs))]
     stopped = [(r.model.layer, *(one.closed_to(r, need) for one, need in stages)) for r in robots]

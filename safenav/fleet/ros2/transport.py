@@ -112,8 +112,8 @@ class Transforms:
         """By frame: its parent, the stamp (None: static), and x, y, yaw in its parent."""
 
     def take(self, message: Any, *, static: bool) -> Located | None:
-        """Take a ``tf2_msgs/TFMessage``; return the pose, if its newest part has changed: with the
-        stamp of the transform next to the robot, which moves with it."""
+        """Take a ``tf2_msgs/TFMessage``. Return the pose if it renews the moving transform nearest
+        to the robot, whose stamp the pose gets; else None."""
         fresh = set()
         for each in message.transforms:
             child, parent = each.child_frame_id.strip("/"), each.header.frame_id.strip("/")
