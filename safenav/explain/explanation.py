@@ -387,7 +387,7 @@ def _closed_words(found: Diagnosis, world: RegionMap) -> str:
 
 
 def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
-    """Return the reason alone."""
+    """Return the reason in words, as a clause without the robot and its objective."""
     here = world.label(task.pose.region)
     lost = " and ".join(world.labels(target) for target in found.lost)
     things = _closed_words(found, world)

@@ -141,8 +141,8 @@ class _Search:
 def _choices(
     every: list[CoreMember], task: Task, world: RegionMap, found: Diagnosis
 ) -> list[list[CoreMember]]:
-    """Return sets of guarantees that probably fail, the smallest first; the last set has all of
-    them."""
+    """Return sets of guarantees that are probably unrealizable, the smallest first; the last set
+    has all guarantees."""
     around = {world.step(region, heading) for region in found.confined for heading in Heading}
     beside = world.walls & around
     choices = [[m for m in every if not _is_wall(m) or not beside.isdisjoint(m.regions)], every]
@@ -171,8 +171,8 @@ def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMemb
 def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the constraints, with the map's edge as a part of the mobility.
 
-    A specification omits the edge where walls are along it. Without those walls a robot could step
-    from the end of a row to the beginning of the next one."""
+    A specification omits the edge where walls line it. Without those walls a robot could step from
+    the end of a row to the beginning of the next one."""
     item = f"{task.item}.mobility"
     open_map = replace(world, walls=frozenset())
     rules = list(stepping(open_map, item))
@@ -226,8 +226,8 @@ def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool
 def _explain(
     background: list[Item], grown: bool, items: list[Item], fails: Callable[[Sequence[Item]], bool]
 ) -> list[Item]:
-    """Return the items that are needed to fail together with ``background``; ``grown``: whether the
-    background has members that its last query lacked."""
+    """Return a minimal set of items with which ``background`` fails; ``grown``: whether that has
+    gained members since it was last queried."""
     if grown and fails(background):
         return []
     if len(items) == 1:
@@ -348,9 +348,9 @@ PLAY_SHARE = 0.85
 class LineExplanation(Struct, frozen=True):
     """Explanation of an unrealizable specification.
 
-    ``fairness``: the lines of ENV_LIVENESS, which it may assume. ``play``: the core's losing play;
-    None where the limits did not allow it. ``assumptions``: lines of ENV_LIVENESS, each of which
-    makes it realizable. ``undecided``: those that the limits left open."""
+    ``fairness``: its lines of ENV_LIVENESS. ``play``: the core's losing play; None where the limits
+    did not allow it. ``assumptions``: further lines of ENV_LIVENESS, each of which makes the
+    specification realizable. ``undecided``: lines for which the limits allowed no verdict."""
 
     core: Core
     fairness: tuple[Constraint, ...]

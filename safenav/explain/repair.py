@@ -3,7 +3,7 @@
 Candidates follow from the cause, likeliest first; graph search drops the hopeless ones, and each
 offered repair was checked by the synthesizer. On the map, an obstacle that a robot can resolve
 replaces a wall, or the wall is removed. Single walls are tried in the order of the shortest path
-through them; if none suffices, those of the path through the fewest."""
+through them; if none suffices, all walls on the path through the fewest."""
 
 import time
 from collections import deque
@@ -132,8 +132,8 @@ def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
 
 
 def without_words(walls: Sequence[Region], words: str = "") -> tuple[tuple[str, str], ...]:
-    """Return the item that the removal of these walls changes. ``words``: the walls, if not their
-    numbers."""
+    """Return the item that the removal of these walls changes, and its new value in words.
+    ``words``: names of the walls, in place of their numbers."""
     return (("map", f"no wall at {words or ', '.join(map(str, walls))}"),)
 
 
@@ -184,8 +184,8 @@ def offered(
     deadline: float,
 ) -> Iterator[tuple[Repair, Result]]:
     """Yield up to OFFERED candidates that work, each with its result. At most ``most`` are tried,
-    until the deadline (by the monotonic clock); none adds to the ``given`` scenario a conflict for
-    which its file would be refused."""
+    until the deadline (by the monotonic clock). Candidates with errors that the ``given`` scenario
+    does not have are left out: their files would be refused."""
     good, known = 0, {*conflicts(given)}
     loaded = (each for each in candidates if {*conflicts(each.scenario)} <= known)
     for candidate in islice(loaded, most):

@@ -53,8 +53,8 @@ def tokens_of(
     text: str, pattern: re.Pattern[str], hints: Mapping[str, str], kinds: Mapping[str, str]
 ) -> list[Token]:
     """Return the tokens of a formula by the groups of a pattern, without ``space``; the last one is
-    ``end``. ``kinds``: kinds of keywords and aliases. Raises FormulaError for ``foreign`` ones and
-    for characters that no group matches."""
+    ``end``. ``kinds``: kinds of keywords and aliases. Raises FormulaError for tokens of the group
+    ``foreign``, and for characters that no group matches."""
     tokens, position = list[Token](), 0
     while position < len(text):
         match = pattern.match(text, position)

@@ -89,7 +89,7 @@ Formula = Constant | Name | Comparison | Operation
 
 
 def operands_of(formula: Formula) -> tuple[Formula, ...]:
-    """Return the formulas that an operator joins, from left to right; none of an atom."""
+    """Return the formulas that an operator joins, from left to right; none for an atom."""
     return formula.operands if isinstance(formula, Operation) else ()
 
 

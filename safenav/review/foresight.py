@@ -163,7 +163,7 @@ def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
 
 
 def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
-    """Return as data what a robot's controller allows and assumes, and why it is unrealizable."""
+    """Return as data what a controller allows and assumes, and the reason if there is none."""
     task, world, why = answer.task, plan.map, None
     if not answer.realizable:
         from safenav.explain.explanation import explain_unrealizable  # rare, so imported here

@@ -71,7 +71,8 @@ def missing_actions(
 
 
 def _needed(scenario: Scenario, seen: Foresight, encountered: Collection[str]) -> list[Obstacle]:
-    """Return a minimal set of obstacles whose resolution lets every robot meet its objective."""
+    """Return the ``encountered`` obstacles or, if the start shows that robots cannot meet their
+    objectives, a minimal set of obstacles whose resolution lets all of them do so."""
     never = {each.obstacle for each in seen.lacks}
     if not seen.stuck:  # given-up obstacles may have appeared during the run
         return [o for o in scenario.obstacles if o.name in encountered]
@@ -205,7 +206,7 @@ class _Failure:
         return Repair(kind, change, with_robots(self.scenario, robots))
 
     def without(self, wall: Region) -> Repair:
-        """Return the scenario without a wall."""
+        """Return the repair that removes a wall."""
         change = without_words([wall], self.scenario.map.label(wall))
         return Repair(RepairKind.WALL, change, without_walls(self.scenario, [wall]))
 

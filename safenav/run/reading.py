@@ -67,7 +67,7 @@ def run_of(trace: Trace) -> Run:
     except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
     run, last = reader.run, reader.run.last
-    # Events of an incomplete last tick belong to the last complete one; its moves are left out.
+    # An incomplete last tick: its events move to the tick before, its moves are left out.
     run.events = [replace(e, tick=min(e.tick, last)) for e in run.events]
     for track in run.robots:
         del track.regions[last + 1 :], track.headings[last + 1 :]
@@ -129,7 +129,7 @@ class RunReader:
 
     @staticmethod
     def beginning(line: records.Record) -> records.Header | None:
-        """Return a line if a run begins with it."""
+        """Return the line if it is a header, with which a run begins; else None."""
         return line if isinstance(line, records.Header) else None
 
     def append(self, line: records.Record) -> None:
@@ -162,7 +162,7 @@ class RunReader:
                 self.run.events[-1] = replace(told, text=f"{told.text}; {instead}")
             case records.Act():
                 self._acts[line.command] = line.tick
-                kind = kind if line.obstacles else None  # else the team does not know it
+                kind = kind if line.obstacles else None  # none: on an obstacle unknown to the team
             case records.ActionEnd():  # the results can name undiscovered obstacles
                 begun = self._acts.pop(line.command, line.tick)
                 for name in line.results:
@@ -355,7 +355,7 @@ class RunReader:
         stays = settles or (before.rounds and line.tick <= last + 1)
         if stays and before.reached == line.region:  # no event for each tick
             return
-        new = 0 if line.round == before.rounds else line.round  # reported at the last target
+        new = 0 if line.round == before.rounds else line.round  # report a completed round once
         shown, does = replace(line, round=0 if line.robot in self._modes else new), "reaches"
         if objective and settles and line.region in objective.targets[-1]:
             shown, does = replace(line, round=0), "holds"

@@ -61,7 +61,7 @@ class Run(Struct):
 
     @property
     def told(self) -> list[Event]:
-        """The events that are not notes."""
+        """The events that a story tells: all but notes."""
         return [event for event in self.events if event.kind is not StoryKind.NOTE]
 
     # Time.
@@ -143,9 +143,9 @@ class Run(Struct):
     def _aim(
         self, track: RobotTrack, objective: Objective | None, tick: int
     ) -> tuple[Region | None, int]:
-        """Return the target that a robot reaches next before its objective changes, and the tick;
-        if there is none, the tick of that change with the robot's region then if that is a target,
-        else with its only target, or None."""
+        """Return the target that a robot reaches next before its objective changes, and the tick.
+        If there is none, return the tick of the change with the robot's region then if that is a
+        target, else with the objective's only target (None: it has several)."""
         targets = target_regions(objective)
         changes = (at for at, _ in track.objectives.after(tick))
         until = min(next(changes, self.last), self.last)

@@ -21,8 +21,8 @@ T = TypeVar("T")
 
 
 class Changes(list[tuple[int, T]]):
-    """A value over time: pairs of the tick from which a value holds and the value, in order. The
-    last of several in one tick counts."""
+    """A value over time: pairs (tick, value) in order; the value holds from that tick. The last of
+    several in one tick counts."""
 
     @classmethod
     def of(cls, first: T) -> Changes[T]:
@@ -61,7 +61,7 @@ class ObstacleStatus(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """One phrase for legends."""
+        """The status in a few words, for legends."""
         longer = {"hidden": "still hidden", "requested": "help requested"}
         return longer.get(self.value, self.value)
 
@@ -147,7 +147,7 @@ class Hidden(Struct):
     loads: Changes[tuple[str, ...]] = field(default_factory=lambda: Changes.of(()))
 
     def open_needs(self, met: int) -> str:
-        """Return its needs after the first ``met`` in words."""
+        """Return in words the actions of its needs without the first ``met`` ones."""
         named = ("an operator" if a == OPERATOR_ACTION else f"'{a}'" for a in self.actions[met:])
         return ", then ".join(named)
 

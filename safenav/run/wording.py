@@ -238,7 +238,7 @@ class Wording(Struct, frozen=True):
         return text if line.requested else text + " (without a request)"
 
     def _with(self, line: records.Part | records.Resolved) -> str:
-        """Return the other participants in words, with their regions if those differ."""
+        """Return the other participants in words; empty if there are none."""
         others = [name for name in line.robots or () if name != line.robot]
         return f" with {self._all(others)}" if others else ""
 

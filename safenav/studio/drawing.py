@@ -57,7 +57,7 @@ class _Placing:
 
 
 def drawing_of(text: str, stem: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any]:
-    """Return the drawing of a text on its map; its name is the ``stem`` of its file by default."""
+    """Return the drawing of a text on its map. ``stem``: the name of a text that states none."""
     root = read_document(text).root
     placing = _Placing(world, entries_of(below(root, "map", "names")))
     robots = [r for r in _robots(root, placing) if r["start"] is not None]

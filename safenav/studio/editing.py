@@ -306,8 +306,8 @@ def _new_name(model: str, robots: Any) -> str:
 
 
 def add_obstacle(file: ScenarioText, edit: Operation) -> None:
-    """Add an obstacle of ``type`` at ``region``, in the notation of the other obstacles; ``from``,
-    ``until``, ``traversable`` if given."""
+    """Add an obstacle of ``type`` at ``region``, written like the regions of other obstacles; with
+    ``from``, ``until`` and ``traversable`` if given."""
     entries = file.at("obstacles")
     entries = entries if isinstance(entries, list) else []
     like = next((e["region"] for e in entries if isinstance(e, dict) and "region" in e), None)

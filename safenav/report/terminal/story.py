@@ -93,7 +93,7 @@ class Story:
             self._changed(event)
 
     def _changed(self, event: Event) -> None:
-        """Print that rounds restart after a resolution."""
+        """Print that rounds restart, if an event resolves an obstacle and progress was lost."""
         status = self._run.hidden[event.obstacle].status.now if event.obstacle else None
         over = event.kind is StoryKind.RESOLVED and status in _OVER
         if over and self._in_rounds and self._run.restarts_rounds(event.obstacle or ""):
