@@ -72,7 +72,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
     yield from unread(e.robot, e.objective)
     if e.active is not None and e.active is not robot.out:
         yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
-    found = [one for one in s.changes if one.robot == e.robot][:1]  # in their order
+    found = [one for one in s.changes if one.robot == e.robot][:1]  # changes come in listed order
     found += [one for one in s.scenario.changes if one.at == s.now(e) and e.kind == "service"]
     if e.cause == "scenario" and not any(applies(one, e, s) for one in found):
         yield f"not the next change of {e.robot} that the scenario lists by {s.now(e):g}"
@@ -191,7 +191,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
             what = ", ".join(stated or formulas.names)
             yield f"the formulas of {e.robot} exclude this memory: {what}"
         return
-    # Targets in turn are all met from any first one; otherwise the memory matters.
+    # If targets count in turn, any may come first; otherwise the memory matters.
     refutes = e.objective.strict and e.form != "alternation" and e.verdict == "unrealizable"
     if not (stated and (e.objective.ends or refutes)):
         return

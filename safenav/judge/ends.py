@@ -271,7 +271,8 @@ def permanence(e: Line, s: State) -> Iterator[str]:
 
 
 def _rounds(name: str, e: Line, s: State) -> int:
-    """Return how often a robot has met its objective."""
+    """Return how often a robot has met its objective; in a live run, at its last target, at least
+    as often as the outcome states."""
     own, stated = s.robots[name].own, (e.rounds or {}).get(name, 0)
     rounds = s.robots[name].progress.rounds(own, e.tick)
     stays = s.live and own.settles and rounds
@@ -279,7 +280,7 @@ def _rounds(name: str, e: Line, s: State) -> int:
 
 
 def _unmet(e: Line, s: State) -> Iterator[str]:
-    """Yield what a completed mission lacks."""
+    """Yield the reasons why the mission is not completed."""
     wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
         if (rounds := _rounds(name, e, s)) < wanted:

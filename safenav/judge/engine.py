@@ -92,7 +92,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.follow(s.inputs)
             robot.progress.stayed += robot.stays  # now, and again in the robot's turn
         case "service":
-            if s.live or e.cause != "battery":  # in lockstep a tick's changes follow
+            if s.live or e.cause != "battery":  # in lockstep the tick's changes follow that line
                 _find_changes(e, s)
             robot.out = not e.active
             if e.cause == "scenario":
@@ -163,8 +163,8 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
 
 
 def _find_changes(e: Line, s: State) -> None:
-    """Remove the due changes of service that are already in force; each robot's changes in order,
-    up to the first that is not."""
+    """Remove the due changes of service that are already in force. A robot's changes after one that
+    is not due, or not in force, stay."""
     left, waits = list[Line](), set[str]()
     for change in s.changes:
         if not in_force(change, s) or change.at > s.now(e) or change.robot in waits:
@@ -238,7 +238,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 s.coming.remove(listed[0])
                 one.goes, one.truth = listed[0].goes, listed[0].traversable
                 one.within = s.due_within(listed[0])
-            if one.ordered:  # it is due even if its line is missing
+            if one.ordered:  # an order is due even if its line is missing
                 one.known = True
                 s.orders.add(one.name)
                 _due(e, one, s)

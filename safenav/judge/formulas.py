@@ -132,9 +132,9 @@ def read_formula(text: str, truths: frozenset[str]) -> Part:
 
 class Formulas:
     """The safety, the goals and the memory of a robot's objective. ``values``: all values of its
-    memory with the inputs that it reads; a *memory* is an index in them. ``fixed``: variables of
-    one value. ``whole``: whether all formulas are read; otherwise the memory has too many values,
-    and the formulas that read it are omitted."""
+    memory with the inputs that it reads; a *memory* is an index in them. ``fixed``: variables with
+    a single possible value. ``whole``: whether all formulas are read; otherwise the memory has too
+    many values, and the formulas that read it are omitted."""
 
     def __init__(self, body: Mapping[str, Any], always: Iterable[str] = ()) -> None:
         memory = body.get("memory") or {}
@@ -201,7 +201,7 @@ class Formulas:
         return [bool(formula.value(at)) for formula in self._all[part]]
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
-        """Return whether a step may meet a goal with some memory; it may also break safety."""
+        """Return whether a step may meet a goal with some memory; safety formulas are ignored."""
         rows = product(self.values, repeat=2)
         return any(self.goals[goal](self._row(before, after, *row)) for row in rows)
 
@@ -225,7 +225,7 @@ class Formulas:
         return known
 
     def hearing(self, memories: set[int], heard: Iterable[int]) -> set[int]:
-        """Return some memories, and the same memories with the inputs of those ``heard``."""
+        """Return ``memories``, and those ``heard`` that differ from one of them in inputs only."""
         own = len(self.names) - len(self.inputs)
         known = {self.values[one][:own] for one in memories}
         return memories | {one for one in heard if self.values[one][:own] in known}

@@ -51,8 +51,7 @@ class Objective(Line):
     formulas of ``ltl`` and ``always``, or None; ``texts``: the formulas of ``ltl`` in words.
     ``settles``: whether the robot stays at its ``last`` target, where each tick is a round;
     ``ends``: whether it does so after meeting each target once. ``strict``: whether it leaves
-    targets immediately, and touches none out of turn; ``ordered``: whether one target is the
-    next."""
+    targets immediately, touching none out of turn; ``ordered``: whether a single target is next."""
 
     targets: list[frozenset[int]]
 

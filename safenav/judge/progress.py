@@ -43,7 +43,7 @@ class Progress:
         return own.ends and self.turn == own.count
 
     def begun(self, own: Objective, first: int, region: int) -> Progress:
-        """Return the progress if the robot continues with target ``first`` in ``region``: that of a
+        """Return the progress of a robot in ``region`` that continues with target ``first``. A
         patrol loses the round under way if another target was next."""
         if not own.strict or self.turn is None:
             return self

@@ -188,7 +188,7 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
             yield f"{e.robot} enters its target {s.show(region)} out of turn"
     formulas = own.formulas
     if formulas is None or step.start == step.to or robot.bound is not None:
-        return  # a step may end under other rules than it began
+        return  # a step may end under other rules than it began under
     way = s.world.side(step.start, step.to) if robot.faces else None
     here = step.start, robot.pose[1]
     known = range(len(formulas.values)) if robot.memories is None else s.memories(robot)

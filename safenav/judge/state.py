@@ -88,8 +88,8 @@ class Robot:
         return ended and serves and self.pose[0] in own.last
 
     def again(self, e: Line, live: bool) -> bool:
-        """Return whether a goal line is the second one for a step, for the same goal or for goals
-        in turn. In each pass of a live run all targets count where the robot is."""
+        """Return whether an earlier line records the same goal (of goals in turn, any) for the same
+        step. In a live run a target counts in each pass, so only goals of formulas repeat."""
         if live:
             return self.own.kind == "ltl" and e.tick == self.met.get(e.goal)
         return bool(self.met) if self.own.in_turn else e.goal in self.met
@@ -119,8 +119,8 @@ class Robot:
 
 
 class Need(NamedTuple):
-    """An action of an obstacle by ``robots`` of the ``able`` ones, which also have the actions of
-    the needs that the same robots must fulfil after it."""
+    """A need of an obstacle: ``robots`` of the ``able`` robots do its action. These also have the
+    actions of later needs that the same robots must fulfil."""
 
     action: str
     regions: frozenset[int]
@@ -235,9 +235,10 @@ class Obstacle:
 
 
 class Step(NamedTuple):
-    """A move, departure or arrival as one: from ``start``, the robot is ``at`` a region with a
-    ``heading``, in transit to ``bound`` (None: it is not), and ``holds`` regions. ``to``: where the
-    step ends. ``strays``: whether it ended elsewhere than commanded, or failed."""
+    """A move, departure or arrival in one form. After it the robot, which was in ``start``, is
+    ``at`` a region with a ``heading``, in transit to ``bound`` (None: it is not), and ``holds``
+    regions. ``to``: where the step ends. ``strays``: whether it ended elsewhere than commanded, or
+    failed."""
 
     start: int
     at: int
@@ -293,7 +294,7 @@ class State:
         self.missed: set[str] = set()
         self.orders: set[str] = set()
         self.flat_type = h.flat and h.flat.name
-        self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
+        self.flat: dict[str, str] = {}  # for each empty-battery obstacle, its robot
         self.drained: set[str] = set()  # these robots, until they leave service
         self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0

@@ -75,7 +75,7 @@ def _check_apart(plan: Plan, s: State) -> None:
         for other in s.mates[robot]:
             shut = s.kept_out(other, robot, frozenset([region]))
             bound, holds = s.robots[other].bound, s.robots[other].holds
-            held = holds if bound is None else {bound}  # without a plan, it arrives
+            held = holds if bound is None else {bound}  # a robot in transit will arrive
             apart = other in plan.ways or not shut & held
             require(apart, f"{robot} would enter {s.show(region)}, which {other} closes to it")
             for j, (there, _) in enumerate(plan.ways.get(other, ())):
@@ -88,9 +88,9 @@ Place = tuple[str, int]
 
 
 def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
-    """Return the function that decides whether a robot has certainly left its place when another
-    robot departs for that robot's place. A robot is at each of its places before it departs for the
-    next one, and at the first place of an ``Order`` before the second's robot departs for it."""
+    """Return a function of two places: whether the robot of the first has certainly left it when
+    the robot of the second departs for that. A robot reaches its places in turn, and the first
+    place of an ``Order`` is reached before the second robot departs for the second place."""
     places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]
     after: dict[Place, list[Place]] = {place: [] for place in places}
     for robot, k in places:
@@ -125,10 +125,10 @@ class Evidence:
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.named = files, set[str]()
         self.claims: list[dict[str, Any]] = []
-        self.drives: dict[str, tuple[Task, set[int]]] = {}  # with the possible nodes
-        self.tasks: dict[tuple[str, bool], Task] = {}  # by proof file and whether at the start
+        self.drives: dict[str, tuple[Task, set[int]]] = {}  # by robot, with its possible nodes
+        self.tasks: dict[tuple[str, bool], Task] = {}  # by proof file, and whether at the start
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
-        self.proven = set[int]()  # lines that may be left unjudged: proven here, or of a wait
+        self.proven = set[int]()  # lines that may be left unjudged: proven here, or about a wait
         self.plan: Plan | None = None
         self.plans = self.broken = False
 
@@ -173,7 +173,7 @@ class Evidence:
         """Each strategy obeys the scenario: moves, walls, a successor for each observation, goals
         under named assumptions; and a robot for which none exists has a counterstrategy."""
         proof = proof_file(e)
-        key = proof, not (s.tick or s.moves)  # at the start of a run `init` counts
+        key = proof, not (s.tick or s.moves)  # `init` counts only at the start of a run
         text = f"{e.robot} for '{_objective(formed(e.objective, e.form), s)}'"
         if e.verdict == "unrealizable" and not e.forbidden and proof in self.files:
             self.named.add(proof)
@@ -190,7 +190,7 @@ class Evidence:
             self.hopeless[e.robot, e.spec] = task, e
         if e.verdict != "realizable" or e.node is None:
             return
-        if s.is_planned(e.robot):  # the strategy drives no robot
+        if s.is_planned(e.robot):  # a joint plan drives the robot instead
             self.drives.pop(e.robot, None)
             return
         require(e.strategy, "its strategy is not named: no proof of its moves")
@@ -238,8 +238,8 @@ class Evidence:
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
-        """Return whether a robot has no strategy for its own objective: a proof shows that, in the
-        present circumstances."""
+        """Return whether a proof shows, for the present circumstances, that a robot has no strategy
+        for its own objective."""
         if (robot, spec) not in self.hopeless:
             return False
         (task, line), own = self.hopeless[robot, spec], s.robots[robot].own
@@ -258,7 +258,7 @@ class Evidence:
         self.plans = self.plans or e.kind == "plan"
 
     def follows(self, e: Line, s: State) -> None:
-        """Each step follows a strategy or a plan; otherwise the robot stays, or backs up from an
+        """Each step follows a strategy or a plan; else the robot stays, or backs up from an
         obstacle."""
         drive = self.drives.get(e.robot)
         if e.kind in ("move", "depart"):

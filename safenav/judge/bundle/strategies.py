@@ -25,7 +25,7 @@ number."""
 
 Row = tuple[int, ...]
 Edges = tuple[Sequence[int], Sequence[int]]  # the node before each edge, and the one after it
-Met = list[bool]  # for each edge
+Met = list[bool]  # for each edge: whether it meets a goal or an assumption
 
 
 class RefusedError(Exception):
@@ -301,10 +301,10 @@ class Task:
 
     def check_defeats(self, proof: Mapping[str, Any]) -> None:
         """Refuse unless the counterstrategy defeats every strategy that keeps the demands. The
-        environment begins with the input ``start`` and continues from node v with ``chosen[v]``:
-        that can occur, and each reply to it has a node. Each infinite path meets every assumption
-        infinitely often (a measure for each), and misses a goal forever from some point on (one
-        measure, whose excuses are the goals)."""
+        environment begins with the input ``start`` and continues from node v with ``chosen[v]``.
+        These inputs can occur, and each reply to one has a node. Each infinite path meets every
+        assumption infinitely often (a measure for each), and misses a goal forever from some point
+        on (one measure, whose excuses are the goals)."""
         graph, start = self.graph, tuple(proof["start"])
         chosen = [*map(tuple, proof["chosen"])]
         require(start == self.opening, "the initial input cannot occur")
