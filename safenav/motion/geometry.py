@@ -109,8 +109,8 @@ class MetricFloor(Struct, frozen=True):
     def corridor(
         self, one: int, other: int, inset: float = 0.0
     ) -> tuple[float, float, float, float]:
-        """Return west, south, east and north of the region of a rest, or of the two regions of a
-        step; less a rim, in metres."""
+        """Return the western, southern, eastern and northern border (metres) of the region of a
+        rest, or of both regions of a step, moved inwards by ``inset``."""
         (ax, ay), (bx, by) = self.centre(one), self.centre(other)
         half = self.side / 2 - inset
         return min(ax, bx) - half, min(ay, by) - half, max(ax, bx) + half, max(ay, by) + half

@@ -288,7 +288,7 @@ class _Schedule:
 
 
 def when(line: file.Line) -> tuple[float, int]:
-    """Return the sort key of a line: its time; at equal times ends come before beginnings."""
+    """Return the sort key of a line: its time, then releases before reservations before others."""
     if isinstance(line, file.Release):
         return line.t, 0
     time = line.t0 if hasattr(line, "t0") else line.t

@@ -51,8 +51,7 @@ class PartDone(Struct, frozen=True):
 
 
 def parts_done(trace: Trace) -> dict[int, PartDone]:
-    """Return the parts of needs that robots have done, each by the index of the line that records
-    it."""
+    """Return the parts of needs that robots have done, each by the index of its line."""
     found: dict[int, PartDone] = {}
     obstacles, at = trace.obstacles, {n: r.start.region for n, r in trace.robots.items()}
     for index, record in enumerate(trace.records):
@@ -75,7 +74,7 @@ def parts_done(trace: Trace) -> dict[int, PartDone]:
 
 def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
     """Return the actions of a run with a clock in the order of its trace, and the commands of steps
-    that stop short of such an obstacle in the region that they enter."""
+    into the region of an obstacle on which the robot then acts: they stop short of it."""
     found: list[TimedAction] = []
     short: set[int] = set()
     steps: dict[str, int] = {}
@@ -147,8 +146,7 @@ def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
-    """Return the trace as that of a live run, whose ticks count its instants; that of a live run
-    stays unchanged."""
+    """Return the trace as that of a live run, whose ticks count its instants."""
     return by_instants(ordered(trace, dated(trace, paces_of(trace, motion.header))))
 
 
@@ -251,7 +249,7 @@ class _SerialRun:
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
         """Yield the times at which other robots leave the regions that this robot must not share
-        with them: the region that it enters, and regions of an exclusion."""
+        with them: the region that it enters, and those of an exclusion that it enters."""
         mine = self._robots[name]
         for other, robot in self._robots.items():
             if other == name:

@@ -233,7 +233,7 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
             line, nodes[: len(line)].tolist(), downs.tolist(), ups.tolist(), strict=True
         )
     )
-    if standing:  # the other foot is as far on its side
+    if standing:  # the other foot is equally far on the other side
         aside = (first.x, -first.foot * offset, 0.0, -first.foot, 0.0, stride.lean)
         footholds = (Foothold(*aside), *footholds)
     swings = _swings(gait, line, footholds, stride.seconds, standing)

@@ -95,7 +95,7 @@ def gait_on(side: float, walker: Walker) -> Gait:
     steps = _steps(side)
     length = side / steps
     speed = walker.speed * min(1.0, length / FULL_STEP)
-    # At apex after half a period, half a step ahead of the foot: the pendulum in x and in y.
+    # Half a period after apex, the mass is half a step ahead of the foot (pendulum in x and y).
     seconds = 2 / omega * asinh(omega * length / (2 * speed))
     sway = walker.foot * (1 - 1 / cosh(omega * seconds / 2))
     return Gait(walker, side, steps, length, speed, omega, seconds, sway)
@@ -135,7 +135,7 @@ class Apex(Struct, frozen=True):
 
 
 def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
-    """Add steps straight on, with the speed rising evenly to ``speed``."""
+    """Add steps straight on, with the speed changing evenly to ``speed``."""
     first = line[-1]
     for step in range(1, steps + 1):
         share = step / steps

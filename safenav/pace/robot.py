@@ -17,7 +17,7 @@ from safenav.pace.gait import LEFT, Walker, gait_on, least_side_of, starting, st
 KINDS: Mapping[str, Mapping[str, float]] = {
     "walker": {
         **{"size": 0.6, "speed": 0.45},
-        "height": 0.8,  # metres of the centre of mass
+        "height": 0.8,  # height of the centre of mass in metres
         "foot": 0.18,  # metres from the centre line to each foot
         "clearance": 0.12,  # metres between a swinging foot and the ground
     },
@@ -174,8 +174,8 @@ class Pace:
         return float(self._ticks)
 
     def _onwards(self, way: float) -> float | None:
-        """Return the seconds of a step that continues without a halt; None if it halts after every
-        step."""
+        """Return the seconds of a step that follows another without a halt; None if it always
+        halts."""
         del way
         return None
 
@@ -260,8 +260,7 @@ def pace_of(
 
 
 def least_side(figures: Figures, side: float) -> float | None:
-    """Return the least side in metres of a region for a robot, if ``side`` is too small; None if it
-    suffices."""
+    """Return the least side in metres of a robot's regions, if ``side`` is too small; else None."""
     walks = figures.kind == "walker"
     need = least_side_of(side, figures.walker) if walks else figures.values["size"] + 2 * ROOM
     return need if side < need - AT_ONCE else None

@@ -178,8 +178,7 @@ class Examination:
                 yield Disc("swinging foot", foot, begin + moved.times.ravel(), places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
-        """Return the centres of a body (n, 2) at the samples of its motion between two
-        times."""
+        """Return the centres of a body (n, 2) at its motion's samples between two times."""
         found = [np.empty((0, 2))]
         for piece in self.pieces[robot]:
             if piece.t0 < end - NEAR and piece.t1 > begin + NEAR:
@@ -205,8 +204,8 @@ INSTANT = 0.05
 
 
 def outside(case: Examination, disc: Disc, spans: Sequence[Holding]) -> tuple[float, str] | None:
-    """Return the time and the place, in words, at which a disc is inside a region that ``spans`` do
-    not give its robot then; None: it never is."""
+    """Return the time and the place, in words, at which a disc is inside a region that its robot
+    has not reserved then (``spans``); None: it never is."""
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)

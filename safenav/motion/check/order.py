@@ -39,7 +39,7 @@ Step = tuple[records.Depart, records.Arrive | None, int]
 
 
 def check_order(case: Examination) -> None:
-    """Check that the pieces, reservations and actions of a motion are those of a run that its trace
+    """Check that pieces, reservations and actions of a motion are those of a run that its trace
     allows."""
     serial = timing.dated(case.trace, timing.paces_of(case.trace, case.motion.header))
     trace = timing.ordered(case.trace, serial)
@@ -52,7 +52,7 @@ def check_order(case: Examination) -> None:
 
 def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding]:
     """Yield the rules of live runs that the lines of a trace break at their times. ``serial``: the
-    lines in their own order, in which robots move and act after the decisions."""
+    lines in the trace's order, in which robots move and act after decisions."""
     live = timing.by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
     data = map(as_data, (live.header, *lines))
@@ -158,7 +158,7 @@ def _done(
             continue
         waiting.remove(done)
         _performed(case, done, record.at if robot == record.robot else None)
-        # The trace of a live run has the duration.
+        # Only the trace of a live run states the duration.
         lasts = max(0.0, done.t1 - done.t0) if case.trace.header.live else ACTION
         if abs(done.t1 - done.t0 - lasts) > NEAR or done.action != wanted.action:
             what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {done.obstacle}"

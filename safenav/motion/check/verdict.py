@@ -1,7 +1,7 @@
 """All rules of a motion, and its findings by time.
 
-First it excludes contradictions between a motion file and its trace. This module also has the rules
-of flights and of consecutive pieces: no gap, no jump, no sudden change of velocity.
+Contradictions between a motion file and its trace are excluded first. This module also has the
+rules of flights and of consecutive pieces: no gap, no jump, no sudden change of velocity.
 """
 
 from collections.abc import Iterator

@@ -161,8 +161,8 @@ def _support(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 
 def _double(segment: Segment, limits: Limits) -> Iterator[Broken]:
-    """Check the share of a walk during which both feet are on the ground; a walk begins and ends on
-    one foot."""
+    """Check the share of a segment during which both feet are on the ground, if it begins and ends
+    on one foot, as a walk does."""
     lasting = segment.t1 - segment.t0
     ends = [
         sum(foot.down <= t + NEAR and foot.up >= t - NEAR for foot in segment.feet)
