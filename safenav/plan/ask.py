@@ -1,7 +1,7 @@
 """Search for a plan or a proof: whether the team can complete its mission from a state.
 
-``ask`` gives a plan, a proof, or nothing: its budget is exhausted. It depends on the floor, the
-joint state and the served requests only, and is remembered by them.
+``ask`` returns a plan, a proof, or None if its budget is exhausted. The result depends only on the
+floor, the joint state, the served requests and the seed, by which it is cached.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -36,7 +36,8 @@ with at most ``CROWD`` robots."""
 
 
 class Found(Struct, frozen=True):
-    """``first``: the target with which a robot begins, if that differs from its next one."""
+    """A plan. ``first``: pairs of a robot and the target with which it begins, if not its next
+    one."""
 
     plan: Plan
     first: tuple[tuple[int, int], ...] = ()
@@ -225,8 +226,8 @@ def ask_charged(
 
 
 def _hopeful(floor: Floor, joint: Joint, charges: Charges) -> Floor:
-    """Return the floor on which robots whose charge cannot suffice have no batteries, so that the
-    others keep theirs; the same floor if none or all of them are such robots."""
+    """Return the floor on which robots whose charge cannot suffice have no batteries, so that plans
+    spare the other batteries; the same floor if all or none are such robots."""
     members = [*floor.team.members]
     having = [i for i in floor.robots if members[i].energy is not None]
     least = {i: least_of(floor, i, joint.poses[i], joint.counts[i]) for i in having}
@@ -280,8 +281,8 @@ def _charged(
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
-    """Return the proof, if found soon, that some robots cannot complete the mission, even with all
-    robots that could help."""
+    """Return the proof, if found soon, that these robots cannot complete the mission even together
+    with all robots that may help."""
     helpers = (_helpers(floor, joint, g) for g in floor.open(joint.stages))
     return _proof(floor, joint, tuple(sorted({*robots}.union(*helpers))))
 
@@ -332,8 +333,7 @@ def _search(
 
 
 def _guide(floor: Floor, served: frozenset[int]) -> Guide:
-    """Return the duties at later stages, from the poses in which the robots are when these
-    begin."""
+    """Return a function from stages and poses to the goal of each robot's duty (None: no duty)."""
     solver = Solver(floor)
 
     def guide(stages: Stages, poses: tuple[int, ...]) -> Sequence[Mask | None]:

@@ -40,8 +40,8 @@ def timed(
     leaves: Leaves | None = None,
     acts: Sequence[float] = (),
 ) -> list[list[float]]:
-    """Return when each robot arrives at each place of its path, if its steps take ``times`` and its
-    actions ``acts``. ``ticks``: the joint states of the plan in an order of its steps."""
+    """Return the times at which each robot arrives at the places of its path, if its steps take
+    ``times`` and its actions ``acts``. ``ticks``: successive joint states of the plan."""
     arrives: list[list[float]] = [[0] for _ in times]
     met, opened = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
     size, lockstep = floor.team.size, not floor.team.live  # in lockstep robots move in turn
@@ -126,8 +126,8 @@ class Course:
         return ready
 
     def needs(self) -> Iterator[tuple[tuple[int, int], float, float]]:
-        """Yield for each place of each robot the charge and the time with which it must leave, if
-        it waits as long as here, so that it waits nowhere else until the next charger."""
+        """Yield, for each step of each robot, the charge that it needs until the next charger with
+        the waits of this execution, and the time to leave at so that it never waits on the way."""
         last = self.states[-1]
         for i, energy in self.energies.items():
             on, way = energy.charging(last.poses[i]), self.plan.ways[i]
@@ -148,8 +148,8 @@ class Course:
         return {place - 1: ticks for place, ticks in found}
 
     def way(self, i: int, begun: float) -> tuple[Waypoint, ...]:
-        """Return the path of a robot, in which it leaves chargers with enough charge, and in its
-        tick here if it waits there: waiting elsewhere uses charge."""
+        """Return the path of a robot that leaves chargers with enough charge. If it waits on a
+        charger here, it leaves no earlier than here: waiting elsewhere uses charge."""
         if (energy := self.energies.get(i)) is None:
             return self.plan.ways[i]
         way = [*self.plan.ways[i]]

@@ -25,7 +25,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]) -> tup
     one at a time, in the plan's order."""
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
-    owed = defaultdict[int, set[tuple[int, int]]](set)  # to be met before leaving
+    owed = defaultdict[int, set[tuple[int, int]]](set)  # needs to fulfil before the robot leaves
     for i in robots:  # earlier resolutions may let its goal count
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:

@@ -103,7 +103,7 @@ class Search:
         first; for a few robots plans of other searches, since one deep search often finds a long
         plan; and plans in which fast robots do not wait for the steps of slow robots."""
         times, self.work = self.floor.team.step_times, EXTRA
-        # Without regard to duties, robots that are driven by their strategies could be to help.
+        # Searches that ignore duties could plan help by robots that follow strategies.
         few = len(self.floor.robots) <= FEWEST and not (self.served and self.floor.team.lone)
         hows = [(FARTHEST, PACED * length)] * bool(self.served)
         hows += [(STATIC, length), (ONE, length)] * TRIES * few
@@ -263,7 +263,7 @@ class Search:
         return self._guided[joint.stages]
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
-        """Return the poses that a robot visits first for a goal. ``own``: it is the next target."""
+        """Return the poses to visit first for a robot's goal. ``own``: it is the robot's target."""
         del joint, i, own
         return goal
 

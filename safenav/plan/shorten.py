@@ -45,8 +45,8 @@ def shortened(
     served: frozenset[int],
     kinds: Iterable[Sequence[Joint]] = (),
 ) -> Plan:
-    """Return the plan of these states, with fewer ticks and steps if these are found soon; or that
-    of states of other ``kinds``, if it ends first."""
+    """Return the plan of these states, with fewer ticks and steps if that succeeds soon, or of
+    states of other ``kinds``, if it ends first."""
     best = _shortened(floor, states, served)
     for each in kinds:
         draft = _shown(floor, each[0], [one.poses for one in each], served)
@@ -84,7 +84,7 @@ def _shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) ->
 
 
 def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
-    """Yield the robots that may have to wait for each other."""
+    """Yield the groups of robots that may have to wait for each other."""
     left, members, these = {*floor.robots}, floor.team.members, frozenset(floor.robots)
     while left:
         group = reached([min(left)], lambda i: members[i].partners & these)
@@ -188,7 +188,7 @@ def _rerouted(
 ) -> list[list[int]] | None:
     """Return the poses of each robot by tick if these, one after the other, follow their earliest
     routes, with the ``stops`` of a ``course``; None if nothing changes. ``yields``: whether each
-    ignores those after it, which then go around it; None if they cannot."""
+    robot ignores the later ones, which then go around it; None if they cannot."""
     ways, changed, members = _ways(best), False, floor.team.members
     shared: dict[frozenset[int], list[Mask]] = {}  # regions of crowds by tick
     size = floor.team.size
@@ -221,7 +221,7 @@ def _better(
     floor: Floor, best: Draft, ways: Sequence[Sequence[int]], served: frozenset[int]
 ) -> Draft | None:
     """Return the plan with these poses of each robot by tick; None if it does not complete the
-    mission, or costs as much as ``best``."""
+    mission, or costs no less than ``best``."""
     found = _shown(floor, best.ticks[0], list(zip(*ways, strict=True)), served)
     return found if found.cost < best.cost else None
 

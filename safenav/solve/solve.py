@@ -305,8 +305,7 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
 
 def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
     """Return, where SOLVE fails, a closure in which some robot can never continue (None: no step is
-    left), and the steps that lead there, which are lossless where possible. No other steps lead to
-    a better end."""
+    left), and the steps that lead there, lossless if possible. No other steps avoid a dead end."""
     taken: tuple[Step, ...] = ()
     while all((closure := closure_of(now)).live):
         steps = options(now, None)

@@ -43,8 +43,8 @@ def occupied(team: Team, state: State) -> frozenset[int]:
 
 
 def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether a robot must not enter a region now: a rival occupies it, or robots are in its
-    zone."""
+    """Return whether a robot must not enter a region now: a rival occupies it, or another robot is
+    in a zone around it."""
     at = [1 << r.pose % team.size | 1 << r.next % team.size for r in state.robots]
     return bool(team.members[i].closed(at) >> region & 1)
 

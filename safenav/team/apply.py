@@ -96,7 +96,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             region, mine = robot.next % team.size, team.members[i].objective
             here, behind, own = robot.pose % team.size, robot.behind, robot.own
-            if region != here:  # a robot leaves an obstacle that appeared around it on any side
+            if region != here:  # on any side, a robot may leave an obstacle that appeared around it
                 behind = None if is_shut(team, state, i, region) else here
             own = own._replace(held=own.held and mine.stays(own.memory, region))
             ended = {"pose": robot.next, "to": None, "due": None, "by": None, "failed": ()}
@@ -240,7 +240,7 @@ def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State
 
 
 def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
-    """Give a robot another objective, which it already has in ``team``."""
+    """Give a robot another objective of its own, which ``team`` already states."""
     robot, graph = state.robots[i], team.members[i].graph
     plain = plain_graph(team.world, graph.mobility)
     pose, to = (
@@ -270,8 +270,8 @@ def _stepped(
 
 
 def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
-    """Return the fields of a robot whose step ended in another pose than decided: its formulas
-    return to the memory before the step, unless the actual step requires another memory."""
+    """Return the changed fields of a robot whose step ended in another pose than decided: its
+    formulas return to the memory before the step, unless the actual step requires another one."""
     robot, graph = state.robots[i], team.members[i].graph
     formulas = robot.objective.formulas
     if formulas is None or robot.to is None or robot.came is None:
@@ -355,8 +355,8 @@ def on_own(team: Team, state: State, i: int) -> bool:
 def goals(
     team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = True
 ) -> Iterator[tuple[int, int, bool]]:
-    """Yield the targets that a robot counts where it stands, its own targets and those of its
-    ``duty``; each with the rounds completed by then, and whether the target is its own."""
+    """Yield the targets that a robot counts where it stands: its own and, if ``duty``, those of its
+    duty; each with the rounds completed by then, and whether the target is its own."""
     for objective, before, after, met in _counts(team, state, i, ticks, duty):
         own = objective == team.members[i].objective
         for goal in met if objective.goals else ():
@@ -377,7 +377,7 @@ Counted = tuple[Objective, Count, Count, tuple[int, ...]]
 def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> Iterator[Counted]:
     """Yield each count of a robot where it stands, none in transit: for its own objective (during a
     duty only if it ``_remembers``), then for that of the duty if ``duty``. A turn that takes no
-    time counts each target once and, if the objective settles, each round. Formulas count one
+    time may count each target once and, if the objective settles, all rounds. Formulas count one
     step."""
     robot, own = _begun(team, state, i), team.members[i].objective
     mine = robot.objective == own

@@ -38,8 +38,8 @@ class Joint(NamedTuple):
 class Floor(Struct, frozen=True, eq=False, dict=True):
     """The team's knowledge at one moment, without poses. ``gates``: open obstacles in the order of
     service; ``graphs``: poses and steps per robot; ``floors``: per robot, the poses that walls, its
-    rules and sealed obstacles leave; ``robots``: robots that take part; ``barred``: each a robot
-    and an obstacle that it must not resolve; ``inside``: per robot, the closed obstacles that
+    rules and sealed obstacles leave; ``robots``: robots that take part; ``barred``: pairs of a
+    robot and an obstacle that it must not resolve; ``inside``: per robot, the closed obstacles that
     contain it; ``helping``: robots that already serve each obstacle; ``rounds``: rounds to complete
     per robot, if they differ from the mission's; ``away``: per robot, poses closed only by robots
     out of service; ``either``: whether strict objectives may begin with any target; ``ready``:
@@ -154,8 +154,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def carriers(self, stages: Stages) -> frozenset[int]:
-        """Return the robots that carry a load, or have taken their part of one. Each carries at
-        most one load."""
+        """Return the robots that carry a load, or have taken their part of one: at most one
+        each."""
         carried = (carrying(self.need(g, stages), stages[g]) for g in self.open(stages))
         return self.laden.union(*carried)
 

@@ -135,8 +135,8 @@ class StateGraph(PoseGraph):
         return super().pose(number % self._span)
 
     def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
-        """Return this graph without the steps into a pose, for every memory. From there, steps may
-        lead only to the region behind the robot."""
+        """Return this graph without the steps into a pose, for every memory. All steps from there
+        stay: those of a robot that backs out are not restricted to ``behind``."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, self._on, shut)
 

@@ -9,7 +9,7 @@ from safenav.team.team import Team
 
 
 def inside(team: Team, state: State) -> frozenset[Inside]:
-    """Return the robots that are in obstacles closed to them."""
+    """Return the robots in, or in transit to, obstacles that are closed to them."""
     found = set[Inside]()
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
@@ -30,8 +30,7 @@ def turns_back(team: Team, state: State, i: int, k: int) -> bool:
 
 
 def charged(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot that ran out of charge has another battery, so that it returns to
-    service."""
+    """Return whether a robot that ran out of charge has another battery: it returns to service."""
     robot, energy = state.robots[i], team.members[i].energy
     return robot.flat and energy is not None and robot.charge >= energy.battery.capacity
 
@@ -57,8 +56,8 @@ def floor_with(
     sealed: frozenset[int] = frozenset(),
     out: frozenset[tuple[int, int]] = frozenset(),
 ) -> Floor:
-    """Return the floor at present if these obstacles are open and sealed. ``out``: the robots out
-    of service, each with its pose."""
+    """Return the floor at present if ``gates`` are open, and ``sealed`` obstacles permanent.
+    ``out``: the robots out of service, each with its pose."""
     full = frozenset[int]()
     for k, each in enumerate(state.obstacles):
         need = team.obstacles[k].next(each.stage) if each.known or each.stands else None

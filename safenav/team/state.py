@@ -135,10 +135,10 @@ class RobotNow(Struct, frozen=True):
 
 class Waypoint(NamedTuple):
     """A stop of a plan: the pose, and the conditions of its step. ``after`` (robot, waypoint): that
-    other robot has arrived there; ``needs``: needs of obstacles that are fulfilled (obstacle, how
-    many); ``progress``: its count (memory and met), if exactly the obstacles in ``over`` are over:
-    the plan counts immediately what staying meets; ``charge``: the charge that it then has; on a
-    charger it waits for that charge, and until ``tick``."""
+    other robot has arrived there; ``needs`` (obstacle, number): that many needs of that obstacle
+    are fulfilled; ``progress``: its count (memory and met), if exactly the obstacles in ``over``
+    are over: the plan counts immediately what staying meets; ``charge``: the charge that it then
+    has; on a charger it waits for that charge, and until ``tick``."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -251,8 +251,7 @@ class Elsewhere(Ended, frozen=True):
 
 
 class Astray(Event, frozen=True):
-    """A robot's observation violates these assumptions of its strategy, which has no successor for
-    it."""
+    """A robot's strategy has no successor for its observation, which violates these assumptions."""
 
     robot: int
     rules: tuple[str, ...]

@@ -28,8 +28,8 @@ class Need(Struct, frozen=True):
     """A need: ``robots`` distinct robots do ``action`` in ``regions``, simultaneously if
     ``together``; with ``same``, robots that fulfilled the need before. ``chosen``: whether they
     also fulfil the next one; ``skills``: all actions that they must have, up to the last need that
-    the same robots fulfil; ``strays``: robots that do not take the load, without a path to where it
-    is put down. ``closed_to``: robots that must not enter while this need is next."""
+    the same robots fulfil; ``strays``: robots that do not take the load, since no path leads to
+    where it is put down. ``closed_to``: robots that must not enter while this need is next."""
 
     action: str
     robots: int
