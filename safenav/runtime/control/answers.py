@@ -103,7 +103,8 @@ class Answers:
         better: bool = False,
     ) -> Found | Deadlock | Unserved | None:
         """Return the joint plan for the remaining mission, or why there is none (None: unknown).
-        ``state``: the team's state, with charges; ``better``: only a plan with enough of these."""
+        ``state``: the team's state, with charges; ``better``: only a plan for which they
+        suffice."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         more = floor.helping, floor.laden, floor.away
         key = floor.team, *about, *more, joint, served, len(state.over)
@@ -170,7 +171,7 @@ class Answers:
             return cast("Answer", self._recent[key])
         question = self._questions.get(key)
         if question is None:
-            from concurrent.futures import ThreadPoolExecutor  # only worlds with a clock
+            from concurrent.futures import ThreadPoolExecutor  # only worlds with a clock need it
 
             self._pool = self._pool or ThreadPoolExecutor(2)
             self._questions[key] = question = Question()

@@ -29,11 +29,11 @@ from safenav.team.team import Team, hearing, without_memory
 
 
 class Control(Struct, frozen=True):
-    """Intentions of the team. ``new``: the robots that have just been synthesized; ``pending``:
-    robots that wait for a strategy, because of ``asked``; ``thinks``: whether the plan is still
-    being computed. ``vain``: obstacles that a robot was to resolve without a strategy for that, by
-    these ``failed`` syntheses. ``left``: obstacles left to robots with strategies, though others
-    had to help. ``waits``: whether the plan is only for the time until a change."""
+    """Intentions of the team. ``new``: the robots with a new result of synthesis; ``pending``:
+    robots that wait for a strategy since the question ``asked``; ``thinks``: whether the plan is
+    still being computed. ``vain``: obstacles that are set aside, since a robot has no strategy for
+    its part (``failed`` syntheses). ``left``: obstacles left to robots with strategies, though
+    others had to help. ``waits``: whether the plan is only for the time until a change."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -109,7 +109,7 @@ class Decision:
         return self._again(control) if again else self._waiting(control, before)
 
     def _again(self, control: Control) -> Control:
-        """Return the intentions that follow from the first part of this decision."""
+        """Return the intentions of a whole decision, given those of its first part."""
         after = self.control(control)
         failed, vain = control.failed + after.failed, control.vain + after.vain
         return replace(after, new=control.new + after.new, failed=failed, vain=vain)
@@ -174,7 +174,7 @@ class Decision:
         if found.hopeless and before.left:
             found = solve.settle(solve.Solver(serving), poses, stages, aside, lone)
         never: ends.End | None = None
-        if found.hopeless and floor.flat:  # perhaps not when these robots have returned
+        if found.hopeless and floor.flat:  # perhaps no longer, once these robots have returned
             later = aside.union(range(len(floor.gates))).difference(floor.flat.values())
             solver = solve.Solver(beyond(serving, floor.flat.values()))
             brought = solve.settle(solver, poses, stages, later, lone)
@@ -236,7 +236,8 @@ class Decision:
         return Control(None, found, roles, controllers, tuple(asked), end)
 
     def _meanwhile(self, control: Control, roles: Roles) -> Control:
-        """Return the objectives of robots that wait for help, while the team waits for a change."""
+        """Return the intentions with objectives for robots that wait for help while the team
+        waits."""
         asked = _asked(self.state)
         found = {i: role for i in sorted(asked) if (role := roles.meanwhile(i)) is not None}
         found = {i: role for i, role in found.items() if self.state.robots[i].active}
@@ -308,7 +309,7 @@ def _question(team: Team, state: State) -> Hashable:
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:
-    """Return whether other robots or inputs may keep a robot from its objective."""
+    """Return whether poses do not decide the objective: it has formulas, or is a literal patrol."""
     objective = failed[1].task.objective
     return objective.formulas is not None or (objective.strict and objective.literal)
 
@@ -329,7 +330,7 @@ def _left(team: Team, state: State, control: Control) -> frozenset[int]:
 
 
 def _asked(state: State) -> set[int]:
-    """Return the robots that have encountered a known obstacle, and wait."""
+    """Return the robots that wait, since they have encountered a known obstacle."""
     return {i for each in state.obstacles if each.known for i, _ in each.asked}
 
 

@@ -86,8 +86,7 @@ def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:
 
 
 def infeasible(team: Team, state: State, now: Sets) -> End:
-    """Return the end of a run in which a robot cannot continue, by the closure or after each
-    choice."""
+    """Return the end of a run in which a robot cannot continue: at all, or after each choice."""
     word = team.world.word
     given_up = [team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up]
     lacks = lacks_of(team, state) if given_up else {}
@@ -123,8 +122,8 @@ def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) 
 
 
 def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
-    """Return the reason why a robot cannot continue. ``chosen``: whether the state follows a chosen
-    option."""
+    """Return the reason why a robot cannot continue. ``chosen``: whether a chosen option led
+    here."""
     robot, word = team.members[i].robot, team.world.word
     objective = robot.objective
     if objective.formulas is not None:
@@ -307,7 +306,7 @@ class Request:
         able = floor.able(g, self.stages)
         absent = (i for i in self._skilled() if not self.state.robots[i].active)
         out = [i for i in absent if i not in able]
-        if len(able) + len(out) < missing:  # loads: else it would be given up
+        if len(able) + len(out) < missing:  # because of loads: else the obstacle would be given up
             return self._loads()
         if len(able) < missing:
             return self._absent(out)
@@ -366,7 +365,8 @@ class Request:
         return "; ".join(parts) or None
 
     def _skilled(self) -> list[int]:
-        """Return the robots that have the next need's actions, also those out of service."""
+        """Return the robots with the next need's actions, except those that have done their
+        part."""
         done = self.stages[self.g].done
         return [i for i in self.floor.candidates(self.g, self.stages) if i not in done]
 

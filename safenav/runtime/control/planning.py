@@ -37,8 +37,8 @@ class Planning(Struct, frozen=True, dict=True):
 
     @cached_property
     def helped(self) -> frozenset[int]:
-        """Obstacles that robots with strategies are to resolve, and where these do not wait for
-        others that act together with them."""
+        """Obstacles that robots with strategies are to resolve, unless these robots all wait there
+        for others that act together with them."""
         return frozenset(k for k in helped(self.team, self.roles) if not self._is_awaited(k))
 
     @cached_property
@@ -82,7 +82,7 @@ class Planning(Struct, frozen=True, dict=True):
             return self._rounds(floor, joint) if not (self.complete or open_) else ()
         floor, better = self._with_helpers(floor), blind(state) and not due
         answer = answers.plan(floor, joint, self.found.served, state, better=better)
-        if floor.team is not team and not isinstance(answer, Found):  # with any inputs instead
+        if floor.team is not team and not isinstance(answer, Found):  # next, for any input values
             floor = replace(floor, team=team, graphs=floor_now(team, state).graphs)
             joint = joint_now(state, floor)
             if idle and floor.completed(joint, frozenset(), self.sharing):
@@ -95,7 +95,8 @@ class Planning(Struct, frozen=True, dict=True):
         return self._decided(self._otherwise(answer, floor, joint), floor)
 
     def _starves(self) -> bool:
-        """Return whether robots would lose rounds or charge by the plan in force."""
+        """Return whether a better plan than the one in force is needed: robots lack charge, or a
+        plan without charges can be improved after a resolution."""
         state, answers = self.state, self.answers
         if self.complete:
             return False
@@ -131,13 +132,13 @@ class Planning(Struct, frozen=True, dict=True):
         return ()
 
     def _with_helpers(self, floor: Floor) -> Floor:
-        """Return the floor with the robots that help now."""
+        """Return the floor that records which robots help now (``helping``)."""
         duties = self.found.duties
         helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
         return replace(floor, helping=tuple(helping.items())) if helping else floor
 
     def _otherwise(self, answer: Answer, floor: Floor, joint: Joint) -> Answer:
-        """Return the answer to a smaller question if this one is none, or is negative."""
+        """Return an answer; instead of None or a proof, perhaps that to a smaller question."""
         state, answers, served = self.state, self.answers, self.found.served
         brings = replace(floor, rounds=(0,) * len(self.team.members))
         if answer is None and served:
@@ -156,14 +157,14 @@ class Planning(Struct, frozen=True, dict=True):
             if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):
                 brought = answers.plan(beyond(brings, gates), joint, gates, state)
                 rest = {*gates}.difference(brought.gates) if isinstance(brought, Unserved) else ()
-                if rest:  # the others may be served once the robots of these have returned
+                if rest:  # serve these first: robots that return may serve the others
                     some = tuple(sorted(rest))
                     brought = answers.plan(beyond(brings, some), joint, some, state)
                 answer = brought if isinstance(brought, Found) else answer
         return answer
 
     def _decided(self, answer: Answer, floor: Floor) -> Sequence[now.Event] | ends.End:
-        """Return what follows from an answer."""
+        """Return the events, or the end of the run, that follow from an answer."""
         team, state, gone = self.team, self.state, self.out
         match answer:
             case Found(plan, turned):
@@ -187,8 +188,8 @@ def helped(team: Team, roles: Sequence[Role]) -> frozenset[int]:
 
 
 def beyond(floor: Floor, gates: Collection[int]) -> Floor:
-    """Return the floor on which robots may end before obstacles other than these gates, which the
-    team resolves with the robots that return to service."""
+    """Return the floor on which other gates than these do not keep a robot from continuing forever:
+    robots that return to service will resolve them."""
     closed = [floor.gate(g).region for g in range(len(floor.gates)) if g not in gates]
     pairs = zip(floor.graphs, floor.away, strict=True)
     return replace(floor, away=tuple(away | graph.on(closed) for graph, away in pairs))

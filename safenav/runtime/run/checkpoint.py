@@ -70,7 +70,7 @@ def sealed(line: records.Checkpoint, first: str | bytes) -> records.Checkpoint:
 def _digest(run: Mapping[str, object], first: str | bytes) -> str:
     """Return the digest of a run and of its header, except for the limits, which may change."""
     data = {key: value for key, value in run.items() if key != "sha256"}
-    header = json.loads(first, parse_int=float)  # a number may be read as one of another type
+    header = json.loads(first, parse_int=float)  # 1 and 1.0 must give the same digest
     header["scenario"].pop("limits", None)
     return sha256(json.dumps([header, data], sort_keys=True).encode()).hexdigest()
 
@@ -160,8 +160,8 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
 
 
 class Checkpoints:
-    """The writer of a run's checkpoints. ``emit`` takes their lines, at most a share of the trace
-    unless the run is ``real``."""
+    """The writer of a run's checkpoints. ``emit`` takes their lines, which make up at most a share
+    of the trace unless the run is ``real``."""
 
     def __init__(self, emit: Callable[[records.Record], None], *, real: bool) -> None:
         self._emit, self._real, self._since = emit, real, -SECONDS

@@ -30,9 +30,10 @@ its number."""
 
 
 class Due(Struct, frozen=True):
-    """A deadline: the tick by whose end it is due. ``past``, ``reported``: whether it was missed,
-    recorded as lost. For a round: ``disturbed``, ``before``: whether the robot also waited, helped
-    or was out of service, now and before; ``done``: rounds since the last resolution."""
+    """A deadline: the tick by whose end it is due. ``past``: whether it was missed; ``reported``:
+    whether it was recorded as lost. For a round: ``disturbed``, ``before``: whether the robot also
+    waited, helped or was out of service, now and before; ``done``: rounds since the last
+    resolution."""
 
     tick: int
     past: bool = False
@@ -110,7 +111,8 @@ class Ledger:
                         self._begins(team, i, done=0)
 
     def turn_ends(self, team: Team, state: State) -> None:
-        """Record the verdicts that follow from a turn and its decisions, given the state before."""
+        """Record the verdicts that follow from a turn and its decisions; ``state`` is that after
+        it."""
         if not self.active:
             return
         for kind, k in sorted(self.dues):
@@ -133,7 +135,7 @@ class Ledger:
         self._ends(team, (THE_MISSION, 0), DeadlineVerdict.KEPT)
 
     def _open(self) -> list[tuple[Of, Due]]:
-        """Return the deadlines that were not missed: of the mission, of requests, of rounds."""
+        """Return the deadlines not missed so far: of the mission, of requests, of rounds."""
         return [(of, self.dues[of]) for of in sorted(self.dues) if not self.dues[of].past]
 
     def _begins(self, team: Team, i: int, done: int | None = None) -> None:

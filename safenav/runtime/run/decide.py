@@ -30,7 +30,7 @@ class Proposal(NamedTuple):
 
 def continues(run: Situation, i: int) -> bool:
     """Return whether a robot moves while the team waits for outside help: it can undo each of its
-    steps alone and needs no help on its path, or it has an objective for the time of the wait."""
+    steps, and needs no help on its path or has an objective for that time."""
     team, state = run.team, run.state
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or member.objective.formulas is not None:
@@ -47,8 +47,7 @@ def continues(run: Situation, i: int) -> bool:
 
 
 def propose(run: Situation, i: int) -> Proposal:
-    """Return the driver's move: that of the joint plan if one drives the robot, else of its
-    strategy."""
+    """Return the move of the robot's joint plan, if one drives it, else of its strategy."""
     team, state = run.team, run.state
     stay = Proposal(state.robots[i].pose, "stay")
     if not state.robots[i].active or i in run.control.pending:
@@ -103,7 +102,7 @@ def successor(run: Situation, i: int) -> Proposal | None:
     if controller is None or robot.node is None or not controller.realizable:
         return None
     graph, every = team.members[i].graph, run.control.found.safe
-    safe = every[i] if every else None  # without any the team can never continue
+    safe = every[i] if every else None  # none: the team can never continue
     if controller.task.assignable:
         step = commanded(team, state, i, run.control.roles[i], controller, safe)
     else:

@@ -190,8 +190,8 @@ class Run(Situation):
         return decide.closing(self, i, step.pose)
 
     def back_up(self, i: int) -> decide.Proposal:
-        """Return the safe step under another command, of a robot with assigned goals; else the
-        stay, which keeps the node."""
+        """Return a safe step under another command if the robot has assigned goals, else a stay,
+        which keeps its strategy's node."""
         other = None
         if self.team.assignable(i) and self.team.members[i].ticks == 1 and not self.world.live:
             other = decide.successor(self, i)
@@ -335,8 +335,8 @@ class Run(Situation):
         return not given_up <= {around.floor.gates[g] for g in closure_of(around).stuck}
 
     def has_ended(self, event: now.Event) -> bool:
-        """Return whether the run ends after this turn since nothing can help, so that the other
-        robots stand."""
+        """Return whether the run ends after this turn, so that the other robots stand: by a missed
+        deadline, or since nothing can help."""
         if self.recorder.ledger.stops:
             return True
         if self.control.end is None or not isinstance(event, now.Turn | now.Arrived):

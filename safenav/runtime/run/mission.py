@@ -287,7 +287,8 @@ def first_results(
 ) -> dict[str, Controller]:
     """Return the first controllers of the named robots (default: all), in the scenario's order,
     without running the scenario. No obstacle is known yet: each pursues its own objective. As in a
-    run, a robot whose poses show that it can has no strategy, except with ``strategies``."""
+    run, robots whose poses prove that they can do so get no strategy, except with
+    ``strategies``."""
     team, answers = team_of(scenario), Answers(synthesizer, progress=progress)
     state, every = initial(team), enumerate(team.members)
     asked = {i: Role(m.objective) for i, m in every if names is None or m.name in names}

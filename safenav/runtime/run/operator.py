@@ -101,7 +101,7 @@ class Operator:
         self._ordered: set[str] = set()
 
     def resume(self, time: float, lines: Iterable[records.Record]) -> None:
-        """Continue after the changes up to ``time``, with the inputs that these lines set."""
+        """Continue after the changes up to ``time``, with the inputs that users set by then."""
         self._listed = [change for change in self._listed if change.at > time]
         for line in lines:
             if isinstance(line, records.Inputs):
@@ -150,8 +150,7 @@ class Operator:
             raise Stopped(end)
 
     def selected(self, run: Situation) -> Iterator[now.Assigned]:
-        """Yield the objectives of robots that follow from the inputs, if they differ from the
-        present ones."""
+        """Yield objectives that follow from the inputs and differ from the robots' present ones."""
         for i, (robot, member) in enumerate(zip(run.state.robots, run.team.members, strict=True)):
             given = dict(member.robot.when)
             mode = next((name for name in given if name in run.state.inputs), None)

@@ -1,5 +1,5 @@
 """Derivation of the trace's lines from consecutive states and the event between them. The recorder
-remembers only recorded facts: the stack, the helpers of each request, and the part of the plan.
+remembers only recorded facts: the stack, the helpers of each request, objectives, and the plan.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -370,8 +370,8 @@ class Recorder:
                 self._entry(records.Pop, entry)
 
     def _stack(self, state: State, control: Control) -> None:
-        """Record requests that get new helpers, or lose helpers because they are set aside, and a
-        push for each requester."""
+        """Record each request that is new, gets other helpers, or loses them by being set aside;
+        and a push for each new requester."""
         for k in state.requests:
             each = state.obstacles[k]
             helping = tuple(map(self._robot, helpers_of(control.roles, k)))

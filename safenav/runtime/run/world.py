@@ -37,10 +37,11 @@ SLOWEST = 20.0
 
 
 class World:
-    """The world of a run. ``truth``: the simulated world, if it is one, perhaps within a user's
-    world that does more: ``simulated`` if it is safenav's own; ``attended``: whether an operator
-    may help; ``still``: whether no robot moves, and nothing will ever happen; ``passes``: passes at
-    the present moment. ``limit``: the latest end of the run, and its outcome."""
+    """The world of a run. ``truth``: the simulated obstacles, if the world is a simulation or a
+    user's extension of one; ``simulated``: whether it is safenav's own simulation; ``attended``:
+    whether an operator may help; ``still``: whether no robot moves, and nothing will ever happen;
+    ``passes``: passes at the present moment. ``limit``: the latest end of the run, and its
+    outcome."""
 
     def __init__(
         self,
@@ -387,8 +388,8 @@ class World:
     def _changes(
         self, run: Situation, i: int, among: list[int] | None = None
     ) -> tuple[tuple[int, now.Stage], ...]:
-        """Return the obstacles ``among`` these (None: on which it acts) that a robot changes where
-        it stands."""
+        """Return the obstacles that a robot changes where it stands, with their new stages.
+        ``among``: the obstacles that count (None: those on which it acts)."""
         among = self._acts(run, i) if among is None else among
         if not among:
             return ()
@@ -396,8 +397,8 @@ class World:
         return acts.acts_on(run.team, run.state, where, i, among)
 
     def _unnoticed(self, run: Situation, i: int) -> dict[int, now.Stage]:
-        """Return earlier needs of obstacles that no robot has encountered: a world may act on them,
-        and reports only the last need."""
+        """Return the new stages of unknown obstacles that a robot changes where it stands without
+        resolving them: a world may act on these, and reports only the last need."""
         team, state = run.team, run.state
         pairs = ((k, each) for k, each in enumerate(state.obstacles) if each.state is now.Is.HIDDEN)
         hidden = [k for k, each in pairs if not team.obstacles[k].needs[each.stage.need].takes]

@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 class DatedEvent(Struct, frozen=True):
-    """``at``: time of the event in seconds on the world's clock."""
+    """An event at a time: ``at``, in seconds on the world's clock."""
 
     at: float
 
@@ -185,7 +185,7 @@ def is_time(found: Any) -> bool:
     """Return whether a value can be a time in seconds."""
     try:
         return isinstance(found, (float, Real)) and isfinite(found)
-    except OverflowError:  # an int beyond every float
+    except OverflowError:  # an int too large for a float
         return False
 
 

@@ -28,8 +28,8 @@ from safenav.world.poses import Pose
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
     """The state of a simulated world. ``named``: the truth of the last obstacle of each name;
-    ``added``: the last obstacles, which the scenario does not list, each with the robot whose empty
-    battery it is (None: with none)."""
+    ``added``: the obstacles (the last ones) that the scenario does not list, each with the robot
+    whose empty battery it is (None: another obstacle)."""
 
     obstacles: tuple[ObstacleNow, ...]
     named: dict[str, bool | None]
@@ -107,7 +107,7 @@ class SimulatedWorld:
         self.absent = {i for i, r in every if not r.active or (live and not r.idle)}
 
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
-        """Return the obstacles that a robot's last action changed without resolving them, at their
+        """Return the obstacles that a robot's last action changed but did not resolve, with
         stages."""
         return self._parts.get(robot.name, ())
 
@@ -222,8 +222,7 @@ class SimulatedWorld:
         return acts_on(self._team, self._state, self._present(i), i, known)
 
     def _present(self, i: int) -> list[Region | None]:
-        """Return the region of each robot that can take part in an action of robot i, None for
-        others."""
+        """Return the region of each robot that can take part in an action of robot i, else None."""
         every = enumerate(self._regions)
         if i in self._groups:
             return [place if j in self._groups[i] else None for j, place in every]
@@ -231,7 +230,7 @@ class SimulatedWorld:
         return [None if j in out else place for j, place in every]
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
-        """Return the order of the parts of an action in a motion: loads are taken last."""
+        """Return the sort key of a part of an action, as in motions: loads are taken last."""
         need = self._state.obstacles[k].stage.need
         return self._team.obstacles[k].needs[need].takes, self._team.obstacles[k].name
 
