@@ -1,4 +1,4 @@
-"""Scenarios to start from."""
+"""Templates of scenarios."""
 
 from pathlib import Path
 

@@ -237,9 +237,8 @@ class Patrol(TargetObjective, frozen=True):
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """Return the target on which the robot stands, if any: the formula forbids being on a
-        target out of turn (paper, Section VI). With more than two targets, the objective begins
-        with the next one: otherwise a robot that charges there could miss the other targets
-        forever."""
+        target out of turn (paper, Section VI). Otherwise, and with more than two targets, return
+        ``memory``: else a robot that charges on a target could miss the others forever."""
         if len(self.targets) > 2:
             return memory
         return next((i for i, target in enumerate(self.targets) if region in target), memory)

@@ -187,7 +187,7 @@ for floating point."""
 
 
 def charge(value: float, node: Node, what: str, findings: Findings) -> float | None:
-    """Return a charge of at most six decimals; a whole number as it is written."""
+    """Return a charge, an int if it is written as one; report more than six decimals."""
     if value != round(value, 6):
         found = f"{what} is {value:g}, expected a number with at most six decimals"
         findings.add(node, found)

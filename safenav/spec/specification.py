@@ -193,7 +193,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
     constraints: list[Constraint] = []
     section: Owner | Section | None = None
     title = comment = ""
-    left = MOST_EXPANDED + MOST_TIMES * len(text)  # characters of formulas in infix notation
+    left = MOST_EXPANDED + MOST_TIMES * len(text)  # limit of characters in infix notation
     for number, raw in enumerate(text.split("\n"), 1):
         line = raw.strip(" \t\r")
         if not line:

@@ -157,7 +157,7 @@ class _Evaluation:
     def _until(self, window: syntax.Window, left: Robustness, right: Robustness) -> Robustness:
         low = self._reached(left.low, right.low, window)
         high = self._reached(left.high, right.high, window)
-        behind = self._behind(window)  # there `right` may hold, if `left` holds up to its end
+        behind = self._behind(window)  # `right` may hold past the record if `left` holds to its end
         rest = np.minimum.accumulate(left.high[::-1])[::-1]
         high[behind] = np.maximum(high[behind], rest[behind])
         slope = max(left.slope, right.slope)

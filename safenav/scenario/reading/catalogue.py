@@ -67,8 +67,8 @@ def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading) -> 
 def _completed(
     base: Mapping[str, T], own: Mapping[str, T | None], listed: Node | None, reading: Reading
 ) -> dict[str, T]:
-    """Return the entries of a catalogue with its ``own`` ones, without the reported ones: the
-    built-in entry of that name is not meant."""
+    """Return the entries of a catalogue: those of ``base``, replaced by its ``own`` ones. A name
+    whose own entry was reported has no entry, rather than the one of ``base``."""
     every = {key.text: own.get(key.text) for key, _ in entries_of(listed)}
     reading.broken |= {name for name, each in every.items() if each is None}
     return {name: each for name, each in {**base, **every}.items() if each is not None}

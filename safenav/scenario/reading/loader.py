@@ -151,8 +151,8 @@ def _scenario(root: Node, reading: Reading) -> model.Scenario | None:
 
 
 def conflicts(scenario: model.Scenario) -> tuple[Diagnostic, ...]:
-    """Return the errors of a scenario that may differ from its file, without places; also robots
-    with a battery that reach no charger."""
+    """Return the errors, without places in a file, of a scenario that was changed after it was
+    read; among them robots with a battery that reach no charger."""
     findings = Findings(scenario.source)
     check_combinations(scenario, None, findings)
     for robot in scenario.robots:

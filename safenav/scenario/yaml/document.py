@@ -260,7 +260,7 @@ class _Builder:
         """Return the node that an alias refers to, and its number of values."""
         if (known := self._known.get(anchor or "")) is not None:
             node, weight = known
-            # A diagnostic points at the alias of a scalar, but inside any other node.
+            # Diagnostics point at the alias of a scalar, but into the anchored node otherwise.
             here = isinstance(node, Scalar)
             return (replace(node, place=place, literal=False) if here else node), weight
         if anchor in self._open:
