@@ -1,4 +1,4 @@
-"""Verdict on a bundle: that of its checker, and a comparison with its source."""
+"""Verdict on a bundle, by its checker and by a comparison with its source."""
 
 import dataclasses
 import tempfile

@@ -84,10 +84,10 @@ class CoreMember(Struct, frozen=True):
 class Core(Struct, frozen=True):
     """A minimal set of guarantees that no strategy can keep together.
 
-    With all assumptions and these guarantees alone there is no strategy; without any one of the
-    members there is one (if ``minimal``: else time ran out on some query). ``together``: whether
-    they can be kept with a cooperating environment (None: not known); ``all_together``: whether all
-    guarantees of the specification can. ``fairness``: the fairness assumptions that did not help.
+    With all assumptions and these guarantees alone there is no strategy. Without any one member
+    there is one (known only if ``minimal``: else time ran out on some query). ``together``: whether
+    they can be kept with a cooperating environment (None: unknown); ``all_together``: whether all
+    guarantees of the specification can. ``fairness``: fairness assumptions that did not help.
     ``decisive``: without any one of the members, the whole specification is realizable; ``vain``:
     members without which it is still unrealizable, because of another conflict."""
 

@@ -129,7 +129,7 @@ class _Search:
         return next((few for few in choices[:-1] if self.fails(few)), choices[-1])
 
     def minimal(self, members: list[CoreMember], background: list[CoreMember]) -> list[CoreMember]:
-        """Return the members that are needed to fail together with ``background``."""
+        """Return a minimal set of members with which ``background`` fails."""
         without = [[*background, *members[:k], *members[k + 1 :]] for k in range(len(members))]
         if len(members) <= MOST_AT_ONCE:
             self._ask.prepare([self.with_only(some) for some in without])

@@ -77,8 +77,8 @@ def _single_walls(problem: RepairProblem) -> list[Region]:
 def _resolvable(
     wall: Region, open_map: RegionMap, scenario: Scenario, robot: Robot
 ) -> Iterator[tuple[Obstacle, tuple[str, ...]]]:
-    """Yield obstacles that could be there, each with the robots that could resolve it: from their
-    own start, past the closed obstacle, within their mobility."""
+    """Yield obstacles that could replace the wall, each with the robots that could resolve it: by
+    their mobility they reach it from their start while it is closed."""
     types: dict[str, ObstacleType] = {o.type.name: o.type for o in scenario.obstacles}
     types = {**scenario.catalogue.obstacles, **types}
     for kind in types.values():

@@ -222,7 +222,7 @@ def counted(e: Line, s: State) -> Iterator[str]:
 
 
 def _unrecorded(robot: Robot) -> list[int]:
-    """Return the targets that a robot has met where it is, and that are missing."""
+    """Return the targets that a robot has met where it is and that no line records."""
     own, progress = robot.own, robot.progress
     if own.kind in ("hold", "ltl") or progress.ended(own):
         return []

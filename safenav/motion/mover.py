@@ -60,7 +60,7 @@ class Mover(ABC):
         return []
 
     def resume(self, tick: int) -> list[Moving]:  # noqa: ARG002
-        """Continue to the robot's usual place of rest, after an action before it."""
+        """Continue to the robot's usual place of rest, after an action short of it."""
         return []
 
 
@@ -126,7 +126,7 @@ class Glider(Mover):
         return [self._made(PRIMITIVES[self.kind][0], tick, to, parts)]
 
     def _curves(self, there: tuple[float, float], wanted: float) -> list[Curve]:
-        """Return the path to a pose, from rest to rest; none to where the robot is."""
+        """Return the path to a pose, from rest to rest; no curves if the robot is there."""
         here = self.place
         metres = hypot(there[0] - here[0], there[1] - here[1])
         angle = remainder(wanted - self.facing, tau)

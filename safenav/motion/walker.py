@@ -76,8 +76,8 @@ def placed(
     """Return the nodes that lead from start to goal exactly, nearest to those given.
 
     ``nodes`` (m, 2): feet and other points of pressure; ``knots`` (phases + 1): the node at each
-    knot; ``weights`` (m): freedom of each node to move; 0: fixed. At least two must be free. Two
-    well-scaled equations along each axis, solved at least cost.
+    knot; ``weights`` (m): freedom of each node to move; 0: fixed. At least two must be free. Along
+    each axis it solves two well-scaled equations at least cost.
     """
     ends = np.cumsum(durations)
     late, early = np.exp(-omega * (ends - durations)), np.exp(-omega * (ends[-1] - ends))

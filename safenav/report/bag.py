@@ -98,7 +98,7 @@ class _Messages:
         return Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
 
     def _map(self, tick: int, occupied: Collection[Region]) -> Message:
-        """Return the walls, and the obstacles that the team knows and has not resolved."""
+        """Return an occupancy grid in which the ``occupied`` regions are full, the others free."""
         world = self.run.map
         rows = (range(row * world.cols, (row + 1) * world.cols) for row in range(world.rows))
         data = [100 if region in occupied else 0 for row in reversed([*rows]) for region in row]

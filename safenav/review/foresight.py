@@ -35,9 +35,9 @@ _NEEDED = "an operator will be needed, unless the run is completed before"
 
 
 class Foresight(Struct, frozen=True):
-    """The foresight. ``reach``: regions (a mask) that each robot can reach once all resolvable
-    obstacles are resolved. ``stuck``: the robots that cannot meet their objective; ``lacks``: the
-    shortfalls of obstacles that are never resolved."""
+    """Consequences of a scenario. ``reach``: regions (a mask) that each robot can reach once all
+    resolvable obstacles are resolved. ``stuck``: the robots that cannot meet their objective;
+    ``lacks``: the shortfalls of obstacles that are never resolved."""
 
     reach: dict[str, Mask]
     stuck: tuple[str, ...]

@@ -46,7 +46,7 @@ def _alternating(scenario: Scenario) -> Iterator[str]:
 
 def oversized(scenario: Scenario) -> Iterator[str]:
     """Yield the robots that do not fit into a region of a map in metres: coordination keeps robots
-    of different regions apart, not bodies that reach into the next one."""
+    in different regions, but their bodies would reach into the next ones."""
     for robot, side, size, _ in _in_metres(scenario):
         if size > side:
             yield (

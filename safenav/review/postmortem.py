@@ -197,7 +197,7 @@ class _Failure:
         return [r for r in dict.fromkeys((*there, *beside)) if r not in closed | taken]
 
     def places_for(self, lacks: Shortfall) -> list[Region]:
-        """Return the first of ``places`` for the missing need."""
+        """Return the first few of ``places`` for the missing need."""
         return self.places(self.obstacle(lacks), len(lacks.met))[:3]
 
     def changed(

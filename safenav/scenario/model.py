@@ -41,8 +41,8 @@ class RobotChange(Struct, frozen=True):
 class Input(Part, frozen=True):
     """A Boolean that the environment sets.
 
-    It is the same for all robots in a tick, and off before the first. A simulation turns it on in
-    the ticks of ``spans`` (first and last). ``again``: the values that specifications assume
+    It is the same for all robots in a tick, and off before the first tick. A simulation turns it on
+    in the ticks of ``spans`` (first and last). ``again``: the values that specifications assume
     infinitely often.
     """
 

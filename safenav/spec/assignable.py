@@ -116,7 +116,7 @@ class _Ground(Struct, frozen=True):
 
     def live(self) -> list[tuple[list[State], set[int]]]:
         """Return the strongly connected sets of the states from which the robot can meet its
-        objective forever, although it may have to wait in any; successors first; each with the
+        objective forever, even if it must wait in any. Successors come first; each set has the
         numbers of the other sets that one step reaches."""
         after = cache(self.after)
         successors = {state: after(state) for state in reached(self.begins(), after)}

@@ -61,12 +61,12 @@ class Task(Struct, frozen=True):
     """Complete input of one robot's specification, apart from the map.
 
     ``blocked``: known obstacles (O beyond the walls) that block this robot. ``observed``: the
-    robots that it tracks, by beliefs: with the ``partition`` of the map (None
-    for its rooms), and the ``closed`` regions, whose obstacles block the view. ``avoids``: names of
-    robots with which it must not collide (``synth --avoiding``; in a run joint plans drive these).
-    ``assignable``: goals can be assigned at runtime. ``forbidden``: poses from which the team could
-    not continue. ``inputs``: the objective's inputs with their present values. ``live``: other
-    robots may move any distance between two observations.
+    robots that it tracks by beliefs, with the ``partition`` of the map (None for its rooms) and the
+    ``closed`` regions, whose obstacles block the view. ``avoids``: names of robots with which it
+    must not collide (``synth --avoiding``; in a run joint plans drive these). ``assignable``: goals
+    can be assigned at runtime. ``forbidden``: poses from which the team could not continue.
+    ``inputs``: the objective's inputs with their present values. ``live``: other robots may move
+    any distance between two observations.
     """
 
     robot: Robot

@@ -1,7 +1,7 @@
 """A run that pages show, with its process, its trace and its pace.
 
-All messages to pages go through ``tell``; their requests arrive by the methods. All pages show the
-same run: a page that joins later receives ``whole``.
+All messages to pages go through ``tell``; requests of pages arrive as calls of the methods. All
+pages show the same run: a page that joins later receives ``whole``.
 """
 
 import asyncio

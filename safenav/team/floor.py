@@ -324,7 +324,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def final(self, i: int, stages: Stages) -> Mask:
         """Return the poses where a robot may end: it can continue forever and, if its objective
-        settles, is at that target, unless it is to complete no rounds."""
+        settles and it has rounds to complete, is at the last target."""
         member, live = self.team.members[i], self.live(i, self.allowed(i, stages))
         settles = member.pursuit.settles and (not self.rounds or self.rounds[i] > 0)
         return live & member.targets[-1] if settles else live

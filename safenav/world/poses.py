@@ -325,7 +325,7 @@ class PoseGraph:
         return self._joined(_turned([self._shift(regions, (h + 2) % 4) for h, regions in after]))
 
     def _facing(self, poses: Mask) -> list[Mask]:
-        """Return the regions of a set of poses by heading; ``_joined`` the poses on free ones."""
+        """Return the regions of a set of poses by heading (see ``_joined`` for the inverse)."""
         return [poses >> heading * self.size & self._full for heading in range(4)]
 
     def _joined(self, regions: list[Mask]) -> Mask:

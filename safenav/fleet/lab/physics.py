@@ -54,7 +54,7 @@ ACTING = 2.0
 
 
 class LabObstacle(Struct, eq=False):
-    """An obstacle. ``key``: name of its box, ``geom`` of the model, if it has one."""
+    """An obstacle. ``key``: name of its box; ``geom``: the box in the model, if it has one."""
 
     obstacle: Obstacle
     key: str

@@ -251,7 +251,7 @@ def _require_read(s: State) -> None:
 
 def _causes(now: Case) -> list[str]:
     """Return the causes of a negative that no order of moves can avert, the most specific first,
-    also as if all robots were in service."""
+    then those that would remain if all robots were in service."""
     found = list[str]()
     for case in [now, case_of(now.state)] if now.out else [now]:
         stuck = team_closure(case, case.start, case.obstacles)[1]

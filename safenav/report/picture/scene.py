@@ -99,8 +99,8 @@ def svg_of(
     caption: str | None = None,
     layers: Collection[Layer] = tuple(Layer),
 ) -> str:
-    """Return the moment after ``tick``, or at a ``part`` of the time to the next one. Knowledge is
-    that of ``tick``; only positions are interpolated.
+    """Return the picture of the moment after ``tick``, or at a ``part`` of the time to the next
+    one. It shows the knowledge of ``tick``; only positions are interpolated.
 
     ``words`` describe the moment. ``caption`` (for the frames of a film) replaces the events below
     the map, always at the same height. Without the ground the picture is transparent and ends below

@@ -1,7 +1,7 @@
 """Answers to the questions of a team: strategies and joint plans, cached by question.
 
-Beside a running clock they are computed in threads: a question without an answer yet raises
-Pending, and is repeated in the next pass. A question that is not repeated is abandoned.
+While a clock runs they are computed in threads: a question that has no answer yet raises Pending,
+and is repeated in the next pass. A question that is not repeated is abandoned.
 """
 
 from __future__ import annotations

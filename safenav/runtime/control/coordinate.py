@@ -262,8 +262,8 @@ class Decision:
         return replace(control, waits=plan is not None)
 
     def _meantime(self) -> now.Plan | None:
-        """Return a plan of the robots that can complete their rounds although all others stand and
-        open obstacles stay, and that can undo each of their steps; None if there is none."""
+        """Return a plan of the robots that can complete their rounds while all others stand still
+        and open obstacles stay, and that can undo each of their steps; None if there is none."""
         team, state = self.team, self.state
         asked = _asked(state)
         going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
@@ -335,7 +335,7 @@ def _asked(state: State) -> set[int]:
 
 
 def _meets(floor: Floor, state: State, i: int) -> bool:
-    """Return whether a robot reaches all its targets although others stand."""
+    """Return whether a robot reaches all its targets while other robots stand still."""
     reached = floor.graphs[i].closure(1 << state.robots[i].next, floor.floors[i])
     return all(reached & target for target in floor.team.members[i].targets)
 

@@ -1,4 +1,4 @@
-"""The joint plan of a team: when its robots need one, which questions lead to it."""
+"""The joint plan of a team: when its robots need one, and the questions that lead to it."""
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
@@ -138,7 +138,7 @@ class Planning(Struct, frozen=True, dict=True):
         return replace(floor, helping=tuple(helping.items())) if helping else floor
 
     def _otherwise(self, answer: Answer, floor: Floor, joint: Joint) -> Answer:
-        """Return an answer; instead of None or a proof, perhaps that to a smaller question."""
+        """Return an answer: if it is None or a proof, perhaps one to a smaller question."""
         state, answers, served = self.state, self.answers, self.found.served
         brings = replace(floor, rounds=(0,) * len(self.team.members))
         if answer is None and served:

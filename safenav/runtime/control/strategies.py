@@ -38,7 +38,7 @@ Step = tuple[int, int]
 
 class Controller(Struct, frozen=True, eq=False):
     """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``node``:
-    the first node."""
+    the strategy's first node."""
 
     task: tasks.Task
     asked: Objective
@@ -305,8 +305,8 @@ def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
 ) -> Step | None:
     """Return the step of a strategy under the first command that leads its robot toward its goal;
-    None if there is none, so that the robot needs another strategy (a new one waits). ``safe``: the
-    poses in which the team can continue (None: any)."""
+    None if there is none, so that the robot needs another strategy (a new one waits instead).
+    ``safe``: the poses in which the team can continue (None: any)."""
     robot, member, task = state.robots[i], team.members[i], found.task
     node, strategy = robot.node, found.result.strategy
     assert node is not None and strategy is not None

@@ -1,6 +1,6 @@
 """Starts and verdicts of the deadlines of a run (docs/deadlines.md), as a fold over its events.
-Their lines follow those of the event, or of the turn with new requests or bounds. Before the start:
-the deadlines that cannot be met, and the charges that do not suffice.
+Their lines follow those of the event, or of the turn with new requests or bounds. Before the start
+it finds the deadlines that cannot be met, and the charges that do not suffice.
 """
 
 from collections.abc import Callable, Iterable
@@ -111,8 +111,7 @@ class Ledger:
                         self._begins(team, i, done=0)
 
     def turn_ends(self, team: Team, state: State) -> None:
-        """Record the verdicts that follow from a turn and its decisions; ``state`` is that after
-        it."""
+        """Record the verdicts that follow from a turn; ``state`` is the team's state after it."""
         if not self.active:
             return
         for kind, k in sorted(self.dues):

@@ -43,9 +43,9 @@ USER, SCENARIO, INPUT = "user", "scenario", "input"
 
 
 class Intervention(Struct, frozen=True):
-    """A change by a user, by the keys of its data. ``kind``: see ``LINES``; in a simulated world
-    also ``close``: an obstacle of this ``type`` appears as soon as no robot is there, ``open``: an
-    ``obstacle`` disappears."""
+    """A change by a user; its fields are the keys of its data. ``kind``: see ``LINES``; in a
+    simulated world also ``close``: an obstacle of this ``type`` appears as soon as no robot is
+    there, ``open``: an ``obstacle`` disappears."""
 
     kind: str
     type: ObstacleType | None = None

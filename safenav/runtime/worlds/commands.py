@@ -153,8 +153,8 @@ class OpenCommand(Struct):
 
 
 class Commands:
-    """Commands to a world, and the reports on them. ``dropped`` (with the reason) and
-    ``sensed``: reports that wait for their reader, who removes them."""
+    """Commands to a world, and the reports on them. ``dropped`` (with the reason) and ``sensed``:
+    reports that wait for their reader, which removes them."""
 
     live = True
 

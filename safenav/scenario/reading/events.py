@@ -146,7 +146,7 @@ _WHAT = "requirements"
 
 
 def resolve_requirements(given: values.Requirements | None, reading: Reading) -> dict[str, str]:
-    """Return the formulas by name; a formula without a name is its own."""
+    """Return the formulas by name; one without a name has its own text as name."""
     found: dict[str, str] = {}
     for name, item in _entries(given):
         what, text = _WHAT if name is None else f"requirement {clipped(name.text)}", item.text
