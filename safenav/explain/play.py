@@ -142,7 +142,7 @@ def losing_play(
         if node in walk[passed:]:
             cycle = walk[walk.index(node, passed) :]
             if len(cycle) == 1 and (rest := arena.to_an_end(node)):
-                walk += rest  # these moves end the play: they show why the system stays
+                walk += rest  # these last moves show why the system stays
                 break
             walk = walk[: walk.index(node, passed)]
             goal = arena.never_met(cycle)

@@ -116,7 +116,7 @@ class Following:
                 transport.GoalEnded(follower.name, goal.number, transport.GoalEnd.ABORTED, reason)
             )
             return
-        follower.goal, follower.action = goal.number, None  # the world waits for one of them only
+        follower.goal, follower.action = goal.number, None  # only one of them is ever awaited
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:

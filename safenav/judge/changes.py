@@ -10,7 +10,7 @@ from safenav.judge.state import State
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
     """An unlisted obstacle has no end or deadline of its own; in a simulated world it has appeared
-    before it is discovered. Types with one name are equal, except of lost robots."""
+    before its discovery. Types with one name are equal, except those of lost robots."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind and not kind.name.startswith("lost_"):
         yield f"there is another type {kind.name}"

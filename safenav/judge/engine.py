@@ -357,7 +357,7 @@ def judge(texts: Iterable[Text], rules: Iterable[Rule] = FACTS) -> Judgement:
     of_kind = {kind: [r for r in rules if not r.kinds or kind in r.kinds] for kind in KINDS}
     for line in reader.lines(texts):
         state = state or State(line)
-        if line.kind == "outcome":  # its proof gets the whole limit
+        if line.kind == "outcome":  # proofs of the outcome get the whole limit
             state.world.work = 0
         line.step = state.step(line)
         for rule in of_kind[line.kind]:

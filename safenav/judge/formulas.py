@@ -225,7 +225,7 @@ class Formulas:
         return known
 
     def hearing(self, memories: set[int], heard: Iterable[int]) -> set[int]:
-        """Return ``memories``, and those ``heard`` that differ from one of them in inputs only."""
+        """Return ``memories``, and those in ``heard`` that differ from one only in inputs."""
         own = len(self.names) - len(self.inputs)
         known = {self.values[one][:own] for one in memories}
         return memories | {one for one in heard if self.values[one][:own] in known}

@@ -171,7 +171,7 @@ class Rest(NamedTuple):
         return self._replace(left=left, done=frozenset())
 
     def acted(self, group: Iterable[str]) -> Rest:
-        """Return the rest after a group has done its part of the next need."""
+        """Return the open needs after a group has done its part of the next one."""
         done = self.done.union(group)
         met = self.left[0].together or len(done) >= self.left[0].robots
         return self.advanced(group) if met else self._replace(done=done)
@@ -400,7 +400,7 @@ class State:
     def closing(self, robot: str, region: int) -> Iterator[Obstacle]:
         """Yield the obstacles that must keep a robot out of a region."""
         for one in (x for x in self.at.get(region, ()) if x.there and robot in x.blocks):
-            known = not self.external or one.known  # an unknown one may be absent
+            known = not self.external or one.known  # an unknown obstacle may be absent
             if one.shut or (one.open and known and one.rest.closes(robot)):
                 yield one
 

@@ -60,7 +60,7 @@ def divergent(state: Array, omega: float) -> Array:
 
 
 def convergent(state: Array, omega: float) -> Array:
-    """Return eta of a state."""
+    """Return eta of a state (see above)."""
     return state[:2] - state[2:] / omega
 
 

@@ -160,7 +160,7 @@ def _ask(
     assert isinstance(reached, Exhausted)
     stages = {each.stages for each in reached if floor.completed(each, frozenset())}
     ends, possible = [{*served}.difference(floor.open(each)) for each in stages], set[int]()
-    for g in served:  # in order: each is kept if earlier ones can still be served
+    for g in served:  # in order: each is kept if it can be served with those kept before
         possible |= {g} if any({*possible, g} <= end for end in ends) else set()
     if ends:
         return Unserved(tuple(g for g in served if g not in possible))

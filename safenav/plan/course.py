@@ -148,8 +148,8 @@ class Course:
         return {place - 1: ticks for place, ticks in found}
 
     def way(self, i: int, begun: float) -> tuple[Waypoint, ...]:
-        """Return the path of a robot that leaves chargers with enough charge. If it waits on a
-        charger here, it leaves no earlier than here: waiting elsewhere uses charge."""
+        """Return the path of a robot that leaves chargers with enough charge. If waiting elsewhere
+        uses charge, it departs no earlier than in this course after a wait on one."""
         if (energy := self.energies.get(i)) is None:
             return self.plan.ways[i]
         way = [*self.plan.ways[i]]

@@ -45,8 +45,8 @@ def shortened(
     served: frozenset[int],
     kinds: Iterable[Sequence[Joint]] = (),
 ) -> Plan:
-    """Return the plan of these states, with fewer ticks and steps if that succeeds soon, or of
-    states of other ``kinds``, if it ends first."""
+    """Return the plan of these states, or of one of the other sequences ``kinds`` if that costs
+    less, with fewer ticks and steps where shortening succeeds soon."""
     best = _shortened(floor, states, served)
     for each in kinds:
         draft = _shown(floor, each[0], [one.poses for one in each], served)

@@ -295,7 +295,7 @@ class RunReader:
         self._known(obstacle).status.append((tick, status))
 
     def _seen(self, tick: int, hidden: values.Hidden | None) -> None:
-        """Show an obstacle on which a robot acts, even if no robot has requested it."""
+        """Mark an obstacle on which a robot acts as found, even if no robot has requested it."""
         if hidden is not None and hidden.status.now is values.ObstacleStatus.HIDDEN:
             hidden.status.append((tick, values.ObstacleStatus.FOUND))
 

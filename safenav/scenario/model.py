@@ -291,7 +291,7 @@ class RobotModel(Part, frozen=True):
         """Yield keys whose values contradict others, each with the error and a remedy."""
         if self.motion is None:
             return
-        from safenav.pace.robot import BOUNDS, MEANINGS  # imported here: it imports this module
+        from safenav.pace.robot import BOUNDS, MEANINGS  # here, to avoid an import cycle
 
         if self.motion == "walker" and self.mobility is Mobility.FREE:
             hint = "it cannot turn around within a region: write 'mobility: heading'"

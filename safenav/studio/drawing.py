@@ -31,7 +31,7 @@ from safenav.world.poses import Mobility
 
 
 class _Placing:
-    """Reader of regions, also of walls, that reports no errors."""
+    """Reader of regions that reports no errors and accepts walls."""
 
     def __init__(self, world: RegionMap, names: Iterable[tuple[Scalar, Node]]) -> None:
         self.world = world

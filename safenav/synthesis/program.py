@@ -163,7 +163,7 @@ def _bound(pid: int, output: int) -> None:
     if sys.platform == "linux":
         from resource import RLIMIT_FSIZE, prlimit
 
-        with contextlib.suppress(ProcessLookupError, PermissionError):  # it has ended
+        with contextlib.suppress(ProcessLookupError, PermissionError):  # the process has ended
             prlimit(pid, RLIMIT_FSIZE, (output, output))
 
 

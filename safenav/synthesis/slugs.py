@@ -308,7 +308,7 @@ class Synthesizer:
 
 
 @cache
-def _digest(binary: Path, changed: int) -> str:  # noqa: ARG001 - another time, another program
+def _digest(binary: Path, changed: int) -> str:  # noqa: ARG001 - part of the cache's key
     """Return the hex sha256 of a program: cached results are valid for this one only."""
     return hashlib.sha256(binary.read_bytes()).hexdigest()
 

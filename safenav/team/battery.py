@@ -170,8 +170,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
 
 def dominated(charges: Sequence[float], known: list[tuple[float, ...]]) -> bool:
-    """Return whether some known charges are at least as high everywhere; if not, add these, and
-    keep only the highest."""
+    """Return whether some ``known`` ones are at least as high as ``charges`` everywhere; if not,
+    add ``charges``, and remove the known ones that are nowhere higher."""
     if any(all(map(ge, one, charges)) for one in known):
         return True
     known[:] = [one for one in known if not all(map(ge, charges, one))]

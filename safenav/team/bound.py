@@ -73,7 +73,7 @@ class Bound:
             if robot.to is not None:
                 self.ready[i] = max(self.ready[i] + 1, robot.due or 0)
         self.times: dict[int, tuple[int, ...]] = {}
-        for k, there in enumerate(state.obstacles):  # a given-up one may be requested again
+        for k, there in enumerate(state.obstacles):  # given-up obstacles may be requested again
             obstacle = team.obstacles[k]
             if (k in state.requests or there.given_up) and obstacle.source.goes is None:
                 met = there.stage.need

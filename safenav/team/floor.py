@@ -242,8 +242,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return after
 
     def sequence(self, joint: Joint, poses: tuple[int, ...]) -> Iterator[tuple[int, Joint]]:
-        """Yield the robots that go to their poses one at a time, those that leave a region first,
-        each with the state after its step."""
+        """Yield the robots in an order in which they can go to their poses one at a time, each with
+        the state after its step."""
         size, left = self.team.size, [i for i in self.robots if poses[i] != joint.poses[i]]
         there: dict[int, set[int]] = {}
         for i in self.robots if left else ():

@@ -44,7 +44,7 @@ def floor_now(team: Team, state: State) -> Floor:
 
 
 def acting_floor(team: Team, state: State, among: Collection[int] | None = None) -> Floor:
-    """Return the floor of the obstacles on which robots act: those that are known, or ``among``."""
+    """Return the floor with the obstacles on which robots can act: ``among``, or all known ones."""
     known = (k for k, each in enumerate(state.obstacles) if each.known)
     return floor_with(team, state, tuple(sorted(known if among is None else among)))
 

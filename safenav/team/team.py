@@ -258,7 +258,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
             pace = pace_on(self.world, member.robot)
             pace.placed(0, "west")
             pace.arrived(0)
-            found.append(acted_by([(pace, 0)], 0, 1))  # to the east
+            found.append(acted_by([(pace, 0)], 0, 1))  # on an obstacle behind it
         return tuple(found)
 
     @cached_method

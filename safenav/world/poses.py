@@ -288,7 +288,7 @@ class PoseGraph:
         return FAR
 
     def nearest(self, start: int, goal: Mask, allowed: Mask) -> Mask:
-        """Return the part of ``goal`` in one of its nearest regions; all of it without a path."""
+        """Return the part of ``goal`` in one of its nearest regions; without a path, all of it."""
         found = frontier = 1 << start
         while frontier and not frontier & goal:
             frontier = self.forward(frontier) & (allowed | goal) & ~found

@@ -98,7 +98,7 @@ def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
     for first, i, then, j in plan.orders:
         after[first, i].append((then, j))
     bits = {place: 1 << number for number, place in enumerate(places)}
-    later = dict.fromkeys(places, 0)  # for each place, those that are certainly later
+    later = dict.fromkeys(places, 0)  # for each place, those that certainly come later
     try:
         for place in TopologicalSorter(after).static_order():  # the last first
             for other in after[place]:

@@ -129,7 +129,7 @@ class Bound:
                 arrivals += [min(turn, self._leaving(name, need, before))] * (name not in done)
             begun, arrivals = before, sorted(turn for turn in arrivals if turn < NEVER)
             missing = need.robots - len(done)
-            if missing > 0:  # else their action failed, and the next one may succeed
+            if missing > 0:  # else the last action failed, but may be repeated
                 before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER
             turns.append(before)
         return turns

@@ -327,7 +327,7 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         return Case(s, memory={name: 0}, never=never).can_continue(name, begins, ())
     if own.literal and own.strict and memory:
         return _keeps_order(robot, case, next(iter(memory.values())))
-    return True  # the closure shows that it can
+    return True  # the closure shows that it can continue
 
 
 def _rows(robot: Robot, memory: Mapping[str, int], s: State) -> set[int]:

@@ -1,5 +1,5 @@
-"""A writer of SVG elements, text widths for the layout of legends, and glyphs: marks of states and
-events, silhouettes of obstacles, also of the pages.
+"""A writer of SVG elements, text widths for the layout of legends, and glyphs, which pages use too:
+marks of states and events, silhouettes of obstacles.
 
 The advance widths are those of DejaVu Sans, the font of PNG and GIF, which is wider than the
 fallback fonts of other renderers: text that fits here fits everywhere."""

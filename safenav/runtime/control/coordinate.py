@@ -174,7 +174,7 @@ class Decision:
         if found.hopeless and before.left:
             found = solve.settle(solve.Solver(serving), poses, stages, aside, lone)
         never: ends.End | None = None
-        if found.hopeless and floor.flat:  # perhaps no longer, once these robots have returned
+        if found.hopeless and floor.flat:  # robots that get a battery may change that
             later = aside.union(range(len(floor.gates))).difference(floor.flat.values())
             solver = solve.Solver(beyond(serving, floor.flat.values()))
             brought = solve.settle(solver, poses, stages, later, lone)

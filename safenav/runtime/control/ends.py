@@ -71,7 +71,7 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
         floor = replace(floor, robots=here.robots, floors=within)
     found = around(floor, tuple(r.next for r in state.robots), known.stages_of(floor, state))
     for i, robot in enumerate(state.robots):
-        if robot.to is not None and not team.live:  # it still acts in its old region
+        if robot.to is not None and not team.live:  # a robot in transit acts in its old region
             found = found.placed(i, found.sets[i] | (1 << robot.pose))
     return found
 
@@ -128,7 +128,7 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
     objective = robot.objective
     if objective.formulas is not None:
         return f"{robot.name} cannot meet its formulas in the regions that it can reach"
-    if chosen:  # from its current pose the robot still can
+    if chosen:  # from its current pose it could still do so
         return f"{robot.name} could no longer {describe(objective, word)} after that"
     memory = Memory(state.robots[i].own.turn(objective.pursuit))
     pose = team.members[i].graph.pose(state.robots[i].next)

@@ -62,27 +62,27 @@ class Planning(Struct, frozen=True, dict=True):
         return all(r.to is None and need.regions >> r.pose % self.team.size & 1 for r in helpers)
 
     def events(self) -> Sequence[now.Event] | ends.End:
-        """Return the plan that the robots need, with what it presumes (empty: they need none), or
+        """Return the events that start a plan or set requests aside (empty: no plan is needed), or
         the end of the run if no plan exists. Raises Pending."""
         team, state, answers = self.team, self.state, self.answers
         if not team.sharing:
             return ()
         starves, due = self._starves(), self._is_due()
-        returns = any(charged(team, state, i) for i in self.out)  # they return before the next plan
+        returns = any(charged(team, state, i) for i in self.out)  # first these return to service
         if returns or not (starves or due) or not self.sharing:
             return ()
         floor = floor_now(hearing(team, state.inputs), state)
         joint = joint_now(state, floor)
         open_ = {floor.gates[g] for g in self.found.served}
         if not starves and self._waits(open_):
-            return ()  # robots with strategies resolve them first
+            return ()  # robots with strategies first resolve obstacles
         alone = self.helped.difference(self.roles[i].helps for i in self.sharing)
         idle = open_ <= alone
         if not starves and idle and floor.completed(joint, frozenset(), self.sharing):
             return self._rounds(floor, joint) if not (self.complete or open_) else ()
         floor, better = self._with_helpers(floor), blind(state) and not due
         answer = answers.plan(floor, joint, self.found.served, state, better=better)
-        if floor.team is not team and not isinstance(answer, Found):  # next, for any input values
+        if floor.team is not team and not isinstance(answer, Found):  # then for any input values
             floor = replace(floor, team=team, graphs=floor_now(team, state).graphs)
             joint = joint_now(state, floor)
             if idle and floor.completed(joint, frozenset(), self.sharing):
@@ -173,7 +173,7 @@ class Planning(Struct, frozen=True, dict=True):
                 return (now.SetAside(tuple(floor.gates[g] for g in gates)),)
             case Deadlock():
                 end = ends.deadlocked(team, state, answer)
-                return ends.without(team, state, gone) if gone else end  # they may be in the way
+                return ends.without(team, state, gone) if gone else end  # absent ones may block
             case None:
                 why = "search budget exhausted while planning a joint plan; no verdict"
                 gone = [i for i in gone if not (done(team, state, i) and stands(team, state, i))]

@@ -110,8 +110,8 @@ class Roles:
         return self._toward(i, targets, other) if self._goes_between(i, targets) else None
 
     def _wait(self, i: int) -> Role:
-        """Return the role of a robot that waits: its objective for that time, or to hold where it
-        encountered the obstacle."""
+        """Return the role of a robot that waits: its objective ``while_waiting``, or to stay where
+        it encountered the obstacle, or to return there if it may not stay."""
         other = self.meanwhile(i) if self.waits(i) else None
         if other is not None:
             return other

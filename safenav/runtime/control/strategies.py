@@ -182,7 +182,7 @@ def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
 
 
 def shown_by_poses(team: Team, state: State, roles: Mapping[int, Role]) -> dict[int, Controller]:
-    """Return, without a strategy, the controllers of the robots that need none (``pursues``)."""
+    """Return controllers without a strategy for the robots that need none (``pursues``)."""
     plain, here = without_memory(team, state)
     floor, found = floor_now(plain, here), dict[int, Controller]()
     for i, role in roles.items():

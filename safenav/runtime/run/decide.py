@@ -102,7 +102,7 @@ def successor(run: Situation, i: int) -> Proposal | None:
     if controller is None or robot.node is None or not controller.realizable:
         return None
     graph, every = team.members[i].graph, run.control.found.safe
-    safe = every[i] if every else None  # none: the team can never continue
+    safe = every[i] if every else None  # empty: the team can never continue
     if controller.task.assignable:
         step = commanded(team, state, i, run.control.roles[i], controller, safe)
     else:

@@ -68,7 +68,7 @@ class SimulatedWorld:
         return Truth(self._state.obstacles, {**self.truths}, added)
 
     def resume(self, truth: Truth, regions: Sequence[Region]) -> None:
-        """Continue from that state, with the robots in these regions."""
+        """Continue with this ``truth``, and the robots in these regions."""
         for source, battery_of in truth.added:
             self._team = introduced(self._team, source, battery_of)
         self._state = replace(self._state, obstacles=truth.obstacles)
@@ -251,7 +251,7 @@ class SimulatedWorld:
         return [k for _, k in sorted((at, k) for at, k in away if at is not None and at <= tick)]
 
     def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
-        """Return whether an obstacle can appear now; an order also in an occupied region."""
+        """Return whether an obstacle can appear now; an order can even in an occupied region."""
         if obstacle.ordered:
             return not self.stands(obstacle)
         return obstacle.region not in occupied and obstacle.region not in self.standing()
