@@ -135,7 +135,7 @@ def pace(e: Line, s: State) -> Iterator[str]:
     step, begun = e.step, robot.began if robot.bound is not None else e.tick
     took, lasts = e.tick - begun + 1, step.bound is not None
     if step.to != step.start and not step.strays and lasts is not (took < takes):
-        yield f"a step of {e.robot} takes {took}{' or more' * lasts} ticks, not {takes}"
+        yield f"a step of {e.robot} takes {'more than ' * lasts}{took} ticks, not {takes}"
 
 
 @rule(*STEPS, "operator")

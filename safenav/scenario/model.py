@@ -90,11 +90,6 @@ class Exclusion(Part, frozen=True):
         schema={"minItems": 1},
     )
 
-    def flaws(self) -> Iterator[tuple[str, str, str]]:
-        """Yield keys without a value, each with the error and a remedy."""
-        if not self.regions:
-            yield "in", " is empty", "name at least one region"
-
 
 class Coordination(StrEnum):
     """Method by which the coordination layer reassigns robots (docs/coordination.md)."""

@@ -12,7 +12,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Found, lost
-from safenav.plan.order import awaited, joint_now, stuck
+from safenav.plan.order import awaited, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.planning import Planning, beyond, helped
@@ -253,7 +253,7 @@ class Decision:
     def _waiting(self, control: Control, before: Control) -> Control:
         """Give robots a plan for the time in which the team begins to wait for a change."""
         end = control.end
-        if end is None or end == before.end:
+        if end is None or (end == before.end and not starving(self.team, self.state)):
             return replace(control, waits=control.waits and end is not None)
         waits = self.coming and end.outcome == "operator_needed"
         plan = self._meantime() if waits else None
@@ -265,21 +265,31 @@ class Decision:
         """Return a plan of the robots that can complete their rounds while all others stand still
         and open obstacles stay, and that can undo each of their steps; None if there is none."""
         team, state = self.team, self.state
-        asked = _asked(state)
-        going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
-        left: list[int] | None = None
-        if team.charged or self.answers.background:
+        if self.answers.background:
             return None
-        while going and going != left:
-            left, every = going, enumerate(state.robots)
+
+        def among(going: Collection[int]) -> Floor:
+            every = enumerate(state.robots)
             out = frozenset((i, robot.next) for i, robot in every if i not in going)
             sealed = state.sealed.union(state.gates)
-            floor = floor_with(hearing(team, state.inputs), state, (), sealed, out)
+            return floor_with(hearing(team, state.inputs), state, (), sealed, out)
+
+        asked, left = _asked(state), list[int]()
+        going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
+        while going != left and not team.charged:
+            floor, left = among(going), going
             going = [i for i in going if not floor.graphs[i].one_way and _meets(floor, state, i)]
-        if not going or floor.completed(joint := joint_now(state, floor), frozenset()):
+        floor = among(going)
+        if team.charged:
+            floor = among([i for i in team.charged if state.robots[i].active])
+            none, every = (0,) * len(team.members), tuple(each.floor for each in team.members)
+            floor = replace(floor, rounds=none, away=every)
+        if not floor.robots:
             return None
-        answer = self.answers.plan(floor, joint, (), state)
+        answer = self.answers.plan(floor, joint_now(state, floor), (), state)
         if not isinstance(answer, Found) or answer.first:
+            return None
+        if all(len(way) < 2 for way in answer.plan.ways):
             return None
         pairs = zip(answer.plan.ways, state.robots, strict=True)
         ways = tuple(way or (now.Waypoint(robot.next),) for way, robot in pairs)

@@ -142,8 +142,11 @@ class Reading(Findings):
         if found is not None and self.named and len(found.robots) < 2:
             message = "'robots' of never_together: at least two robots are needed"
             self.add(document.below(node, "robots"), message)
+        where = document.below(node, "in")
+        if isinstance(where, Sequence) and not where.items:
+            self.add(where, "'in' of never_together is empty", "name at least one region")
         if found is not None:
-            check_starts(found, self.team, document.below(node, "in"), self)
+            check_starts(found, self.team, where, self)
         return found
 
     def spans(self, node: Node, what: str) -> tuple[tuple[int, int], ...]:
