@@ -108,7 +108,7 @@ ROS_MAP = "map of ROS map_server"
 _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     "specification": (
         (rf"\A(?:\s|#[^\n]*\n)*{_SECTION}|\n\[(?:SYS|ENV)_[A-Z]+\]",),
-        "its strategy: safenav synth {0}; why not: safenav explain",
+        "get its strategy with: safenav synth {0}; if there is none: safenav explain {0}",
     ),
     "motion file": (
         (r'\A\s*\{"type"\s*:\s*"header"\s*,\s*"motion"',),

@@ -211,7 +211,7 @@ def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> lis
         if helper != robot:
             asked = f"{helper} was" if helper else "no robot was"
             what = obstacle_words(obstacle, word)
-            found.append(f"helpers: expected {robot} to be requested for {what}, {asked}")
+            found.append(f"helpers: expected {robot} to be requested for {what}, but {asked}")
     if expect.ticks is not None and end.ticks > expect.ticks and not ledger.live:
         found.append(f"ticks: expected at most {expect.ticks}, got {end.ticks}")
     for robot, rounds in end.rounds.items():

@@ -163,6 +163,6 @@ def _replaced(node: Node, steps: list[str], value: Node, path: str, findings: Fi
                 return document.Mapping(place, (*entries, (Scalar(value.place, step, step), new)))
             kept = [(key, new if key.value == step else item) for key, item in entries]
             return document.Mapping(place, tuple(kept))
-    found = f"'{path}' of the matrix leads nowhere: there is no '{step}' here"
+    found = f"'{path}' of the matrix is not in the scenario: there is no '{step}' here"
     findings.add(node, found, "a path names keys, or items of a list from 0: obstacles.0.region")
     return node

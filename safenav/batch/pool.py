@@ -135,6 +135,6 @@ class DaskCluster(Pool):
         for worker, version in versions.items():
             if version != safenav.__version__:
                 raise UsageError(
-                    f"the Dask worker {worker} has safenav {version}, this is "
+                    f"the Dask worker {worker} has safenav {version}, this machine has "
                     f"{safenav.__version__}\n    install the same version on both"
                 )

@@ -57,7 +57,7 @@ class ResultsFile:
             self._file.close()
             count = f" and {len(others) - 1} more" if len(others) > 1 else ""
             raise UsageError(
-                f"{directory} holds the results of another batch, of {others[0]}{count}\n"
+                f"{directory} holds results of another batch: {others[0]}{count}\n"
                 "    use another --out, or remove this folder; --resume adds to its results"
             )
         self.former = found if resume else {}

@@ -25,14 +25,14 @@ a quoted pattern, a matrix file (docs/batch.md), or - (standard input).
 After an interruption, --resume with the same --out continues.
 """
 PASSED = "all as expected (without 'expect': completed in time, no order open)"
-FAILED = "some not passed or not run"
+FAILED = "a case failed or was not run"
 
 
 @options.command(EXAMPLES, PASSED, FAILED)
 def batch(
     paths: Annotated[tuple[str, ...], click.Path()],
     *,
-    jobs: Annotated[int | None, options.COUNT, "-j --jobs N", "Scenarios in parallel."],
+    jobs: Annotated[int | None, options.COUNT, "-j --jobs N", "Scenarios run in parallel."],
     time_limit: Annotated[float, options.SECONDS, "End a scenario after this time."] = 600.0,
     certify: Annotated[Path | None, options.FOLDER, "Write the bundle of each run here."],
     junit: Annotated[Path | None, options.Output(".xml"), "Write a JUnit report (XML)."],
@@ -43,7 +43,7 @@ def batch(
         "-o --output --out",
         "Write results.jsonl, and the trace of each failure.",
     ],
-    resume: Annotated[bool, "Run only cases without a result in --out, or changed."],
+    resume: Annotated[bool, "Run only cases that have no result in --out or have changed."],
     dask: Annotated[str | None, "--dask ADDRESS", "Run on this Dask cluster."],
 ) -> int:
     """Run every scenario that the PATHs name, in worker processes, and compare each run with

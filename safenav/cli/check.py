@@ -56,7 +56,7 @@ def check(
     files: Annotated[tuple[Path, ...], options.INPUT],
     *,
     strict: Annotated[bool, "Scenarios: warnings count as unrealizable."],
-    require: Annotated[tuple[str, ...], "Motions: a further formula."],
+    require: Annotated[tuple[str, ...], "Motions: add a requirement."],
     rate: Annotated[float, options.HERTZ, "Motions: samples per second."] = 50.0,
     as_json: options.AsJson,
 ) -> int:

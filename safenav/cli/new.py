@@ -122,8 +122,7 @@ def studio(
     folder: Annotated[
         Path | None,
         click.Path(path_type=Path, file_okay=False, exists=True),
-        "Folder for scenarios and the maps and catalogues that they read; else that of FILE, "
-        "or the current one.",
+        "Folder of scenarios, maps and catalogues. Default: that of FILE, or the current one.",
     ],
     port: Annotated[int | None, click.IntRange(1, 65535), "Listen on this port."],
     no_browser: Annotated[bool, "Do not open the page in a browser."],

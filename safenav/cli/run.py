@@ -129,10 +129,10 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
     if plan.clock is Clock.LOCKSTEP and told.last != tick:
         raise UsageError(f"{trace.source}: a checkpoint of tick {tick} follows tick {told.last}")
     if plan.clock is Clock.LOCKSTEP and tick >= (most := plan.limits.ticks):
-        raise UsageError(f"{trace.source}: at tick {tick}, its limit is {most}; give --max-ticks")
+        raise UsageError(f"{trace.source}: at its limit of {most} ticks; give a higher --max-ticks")
     for track, robot in zip(told.robots, begun.standing(plan).robots, strict=True):
         if track.regions[-1] != robot.start.region:
-            where = f"in {robot.start.region}, the lines before it in {track.regions[-1]}"
+            where = f"in {robot.start.region}, but the lines before it in {track.regions[-1]}"
             raise UsageError(f"{trace.source}: a checkpoint has {robot.name} {where}")
     return begun
 
@@ -156,13 +156,13 @@ def drive(
     fleet: Annotated[options.InputFile, "The fleet file (docs/drive.md)."],
     trace: options.Trace,
     rehearse: Annotated[bool, "Simulate the run; no robot moves."],
-    begun: Annotated[options.InputOption, "--resume TRACE", "Continue this drive of SCENARIO."],
+    begun: Annotated[options.InputOption, "--resume TRACE", "Continue the drive of this trace."],
     operator: options.Operator,
     live: options.Live,
     as_json: options.AsJson,
     no_map: options.NoMap,
     time_limit: options.TimeLimit,
-    patience: Annotated[float, options.SECONDS, "Longest wait for robots to answer."] = 10.0,
+    patience: Annotated[float, options.SECONDS, "Maximum wait for the robots' answers."] = 10.0,
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
@@ -322,7 +322,7 @@ def _reported(mission: Mission, ledger: Ledger, files: Files, *, advice: bool) -
         status = ExitCode.OK
     if not files.as_json:
         if expected != Expect() and not compares:
-            click.echo("note: interrupted: not compared with 'expect'", err=True)
+            click.echo("note: 'expect' is not checked, since the run was interrupted", err=True)
         if advice and status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT):
             echo_lines(_next_steps(outcome, files), err=True)
     return status

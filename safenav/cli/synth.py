@@ -103,7 +103,7 @@ def synth(
         "-o --output",
         "Write into this folder; -: print the strategy of one robot.",
     ],
-    measures: Annotated[Path | None, options.Output(), "Write the measures (specifications only)."],
+    measures: Annotated[Path | None, options.Output(), "Progress measures (specifications only)."],
     avoiding: Annotated[bool, "Avoid the other robots (without coordination)."],
     as_json: options.AsJson,
 ) -> int:
@@ -176,10 +176,10 @@ def _of_specification(
             warn_of(texts.vacuity_lines(vacuity, strategy, str(file)))
     else:
         if not strategy.states:
-            words = f"it has no node: {opening_words(spec)}"
+            words = f"the counterstrategy has no node: {opening_words(spec)}"
             click.echo(words, err=as_json or str(output) == "-")
         hint = f"for the reason: safenav explain {file}"
-        click.echo(f"the environment's strategy; {hint}", err=True)
+        click.echo(f"this is the environment's strategy; {hint}", err=True)
     return code_of(one.realizable)
 
 
@@ -242,9 +242,7 @@ VERIFY_EXAMPLES = """\
 def verify(
     specification: Annotated[str, click.Path()],
     strategy: Annotated[str, click.Path()],
-    counterstrategy: Annotated[
-        bool, "STRATEGY is the environment's: SPECIFICATION is unrealizable."
-    ],
+    counterstrategy: Annotated[bool, "STRATEGY is a counterstrategy of SPECIFICATION."],
     as_json: options.AsJson,
 ) -> int:
     """Check that the explicit STRATEGY (JSON, as slugs prints it) satisfies all guarantees of the

@@ -42,7 +42,7 @@ def _in_ros(pattern: re.Pattern[str], about: str = "") -> Key:
         if pattern.fullmatch(value):
             return value
         hint = "use letters, digits and '_', for example /lab/digit"
-        findings.add(node, f"{what}: '{clipped(value)}' is not a name in ROS", hint)
+        findings.add(node, f"{what}: '{clipped(value)}' is not a valid ROS name", hint)
         return None
 
     return Key(about, check=check, schema={"pattern": f"^(?:{pattern.pattern})$"})
@@ -84,7 +84,7 @@ class Station(Part, frozen=True):
     ] = ""
     tolerance: float = key(
         "Maximum distance in metres from the centre of a region on arrival, and from a reference; "
-        "at most 0.3 of a region's side, if not given.",
+        "without this key at most 0.3 of a region's side.",
         above=0,
         default=0.3,
     )
@@ -125,7 +125,7 @@ class SimulationUse(Part, frozen=True):
 
     pace: float = key("Upper limit of the speed-up over real time.", above=0, default=1.0)
     obstacles: tuple[ObstacleKeys, ...] | None = key(
-        "The true obstacles. Default: those of the scenario."
+        "The actual obstacles. Default: those of the scenario."
     )
 
 
@@ -157,8 +157,8 @@ class FleetKeys(Item, frozen=True):
     simulation: SimulationUse = key(default=SimulationUse())
     failures: Failures = key(default=Failures())
     inputs: dict[Scalar, RosName] | None = key("ROS: the topic (std_msgs/Bool) of each input.")
-    defaults: Station | None = key("Values for robots that set no others.")
-    robots: dict[Scalar, Station] | None = key("By name; others have the defaults.")
+    defaults: Station | None = key("Default values for all robots.")
+    robots: dict[Scalar, Station] | None = key("By name; robots not listed have the defaults.")
 
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:

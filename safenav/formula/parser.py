@@ -203,7 +203,7 @@ class _Parser(FormulaParser[_Expression]):
     }
     misplaced: ClassVar = {
         **dict.fromkeys("FG", f"leave it out: {_SECTIONS}"),
-        **dict.fromkeys(("next", "X"), "'(' follows, around a formula or a number"),
+        **dict.fromkeys(("next", "X"), "put a formula or a number after it in parentheses"),
         "U": "GR(1) has no until: use a memory variable, or goals under 'liveness'",
         "W": "GR(1) has no weak until: use a memory variable under 'safety'",
         "'": "one prime follows a variable; for a formula write next(...)",

@@ -58,7 +58,7 @@ class _Prefix:
     def _require(self, more: int) -> None:
         if more > self._left:
             hint = "define an output for each entry, and use that"
-            raise FormulaError(1, "its buffers stand for too many characters", hint)
+            raise FormulaError(1, "its buffers expand to too many characters", hint)
 
     def _operands(self, operator: str, buffer: list[str]) -> list[str]:
         """Return both operands; a chain of one operator becomes flat, so that it nests no

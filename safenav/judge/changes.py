@@ -10,10 +10,10 @@ from safenav.judge.state import State
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
     """An unlisted obstacle has no end or deadline of its own; in a simulated world it has appeared
-    before its discovery. Types with one name are equal, except those of lost robots."""
+    before it is discovered. Types of the same name are equal, except those of lost robots."""
     one, kind = e.obstacle, e.obstacle.type
     if s.kinds.get(kind.name, kind) != kind and not kind.name.startswith("lost_"):
-        yield f"there is another type {kind.name}"
+        yield f"another type has the name {kind.name}"
     if not s.external and (one.appears is None or one.appears > s.now(e)):
         yield f"the scenario has no {one.name}"
     if one.goes is not None or one.resolve_within is not None:
@@ -22,9 +22,9 @@ def listed(e: Line, s: State) -> Iterator[str]:
 
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world.
-    Except orders, those of a scenario or a user never appear where a robot is. Truths change only
-    when obstacles appear."""
+    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world. Those
+    of a scenario or a user, unless ordered, never appear where a robot is. Truths change only when
+    obstacles appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         if not one.open or one.blocks or not one.ordered:
@@ -57,7 +57,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
     """Inputs change as the scenario lists, or by a user; objectives and service also with an input
-    or a battery, or in a user's world. The scenario's changes of a robot come in its order."""
+    or a battery, or in a user's world. A robot's changes in the scenario come in their order."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
@@ -79,7 +79,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
     elif e.cause == "scenario" and e.kind == "service":
         each = (one for one in s.scenario.changes if one.robot == e.robot and one.at <= s.now(e))
         if s.told.get((e.robot, e.active), 0) >= sum(one.active is e.active for one in each):
-            yield f"the scenario changes the service of {e.robot} less often"
+            yield f"the scenario lists fewer changes of the service of {e.robot}"
     elif e.cause == "input":
         other = s.by_inputs(robot)
         within = None if other else robot.data.within
@@ -101,7 +101,7 @@ def unread(robot: str, own: Objective | None) -> Iterator[NotJudged]:
 
 @rule("move", "depart", "act", "part", "resolved", "outcome")
 def due_changes(e: Line, s: State) -> Iterator[str]:
-    """The scenario's changes of robots happen when it states, in a simulated world also those of
+    """Changes of robots happen when the scenario lists them; in a simulated world, so do changes of
     obstacles and inputs."""
     # in lockstep, before the first robot's turn
     first = s.live or (e.robot == s.names[0] and e.kind == "move")
@@ -216,7 +216,7 @@ def duties(e: Line, s: State) -> Iterator[str]:
         robot = s.robots[e.robot]
         idle = robot.given.serves(robot.own) or robot.out or s.waits
         if not idle and e.robot not in _busy(s, given_up=False):
-            yield f"{e.robot} keeps another objective, but nothing is to be resolved"
+            yield f"{e.robot} keeps another objective, but there is nothing to resolve"
         return
     busy = _busy(s, given_up=True)
     others = [n for n, one in (e.objectives or {}).items() if not one.serves(s.robots[n].own)]
@@ -224,7 +224,7 @@ def duties(e: Line, s: State) -> Iterator[str]:
         others.append(e.robot)
     for name in others:
         if not (name in busy or s.robots[name].out):
-            yield f"{name} gets another objective, but nothing is to be resolved"
+            yield f"{name} gets another objective, but there is nothing to resolve"
     begins = e.kind == "synthesis" and e.node is not None and e.places is None
     if begins and not e.objective.serves(s.robots[e.robot].given):
         yield f"{e.robot} has a strategy for an objective that it does not have"

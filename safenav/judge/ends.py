@@ -26,7 +26,7 @@ def header(_: Line, s: State) -> Iterator[str]:
             yield f"{name} has {'no' if robot.faces else 'a'} heading"
         for other in s.mates[name]:
             if name < other and region in s.kept_out(name, other, s.robots[other].holds):
-                yield f"{name} and {other} start together: {name} at {s.show(region)}"
+                yield f"{name} starts where it conflicts with {other}: at {s.show(region)}"
         if region in robot.own.avoid:
             yield f"{name} starts in {s.show(region)}, which it avoids"
         if robot.data.battery and robot.data.battery.start > robot.data.battery.capacity:
@@ -40,7 +40,7 @@ def header(_: Line, s: State) -> Iterator[str]:
         yield "a live run has no deadlines in ticks"
     for kind in (one.type for one in s.scenario.obstacles):
         if kind != s.kinds[kind.name]:
-            yield f"the types of the name {kind.name} differ"
+            yield f"two types have the name {kind.name}"
 
 
 @rule()
@@ -138,9 +138,9 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
     """In a completed run each objective has been met as often as required since the last resolution
-    and robots with a last target are there. The stated rounds are those made (0 while an input
+    and robots with a last target are there. The stated rounds are those completed (0 while an input
     replaces the objective); without goals, or at a last target, perhaps fewer. Only a run that
-    needs an operator states a cause. A run ends at a limit exactly when it reaches that."""
+    needs an operator states a cause. A run ends at a limit exactly when it reaches that limit."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
         rounds, stated = 0 if s.by_inputs(robot) else _rounds(name, e, s), e.rounds.get(name)
@@ -255,7 +255,7 @@ def permanence(e: Line, s: State) -> Iterator[str]:
         if not one.shut or one.resolved or one.declared:
             yield f"{one.name} is reopened, but was not given up"
     elif not (one.there and (one.known or one.declared)):
-        yield f"{one.name} is not known to be there"
+        yield f"the team does not know {one.name}"
     elif e.robots != one.blocks:
         yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
     elif one.declared:

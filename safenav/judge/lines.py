@@ -375,7 +375,7 @@ class Reader:
             )
         elif line.kind == "discovered":
             name = line.obstacle.name
-            _require(name not in self._obstacles | self._robots, f"{name} is known already")
+            _require(name not in self._obstacles | self._robots, f"{name} already exists")
             self._obstacles.add(name)
         else:
             robots |= {line.robot} if line.robot is not None else set()

@@ -198,9 +198,9 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart", "act", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
-    """No step exceeds the charge of a robot. A robot whose charge is used up leaves service when
-    its `flat` obstacle appears, in lockstep at the latest in its turn, live after an action begun
-    on arrival. Its battery is replaced only when that obstacle is resolved or gone; then it
+    """No step uses more charge than its robot has. A robot without charge goes out of service when
+    its `flat` obstacle appears: in lockstep at the latest in its turn, live after an action begun
+    on arrival. Its battery is replaced only when that obstacle is resolved or gone; then the robot
     returns."""
     robot = s.robots[e.robot]
     if e.kind == "service":

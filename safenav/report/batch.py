@@ -150,7 +150,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
     element = ET.SubElement(suite, "testcase", name=_clean(name), classname=folder)
     if result is None:
         element.set("time", "0.000")
-        ET.SubElement(element, "skipped", message="not run: the batch was stopped first")
+        ET.SubElement(element, "skipped", message="not run: the batch was stopped before")
         return
     element.set("time", f"{result.wall_seconds:.3f}")
     if not result.passed:

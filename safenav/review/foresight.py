@@ -31,7 +31,7 @@ from safenav.trace.vocabulary import ChangeCause
 from safenav.trace.words import listed, moment_words
 from safenav.world.poses import Mask
 
-_NEEDED = "an operator will be needed, unless the run is completed before"
+_NEEDED = "an operator will be needed, unless the run is completed before that"
 
 
 class Foresight(Struct, frozen=True):

@@ -219,10 +219,10 @@ class RobotKeys(Item, frozen=True):
         "Robots whose regions it must not enter. Default: those of its layer."
     )
     tracks: tuple[model.KnownRobot, ...] = key(
-        "Robots that its specification models, by beliefs.", default=()
+        "Robots whose positions its specification models by beliefs.", default=()
     )
     when: dict[values.InputOn, OtherObjective] | None = key(
-        "Objectives while inputs are on; the first active one counts.",
+        "Other objectives while inputs are on; the first input that is on counts.",
         example=f"{{alarm: {EXAMPLE}}}",
     )
 
@@ -242,10 +242,10 @@ class ObstacleKeys(Item, frozen=True):
         "The truth that resolving it reveals, if its type has one. Default: true."
     )
     from_: int | None = key(
-        "The tick at which it appears, once no robot is there. Default: 1.", least=1
+        "The tick from which it appears, as soon as no robot is there. Default: 1.", least=1
     )
     until: int | None = key(
-        "The tick at which it disappears, also if it is not resolved. Default: never.", least=1
+        "The tick at which it disappears, even if it is not resolved. Default: never.", least=1
     )
     resolve_within: int | None = _WITHIN
 
@@ -313,7 +313,7 @@ class ScenarioKeys(Item, frozen=True):
         schema={"minProperties": 1, "maxProperties": 1000},
     )
     never_together: tuple[Together, ...] = key(
-        "Regions with at most one of several robots at a time.", default=()
+        "Regions that at most one of the listed robots may occupy.", default=()
     )
     inputs: dict[values.InputName, model.Input] | None = key(
         "Booleans that the environment sets.", example="{alarm: {at: 12-30}}"
@@ -323,12 +323,12 @@ class ScenarioKeys(Item, frozen=True):
     )
     orders: tuple[OrderKeys, ...] = key("Tasks that the team receives during the run.", default=())
     changes: tuple[ChangeKeys, ...] = key(
-        "Objectives and service of robots during the run.", default=()
+        "Changes of robots' objectives or service during the run.", default=()
     )
     until: model.Until = model.Until()
     limits: model.Limits = model.Limits()
     clock: model.Clock = key(
-        "Time passes in ticks, or in seconds (live).", default=model.Clock.LOCKSTEP
+        "lockstep: time passes in ticks; live: in seconds.", default=model.Clock.LOCKSTEP
     )
     resolve_within: int | None = key(
         "Maximum ticks from a request to its resolution, unless the obstacle has its own."
@@ -353,6 +353,6 @@ class ScenarioKeys(Item, frozen=True):
     )
     expect: model.Expect | None = None
     catalogue: CatalogueKeys | str | None = key(
-        "Models and types of the scenario, inline or as the path of a file.",
+        "Robot models and obstacle types, inline or as the path of a file.",
         expected="a mapping (key: value), or the path of a file",
     )

@@ -50,7 +50,9 @@ class Input(Part, frozen=True):
     example: ClassVar = "{at: 12-30}; {} for one that a program sets"
     spelled: ClassVar = {"spans": "at", "again": "always_eventually"}
     name: OwnName
-    spans: values.Spans = key("Ticks when a simulation has it on: 12, 20-30 or a list.", default=())
+    spans: values.Spans = key(
+        "Ticks when it is on in simulations: 12, 20-30 or a list.", default=()
+    )
     again: values.Again = key(
         "Values that specifications assume to recur infinitely often: off, on or both.", default=()
     )
@@ -157,11 +159,11 @@ class Limits(Part, frozen=True):
     """Limits of the run and of each synthesis."""
 
     example: ClassVar = "{ticks: 500}"
-    ticks: int = key("Ticks of a run.", least=1, default=1000)
-    synthesis_seconds: float = key("Seconds of a single synthesis.", above=0, default=60.0)
-    synthesis_memory: int = key("Memory of a single synthesis, in MiB.", least=1, default=2048)
+    ticks: int = key("Maximum number of ticks.", least=1, default=1000)
+    synthesis_seconds: float = key("Maximum seconds of each synthesis.", above=0, default=60.0)
+    synthesis_memory: int = key("Maximum memory of each synthesis, in MiB.", least=1, default=2048)
     seconds: float | None = key(
-        "Seconds of a run, if live on its clock. Default: none; live: 20 for each of 'ticks'.",
+        "Maximum seconds of a run; live: on its clock. Default: none; live: 20 times 'ticks'.",
         above=0,
     )
 
@@ -174,7 +176,7 @@ Subject = Annotated[str, Key(by="subject")]
 
 
 class Expect(Part, frozen=True):
-    """The expected result of a run; only the keys that are given are checked."""
+    """The expected result of a run. A missing key is checked only if it has a default."""
 
     example: ClassVar = "{outcome: completed}"
     outcome: Outcome | None = key("The outcome of the run.", without=(Outcome.ERROR,))
@@ -271,10 +273,10 @@ class RobotModel(Part, frozen=True):
         "Diameter of its body's bounding circle in metres. Default: that of its motion.", above=0
     )
     speed: float | None = key(
-        "Metres per second (a walker: over each foot). Default: that of its motion.", above=0
+        "Metres per second (of a walker: above each foot). Default: that of its motion.", above=0
     )
     timing: Annotated[int, Meta(ge=1, le=1000)] = key(
-        "Ticks of a step in lockstep (live: the seconds of its motion).", default=1
+        "Ticks that a step takes in lockstep (live: the time of its motion).", default=1
     )
     motion: Literal["walker", "flyer", "rover", "disc"] | None = key(
         "Its motion in metres: walker, flyer, rover or disc. Default: flyer (layer air); with "

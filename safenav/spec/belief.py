@@ -370,7 +370,7 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
     for own, regions in sorted(stays.items()):
         where = within(name, regions, everywhere & ~may_vanish.get(own, 0))
         yield Constraint(Section.ENV_TRANS, f"region = {own} & {where} -> {name}' < {size}", origin)
-    origin = Origin(item, f"out of sight, {model.other.name} is believed where it may be", SOURCE)
+    origin = Origin(item, f"out of sight, {model.other.name} is believed where it can be", SOURCE)
     never = everywhere & ~region_mask(_seen_regions(model))
     for belief, regions in plain.items():
         after = f"{name}' = {model.number(belief)}"

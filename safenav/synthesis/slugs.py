@@ -362,7 +362,7 @@ def failure(problem: str, finished: Finished, binary: Path, robot: str) -> Synth
     words = finished.explanation.splitlines()
     lines.append("    its last output:" if words else "    it printed nothing")
     lines += [f"      {line}" for line in words]
-    advice = "`safenav synth -o DIR` writes the specification: attach it to a report of this"
+    advice = "`safenav synth -o DIR` writes the specification: attach it to a bug report"
     if os.environ.get(VARIABLE):
         advice = f"check the binary that {VARIABLE} names, or unset it to use safenav's own"
     return SynthesizerError("\n".join([*lines, f"    {advice}"]))

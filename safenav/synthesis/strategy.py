@@ -194,14 +194,14 @@ def _in_order(nodes: Mapping[str, _Node]) -> list[_Node]:
     try:
         return [nodes[str(number)] for number in range(len(nodes))]
     except KeyError as error:
-        raise _malformed(f"node {error} is missing, although there are {len(nodes)}") from None
+        raise _malformed(f"node {error} is missing among {len(nodes)} nodes") from None
 
 
 def _check_columns(states: list[list[int]], transitions: list[list[int]], bits: int) -> None:
     """Check all lengths and targets, one column at a time: there may be a million edges."""
     for node, state in enumerate(states):
         if len(state) != bits:
-            raise _malformed(f"node {node} has {len(state)} bits, there are {bits} variables")
+            raise _malformed(f"node {node} has {len(state)} bits, expected {bits}")
     if max(chain.from_iterable(transitions), default=-1) >= len(states):
         node = next(n for n, targets in enumerate(transitions) if max(targets) >= len(states))
         raise _malformed(f"node {node} leads to a node that does not exist")

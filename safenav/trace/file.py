@@ -232,7 +232,7 @@ class _Reader:
         """Add a line. It may name only robots of the header, except in a dropped report."""
         if isinstance(record, Discovered):
             if record.obstacle.name in self._obstacles:
-                raise WrongError(f"{record.obstacle.name} is known already")
+                raise WrongError(f"{record.obstacle.name} already exists")
             self._obstacles.add(record.obstacle.name)
         named = {getattr(record, "robot", None), *(getattr(record, "robots", None) or ())} - {None}
         if not (isinstance(record, Late) or named <= self._robots):

@@ -141,7 +141,7 @@ class Depart(Record, frozen=True, tag="depart"):
 
 class Arrive(Record, frozen=True, tag="arrive"):
     """Live: the step of a robot has ended; it occupies only the region ``at`` (lost: it is
-    somewhere in ``regions``). ``reason`` of another end, or of more than one attempt."""
+    somewhere in ``regions``). ``reason``: why it ended otherwise, or took several attempts."""
 
     command: Count
     robot: str

@@ -42,7 +42,7 @@ class Fault(StrEnum):
     NO_START = "no node to start from"
     RANGE = "a value outside its range"
     FORBIDDEN_INPUT = "a next input that the assumptions exclude"
-    SEVERAL_INPUTS = "the environment does not choose one next input"
+    SEVERAL_INPUTS = "the environment does not choose exactly one next input"
     MISSING_SUCCESSOR = "no successor for an allowed move of the other player"
     SEVERAL_SUCCESSORS = "two successors for the same move of the other player"
     BROKEN_GUARANTEE = "a transition that breaks a guarantee"

@@ -86,7 +86,7 @@ def test_imports_go_downwards_between_packages_and_inside_them() -> None:
         assert networkx.is_directed_acyclic_graph(needs), networkx.find_cycle(needs)
 
 
-def test_views_neither_import_records_nor_depend_on_the_clock() -> None:
+def test_report_modules_neither_import_records_nor_read_the_clock() -> None:
     """They stand on the run model, which alone knows records and the clock of a run."""
     views = [name for name in MODULES if name.startswith("safenav.report.")]
     assert views
@@ -147,7 +147,7 @@ PATH = ("scenario.language", "scenario.model", "spec.compile", "synthesis.slugs"
 MOST_ON_PATH = 26
 
 
-def test_the_path_from_a_scenario_to_a_trace_loads_few_modules() -> None:
+def test_a_run_from_scenario_to_trace_loads_few_modules() -> None:
     """Packages are not counted: their ``__init__`` is a docstring."""
     program = f"import sys, {', '.join(f'safenav.{each}' for each in PATH)}\n"
     program += "print(*(n for n, m in sys.modules.items() if not hasattr(m, '__path__')))"

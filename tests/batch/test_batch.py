@@ -100,7 +100,7 @@ def test_an_interrupted_batch_resumes_with_the_missing_cases(
 
 
 @pytest.mark.parametrize("cut", [1, 200])
-def test_a_truncated_result_is_run_again(write: Write, slugs: SlugsLog, cut: int) -> None:
+def test_a_case_whose_result_is_cut_is_run_again(write: Write, slugs: SlugsLog, cut: int) -> None:
     for letter in "abc":
         write(f"{letter}.yaml")
     safenav(".", "--out", "out")
@@ -133,7 +133,7 @@ def test_a_synthesis_ends_with_the_process_that_requested_it(write: Write, slugs
     assert slugs.all_gone()
 
 
-def test_an_environment_in_which_no_worker_starts_is_an_error(
+def test_a_batch_whose_workers_cannot_start_ends_with_an_error(
     write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "yaml.py").write_text("raise RuntimeError('no yaml here')")

@@ -98,7 +98,7 @@ def test_an_interruption_or_a_lost_cluster_ends_the_work_and_keeps_the_results(
         assert "2 passed" in done.stdout and "(1 of them from earlier runs)" in done.stdout
 
 
-def test_an_address_where_nothing_answers_is_bad_input(write: Write) -> None:
+def test_an_address_without_a_dask_cluster_is_bad_input(write: Write) -> None:
     write("a.yaml")
     safenav("a.yaml", "--out", "out")
     program = (

@@ -64,14 +64,14 @@ def test_the_search_decides_whether_a_mission_can_be_completed(says: str) -> Non
     assert can_complete(mission, begin) is case["possible"]
 
 
-def test_a_goal_of_an_unknown_shape_is_not_judged() -> None:
+def test_a_formula_goal_of_an_unknown_form_is_not_judged() -> None:
     robot = {"start": 7, "objective": {"ltl": {"liveness": ["region = 7 & region = 8"]}}}
     with pytest.raises(NotJudgedError, match="the goal"):
         _ = Mission(data({"floor": 4, "robots": {"a": robot}})).robots
 
 
 @pytest.mark.parametrize(("objective", "visits", "rounds"), CASES["rounds"])
-def test_rounds_follow_from_the_regions(objective: Data, visits: list[int], rounds: int) -> None:
+def test_rounds_follow_from_visits(objective: Data, visits: list[int], rounds: int) -> None:
     robots = {"a": {"start": 8, "objective": objective}}
     found = Mission(data({"floor": 4, "robots": robots}))
     assert rounds_done(found.robots["a"], visits) == rounds
@@ -103,7 +103,7 @@ def test_entering_an_open_obstacle_is_noticed(
 
 
 @pytest.mark.parametrize("says", CASES["logs"])
-def test_a_log_is_judged_by_the_actual_events(says: str) -> None:
+def test_a_log_that_contradicts_the_actual_events_is_refused(says: str) -> None:
     case = CASES["logs"][says]
     walk = Walk(data(case["mission"]), lines(case["log"]))
     found, expected = judge_log(walk, case["said"]), case.get("finds", "")

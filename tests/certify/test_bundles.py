@@ -118,7 +118,7 @@ def zipped(files: Files, target: Path) -> Path:
     return target
 
 
-def test_a_broken_archive_is_refused_without_a_traceback(tmp_path: Path) -> None:
+def test_a_damaged_archive_is_refused_without_a_traceback(tmp_path: Path) -> None:
     packed = zipped(files_of(shipped("hello")), tmp_path / "hello.zip")
     data = bytearray(packed.read_bytes())
     data[data.index(b'"safenav-bundle"')] ^= 1  # its sum is no longer that of the archive

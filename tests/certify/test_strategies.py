@@ -50,7 +50,7 @@ def strategy(bits: list[str], *nodes: tuple[list[int], list[int]]) -> checker.St
     return checker.Strategy({"variables": bits, "nodes": given}, [])
 
 
-def test_a_strategy_of_many_edges_is_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_strategy_with_too_many_edges_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     given: Any = ["y", "x"], ([0, 0], [1, 2]), ([1, 0], [1, 2]), ([0, 1], [0])
     assert strategy(*given).reach([1]) == [0, 1, 2]
     monkeypatch.setattr(checker, "MOST_EDGES", 4)
@@ -101,7 +101,7 @@ light' <-> somebody'
 
 
 @pytest.mark.parametrize("separator", ["\r", "\f", "\x85", "\u2028"], ids=ascii)
-def test_a_line_ends_at_a_line_feed_for_every_reader(separator: str) -> None:
+def test_every_reader_ends_lines_at_line_feeds_only(separator: str) -> None:
     """Behind other characters, what is a comment to one program would be a formula to another."""
     code = rf"U\+{ord(separator):04X}"
     with pytest.raises(InputError, match=f"spec:7:22: not text: .*{code}"):

@@ -28,7 +28,7 @@ def run(*words: object, before: str = "", **options: Any) -> subprocess.Complete
     return ran(program(*words, before=before), **options)
 
 
-def test_an_unwritable_cache_costs_one_warning_which_quotes_no_source_code(tmp_path: Path) -> None:
+def test_an_unwritable_cache_gives_one_warning_without_source_code(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     cache = {"SAFENAV_CACHE": str(tmp_path / "file" / "cache"), "NO_COLOR": "1"}
     done = run("check", SCENARIOS / "case_study_1.yaml", env={**os.environ, **cache})
@@ -141,7 +141,7 @@ def test_colours_are_for_terminals_and_can_be_switched_off(wanted: bool, tmp_pat
         assert ("\x1b[" in said) == wanted
 
 
-def test_the_progress_of_a_film_fits_a_narrow_terminal(tmp_path: Path) -> None:
+def test_the_progress_of_a_gif_fits_a_narrow_terminal(tmp_path: Path) -> None:
     trace = tmp_path / "t.jsonl"
     assert run("run", HELLO, "--trace", trace).returncode == 0
     near, far = pty.openpty()

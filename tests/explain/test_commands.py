@@ -60,7 +60,7 @@ def test_a_shipped_scenario_is_explained_and_repaired(file: Path) -> None:
         assert Mission(opened.scenario).run().outcome.value == "completed"
 
 
-def test_without_a_budget_only_proven_results_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_time_only_proven_results_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("safenav.explain.play.BUDGET_SECONDS", 0.0)
     monkeypatch.setattr("safenav.explain.investigation.REPAIR_SECONDS", 0.0)
     status, output, _ = invoke("explain", FOLDER / "forbidden_way.yaml")
@@ -96,7 +96,7 @@ def wrapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], 
 
 
 @pytest.mark.parametrize("lines", [["!a'"], ["a'", "!a'"]], ids=["some checks", "all checks"])
-def test_checks_without_a_verdict_are_reported(
+def test_checks_that_reach_a_limit_are_reported(
     lines: list[str], tmp_path: Path, wrapped: Callable[[str], None]
 ) -> None:
     """A request without one of these lines reaches a limit."""

@@ -180,7 +180,7 @@ def test_a_signal_ends_a_run_with_its_outcome(number: int, trace: Path) -> None:
 
 @pytest.mark.parametrize("before", [AT_ONCE, BETWEEN])
 @pytest.mark.parametrize("more", [(), ("--clock", "live", "--operator")])
-def test_a_signal_anywhere_ends_the_run_cleanly(
+def test_signals_at_any_time_end_runs_cleanly(
     before: str, more: Sequence[str], trace: Path
 ) -> None:
     status, _ = ended("run", HELLO, "--no-map", *more, "--trace", trace, before=before)
@@ -384,7 +384,7 @@ def finished(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable
     return of
 
 
-def test_an_interrupted_try_of_a_folder_leaves_no_file(tmp_path: Path) -> None:
+def test_an_interrupted_check_that_a_folder_is_writable_leaves_no_file(tmp_path: Path) -> None:
     child = started("-c", TRIES, cwd=tmp_path)
     assert (child.communicate()[1], child.returncode) == ("", 0)
 

@@ -130,7 +130,7 @@ def in_labs(*cases: tuple[str, dict[str, str] | None]) -> pytest.MarkDecorator:
 
 @pytest.mark.slow
 @in_labs((SECOND, None), (THIRD, {"digit": "abort+late+lag", "quad": "doubled+lag+tf"}))
-def test_a_drive_completes_a_case_study_without_a_listed_obstacle(lab: Lab) -> None:
+def test_a_drive_completes_a_case_study_whose_obstacle_is_not_listed(lab: Lab) -> None:
     """In the simulation the flyer follows references. Goals that are aborted, replies that are late
     or come twice do no harm."""
     lines = lab.driven()

@@ -80,14 +80,14 @@ def test_the_stream_covers_the_next_second(hall: Hall) -> None:
     assert reference.at(reference.end)[:2] == pytest.approx((x, y))
 
 
-def test_a_step_of_two_regions_is_refused(hall: Hall) -> None:
+def test_a_step_across_two_regions_is_refused(hall: Hall) -> None:
     hall.goes("quad", 10)
     reason = "no motion leads from region 8 to 10"
     assert hall.told[-1] == GoalEnded("quad", 1, GoalEnd.ABORTED, reason)
 
 
 @pytest.mark.parametrize(("robot", "to"), [("quad", SOUTH), ("jackal", 11)])
-def test_a_robot_off_its_reference_is_held_and_can_return(hall: Hall, robot: str, to: int) -> None:
+def test_a_robot_off_its_reference_stops_and_can_return(hall: Hall, robot: str, to: int) -> None:
     start = next(r.start.region for r in hall.scenario.robots if r.name == robot)
     hall.goes(robot, to)
     assert hall.passes(robot, 1.5) == []
@@ -152,7 +152,7 @@ def test_a_robot_that_is_to_resolve_an_obstacle_stops_before_the_centre_of_its_r
     assert 0.3 < hall.places.distance(11, row[0], row[1]) < 1.0 == hall.places.frame.resolution / 2
 
 
-def test_a_goal_ends_an_action_that_was_never_answered(hall: Hall) -> None:
+def test_a_new_goal_ends_an_action_without_a_reply(hall: Hall) -> None:
     """Its service has died: the world has given up the action, and sends the robot on."""
     hall.layer.perform("jackal", "sense", "uncertainty@19", 7)
     hall.goes("jackal", 11, 8)

@@ -97,7 +97,7 @@ def named(what: Any) -> str:
     return f"{named(detail[0])}[{detail[1] or ''}]"
 
 
-def test_fields_agree_with_the_definitions_of_another_library() -> None:
+def test_message_fields_agree_with_those_of_another_library() -> None:
     """In their order and with their signs, which the bytes alone do not show."""
     for name, fields in INTERFACES.items():
         package, *_, kind = name.split("/")
@@ -107,7 +107,7 @@ def test_fields_agree_with_the_definitions_of_another_library() -> None:
 
 
 @pytest.mark.parametrize("name", DEFINED["kinds"], ids=lambda name: name.split("/")[-1])
-def test_messages_have_the_bytes_of_another_serializer(name: str, values: int = 200) -> None:
+def test_messages_are_serialized_as_by_another_library(name: str, values: int = 200) -> None:
     """A request or reply begins with its header, after which CDR restarts its count by 8."""
     rng = random.Random(name)
     kind = node.message(DEFINED["kinds"][name])
@@ -168,7 +168,7 @@ def transforms(*parts: tuple[str, str, float, tuple[float, float, float]]) -> Me
     )
 
 
-def test_a_pose_from_transforms_is_that_of_the_whole_chain_when_odometry_moves() -> None:
+def test_a_pose_is_composed_of_all_transforms_at_the_stamp_of_odometry() -> None:
     """The localization corrects odometry later, with a stamp in the future: no new pose."""
     frames = streams.Transforms("quad", "base_link")
     fixed = transforms(("base", "base_link", 0, (0.5, 0.0, 0.0)))
@@ -372,7 +372,7 @@ def test_goals_and_actions_without_a_server_fail_and_a_goal_is_cancelled_once_ac
     cancel.assert_called_once_with()
 
 
-def test_messages_of_a_reader_that_has_left_are_ignored() -> None:
+def test_messages_for_a_closed_reader_are_ignored() -> None:
     """A drive that ends closes its readers while robots still send."""
     heard: list[str] = []
     sent = Message(valid_data=True)

@@ -116,7 +116,7 @@ ERRORS = [
 
 
 @pytest.mark.parametrize(("text", "column", "words"), ERRORS, ids=[each[0][:20] for each in ERRORS])
-def test_errors_point_at_the_position(text: str, column: int | None, words: str) -> None:
+def test_errors_state_their_column(text: str, column: int | None, words: str) -> None:
     with pytest.raises(InputError) as caught:
         read(text)
     (found,) = caught.value.diagnostics
@@ -169,7 +169,7 @@ def test_a_chain_of_thousands_of_operands_is_not_too_deep() -> None:
 
 
 @pytest.mark.parametrize(("line", "infix"), from_yaml(beside(__file__, "prefix.yaml")))
-def test_a_prefix_line_is_translated(line: str, infix: str) -> None:
+def test_a_prefix_line_of_slugsin_becomes_infix(line: str, infix: str) -> None:
     assert [holds(line, **v) for v in VALUES] == [truth(infix)(v, v) for v in VALUES]
 
 

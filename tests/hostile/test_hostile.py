@@ -114,7 +114,7 @@ def png(width: int, height: int, rows: int) -> bytes:
 
 
 @pytest.mark.parametrize("name", BOMBS)
-def test_a_small_file_does_not_become_a_huge_one(name: str, sandbox: Path) -> None:
+def test_a_small_file_that_expands_to_a_huge_one_is_refused(name: str, sandbox: Path) -> None:
     bomb = BOMBS[name]
     for file, content in bomb["files"].items():
         text = isinstance(content, str)

@@ -43,7 +43,7 @@ from traces.test_reader import CASES, NOT_TRACES
         ("region % 2", None),
     ],
 )
-def test_formulas_agree_with_the_reference(formula: str, holds: bool | None) -> None:
+def test_formulas_agree_with_a_second_evaluator(formula: str, holds: bool | None) -> None:
     """At a step from 3 to 4; None: it is not understood."""
     if holds is None:
         with pytest.raises(UnreadError):
@@ -136,7 +136,7 @@ def test_a_rule_has_no_memory_and_changes_no_state() -> None:
             assert not isinstance(node, ast.Global | ast.Nonlocal), file.name
 
 
-def test_the_judge_has_all_kinds_of_objectives() -> None:
+def test_the_judge_knows_all_kinds_of_objectives() -> None:
     """It was written independently, but it must say the same."""
     for key, kind in KINDS.items():
         own = Objective(kind=key)

@@ -99,7 +99,7 @@ def test_strategies_that_treat_each_other_as_walls_are_refused() -> None:
 
 
 @pytest.mark.parametrize("who", ["check", "check of a bundle", "its own check.py"])
-def test_a_name_is_never_code(who: str, tmp_path: Path) -> None:
+def test_a_name_is_never_executed_as_code(who: str, tmp_path: Path) -> None:
     """The name of a variable is a text that opens a file, were it ever evaluated."""
     canary = tmp_path / "canary"
     name = f"m: 0, open({str(canary)!r}, 'w').close(), lambda y"

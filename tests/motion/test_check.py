@@ -102,7 +102,7 @@ def test_the_motion_of_a_random_mission_is_accepted(
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + RUNS))
-def test_the_motion_of_a_random_run_with_many_keys_is_accepted(
+def test_the_motion_of_a_random_run_with_many_scenario_keys_is_accepted(
     seed: int, played: Callable[[], None], tmp_path: Path
 ) -> None:
     data = mission("metric", seed)
@@ -290,7 +290,7 @@ def test_a_motion_must_keep_the_limits_of_its_trace(
 @pytest.mark.parametrize(
     "damage", [one for one in DAMAGES if "file" in one], ids=lambda damage: damage["name"]
 )
-def test_a_file_of_another_kind_is_not_read(damage: dict[str, Any], tmp_path: Path) -> None:
+def test_only_a_motion_file_is_read_as_a_motion(damage: dict[str, Any], tmp_path: Path) -> None:
     (file := tmp_path / "motion.jsonl").write_text(damage["file"])
     done = safenav("export", trace_of("case_study_1"), file, "-o", tmp_path / "x.csv")
     assert done.returncode == 2 and re.search(damage["refused"], done.stderr)

@@ -195,7 +195,7 @@ def test_a_trace_with_impossible_moves_has_no_motion(to: bytes, tmp_path: Path) 
         motion_of(read_trace(trace))
 
 
-def test_columns_are_derivatives_of_each_other_in_the_frame_of_the_world(tmp_path: Path) -> None:
+def test_velocity_columns_are_derivatives_of_positions_in_the_world_frame(tmp_path: Path) -> None:
     (trace := tmp_path / "plain.jsonl").write_bytes(trace_of_shipped("case_study_1").read_bytes())
     columns = {**exported(trace, motion("case_study_1"), "--rate", "500")}
     for robot in ("digit", "quad"):

@@ -83,7 +83,7 @@ def every_primitive(side: float) -> list[Segment]:
     return [segment for segments in found.values() for segment in segments[:3]]
 
 
-def test_ten_thousand_random_moves_join_exactly() -> None:
+def test_ten_thousand_random_moves_join_without_a_jump() -> None:
     found = wandering(2.7, MOVES, seed=7)
     gaps = [np.abs(np.subtract(one.goal, other.start)).max() for one, other in pairwise(found)]
     assert max(gaps) < 1e-9
@@ -117,7 +117,7 @@ def test_a_walker_keeps_its_limits_on_regions_of_any_size(side: float) -> None:
     assert wrong == []
 
 
-def test_segments_of_one_shape_move_alike_and_any_other_number_changes_the_shape() -> None:
+def test_segments_of_the_same_shape_have_the_same_motion() -> None:
     """The check solves and judges one of them."""
     limits = limits_on(2.7)
     known: dict[bytes, Any] = {}

@@ -35,7 +35,7 @@ def test_the_theorems_rest_on_no_axiom(built: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [*REALIZABLE, *(f"unrealizable/{name}" for name in UNREALIZABLE)])
-def test_specifications_of_shipped_scenarios_are_proved(
+def test_strategies_for_shipped_scenarios_are_proved(
     name: str, proved: Callable[[Files], str]
 ) -> None:
     found = of_scenario(name)
@@ -56,7 +56,7 @@ def counted(program: Path, files: Files) -> tuple[int, dict[str, int]]:
     return sum(len(node["trans"]) for node in nodes), counts
 
 
-def test_a_large_strategy_takes_little_work_and_memory(program: Path, tmp_path: Path) -> None:
+def test_checking_a_large_strategy_takes_little_memory(program: Path, tmp_path: Path) -> None:
     """The work of an edge hardly depends on the size of its strategy."""
     few, many = (counted(program, lift_of(floors, tmp_path)) for floors in (400, 1_600))
     assert many[0] > 3 * few[0] > 3_000
@@ -82,7 +82,7 @@ def test_the_documented_commands_prove_the_documented_lift(
     assert done.stdout == f"proved: {what} the specification\n"
 
 
-def test_edited_files_are_read_as_safenav_reads_them(
+def test_the_proved_checker_reads_edited_files_as_safenav_does(
     proved: Callable[[Files], str], tmp_path: Path
 ) -> None:
     *sources, measures = lift_of(4, tmp_path)

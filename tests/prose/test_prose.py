@@ -148,7 +148,7 @@ def flagged(sentences: list[Sentence]) -> list[str]:
     return sorted(found)
 
 
-def test_no_prose_has_a_phrase_of_the_list() -> None:
+def test_no_prose_has_a_phrase_of_phrases_tsv() -> None:
     """One test, since each process that reads all of it takes seconds."""
     sentences = prose()
     kinds = {(sentence.path.rpartition(".")[2], sentence.kind) for sentence in sentences}
@@ -159,6 +159,6 @@ def test_no_prose_has_a_phrase_of_the_list() -> None:
     assert not found, "\n".join(found)
 
 
-def test_an_odd_phrase_is_found_with_its_line() -> None:
+def test_a_listed_phrase_is_found_with_its_line() -> None:
     odd = Sentence("a.py", 3, "message", "nobody goes on for ever")
     assert [line.split("'")[1] for line in flagged([odd])] == ["for ever", "goes on", "nobody"]

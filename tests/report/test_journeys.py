@@ -52,7 +52,7 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser) -> None:
     assert browser.errors() == []
 
 
-def test_the_state_of_a_tick_is_that_of_the_trace(browser: Browser) -> None:
+def test_a_page_shows_each_tick_in_the_state_of_the_trace(browser: Browser) -> None:
     """It is readable in both themes."""
     run, page = run_of("chain"), page_of("chain")
     for tick in (0, 6, run.last):
@@ -98,7 +98,7 @@ def _texts_are_readable(browser: Browser, page: Path, scheme: str) -> None:
         assert (light + 0.05) / (dark + 0.05) >= 4.5, f"{words!r}: {ink} on {behind}"
 
 
-def test_events_keys_and_addresses_open_their_ticks(browser: Browser) -> None:
+def test_event_links_keys_and_addresses_open_their_ticks(browser: Browser) -> None:
     """A user opens ticks by events, by keys (wherever the focus is) and by address; zooms in;
     follows a robot, its current target and its route; and finds a name on everything."""
     browser.open(page_of("door"))

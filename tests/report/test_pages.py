@@ -69,7 +69,7 @@ def test_every_obstacle_has_a_silhouette_also_under_a_longer_name() -> None:
     assert obstacle_pictogram("my_door") != obstacle_pictogram("my_pulled_door")
 
 
-def test_embedded_data_survives_and_cannot_end_its_element(tmp_path: Path) -> None:
+def test_embedded_data_is_unchanged_and_cannot_end_its_script_element(tmp_path: Path) -> None:
     evil = "</script><!-- & > é \u2028"
     trace = changed("door", [{"line": 1, "fields": {"scenario.name": evil}}], tmp_path)
     page = paged(trace, tmp_path)
@@ -86,7 +86,7 @@ def test_in_3d_an_order_appears_with_its_request() -> None:
     assert orders == {region: asked[region] for region in orders} and all(orders.values())
 
 
-def test_in_3d_a_wait_names_the_second_of_a_change() -> None:
+def test_in_3d_a_wait_for_a_change_states_its_time_in_seconds() -> None:
     """The words are not those of a live run with the number of the tick."""
     data = data_of(page_of("shut", "--3d"))
     events = {kind: (data["times"][tick], text) for tick, kind, text, *_ in data["events"]}

@@ -93,7 +93,7 @@ def test_robots_over_one_another_and_the_name_of_a_narrow_area_are_drawn_apart(
     assert all(dist(one, other) > 0.3 * side for one, other in combinations(four, 2))
 
 
-def test_orders_and_exclusions_are_drawn_before_any_run(tmp_path: Path) -> None:
+def test_orders_and_exclusions_are_in_the_picture_of_a_scenario(tmp_path: Path) -> None:
     text, svg = drawn(own("zone"), tmp_path)
     assert "parcel@loading_dock: ordered at tick 4 at loading_dock" in text
     assert '"9 3 2 3"' in svg
@@ -105,7 +105,7 @@ def test_widths_of_texts_are_those_of_the_font() -> None:
         assert text_width(char, 1000) == round(font.getlength(char)), char
 
 
-def test_a_robot_out_of_service_has_a_sign() -> None:
+def test_a_robot_out_of_service_is_marked() -> None:
     run = run_of("battery")
     out = next(tick for tick, away in run.track("digit").out if away)
     signs = [svg_of(run, tick).count(GLYPHS.events[StoryKind.SERVICE]) for tick in (out - 1, out)]

@@ -13,7 +13,7 @@ from safenav.runtime.control.answers import Answers
 from safenav.solve import solve
 
 
-def test_a_result_that_arrives_during_the_look_up_is_not_lost(
+def test_a_result_that_arrives_while_it_is_looked_up_is_not_lost(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A result arrives between two look-ups: the next one reports it."""

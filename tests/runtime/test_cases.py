@@ -26,7 +26,7 @@ LIVE = [
 
 
 @pytest.mark.parametrize(("text", "facts"), [*cases()])
-def test_a_case_has_the_stated_facts(
+def test_a_run_has_the_facts_that_its_case_states(
     text: str, facts: Facts, request: pytest.FixtureRequest
 ) -> None:
     """A change of the tally is one of a behaviour: `make golden` shows which runs it reaches."""

@@ -45,7 +45,7 @@ def test_the_terminal_prints_the_reason_of_a_wait_and_of_refusals(tmp_path: Path
     assert done.returncode == 0, done.stderr
 
 
-def test_a_report_of_absence_elsewhere_does_not_restart_a_wait() -> None:
+def test_a_report_that_an_unrelated_obstacle_is_gone_does_not_end_a_wait() -> None:
     """A sensor that looks often would have it decided again as often."""
     scenario = loaded(GATE)
     world = Remote(scenario)

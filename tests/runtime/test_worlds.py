@@ -81,7 +81,7 @@ def says(value: Any) -> Callable[..., Any]:
         ("sense", says(Obstacle("door", 9)), "which is invalid: `type` must be an object"),  # type: ignore[arg-type]
         ("sense", says(Obstacle(DOOR, 9, resolve_within=-4)), "invalid: `resolve_within`"),
         ("sense", says(Obstacle(SAME, 9)), "region 9 has no previous need for 'same'"),
-        ("sense", says(Obstacle(TWO, 9)), "as many robots for a 'same' need as before"),
+        ("sense", says(Obstacle(TWO, 9)), "as many robots for a 'same' need as for the"),
         ("inputs", says(None), r"World.inputs\(1\) failed: .* not values of inputs by name"),
         ("inputs", says({"alrm": True}), r"no input is named 'alrm'"),
         ("inputs", says({"alarm": "off"}), r"inputs\(1\) .* alarm is 'off', not True or False"),
@@ -240,7 +240,7 @@ class SinceEpoch(Bare):
 
 
 @pytest.mark.parametrize("timeout", [1.1, 1.7])
-def test_waits_are_long_enough_for_clocks_that_only_waits_advance(timeout: float) -> None:
+def test_a_clock_that_advances_only_in_waits_reaches_the_time_limit(timeout: float) -> None:
     lost = play(patient(RING, timeout), world=SinceEpoch()).all("arrive", result="lost")
     assert {line["robot"] for line in lost} == {"a", "b"}
     assert [line["t"] for line in lost] == [pytest.approx(2 * timeout, abs=0.2)] * 2
@@ -354,7 +354,7 @@ def test_orders_reach_the_team_in_a_world_of_the_user() -> None:
     assert completed(case("orders/of_an_operator"), world=Outside).all("order")
 
 
-def test_a_world_determines_inputs_whatever_their_schedule() -> None:
+def test_a_users_world_sets_inputs_regardless_of_their_schedule() -> None:
     class Caller(Driven):
         def inputs(self, tick: int) -> dict[str, bool]:
             return {"call": 6 <= tick <= 8, "alarm": False}

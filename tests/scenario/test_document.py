@@ -34,7 +34,7 @@ from scenario.mistakes import INVALID, VALUES, refuse_as_announced
         ("\u0663", "\u0663"),
     ],
 )
-def test_plain_scalars_follow_the_core_schema(text: str, value: object) -> None:
+def test_plain_scalars_follow_the_core_schema_of_yaml(text: str, value: object) -> None:
     assert document.scalar_value(text) == value
     assert type(document.scalar_value(text)) is type(value)
 

@@ -27,7 +27,7 @@ STARTS = {"floor.png": 107, "office.yaml": 23, "arena.map": 14}
 
 
 @pytest.mark.parametrize("fragment", FRAGMENTS, ids=[str(i) for i in range(len(FRAGMENTS))])
-def test_fragments_of_the_page_load_within_its_scenario(fragment: str) -> None:
+def test_fragments_of_the_scenario_page_load_in_its_example(fragment: str) -> None:
     assert len(FRAGMENTS) > 8
     load_scenario_text(yaml.safe_dump(from_yaml(WHOLE) | from_yaml(fragment)))
 

@@ -38,7 +38,7 @@ def run(robots: dict[str, object], obstacles: list[object], folder: Path) -> Tra
 
 
 @pytest.mark.parametrize("name", LIBRARY.robots)
-def test_each_robot_moves_as_the_checker_demands(name: str, tmp_path: Path) -> None:
+def test_the_motion_of_each_built_in_robot_is_accepted(name: str, tmp_path: Path) -> None:
     heading = {"heading": "east"} if LIBRARY.robots[name].mobility.value == "heading" else {}
     robot = {"model": name, "start": 21, **heading, "objective": {"patrol": [21, 28]}}
     trace = run({"one": robot}, [], tmp_path)

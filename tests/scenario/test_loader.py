@@ -148,7 +148,7 @@ FIRST = beside(__file__, "scenarios/first_mistakes_first.yaml")
 MISTAKES = from_yaml(beside(__file__, "first_mistakes.yaml"))
 
 
-def test_the_first_scenario_is_valid() -> None:
+def test_the_example_of_a_first_scenario_is_valid() -> None:
     assert load_scenario_text(FIRST).name == "first try"
 
 

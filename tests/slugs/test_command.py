@@ -79,7 +79,7 @@ def test_output_that_does_not_fit_leaves_the_older_file(slugs_binary: Path, fold
     assert (folder / "out.json").read_text() == "older"
 
 
-def test_the_file_keeps_its_mode_and_links(slugs_binary: Path, folder: Path) -> None:
+def test_an_overwritten_file_keeps_its_mode_and_links(slugs_binary: Path, folder: Path) -> None:
     """Renaming over a link would cut it; a new file has the mode that the umask gives."""
     (folder / "real.json").write_text("older")
     (folder / "real.json").chmod(0o600)
@@ -193,7 +193,7 @@ def test_the_default_memory_limit_is_half_of_the_memory_available(
     assert run(slugs_binary, folder, "--memory", "90", "large.slugsin", **allowed).returncode == 0
 
 
-def test_deep_diagrams_need_no_deep_stack(slugs_binary: Path, folder: Path) -> None:
+def test_deep_decision_diagrams_need_no_deep_stack(slugs_binary: Path, folder: Path) -> None:
     """Diagrams of 4,000 levels, and a strategy of 1,500 bits, on a stack of 128 KB."""
 
     def text(count: int, *, stays: bool) -> str:

@@ -36,7 +36,7 @@ def family(folder: Path, arguments: str) -> str:
         ("belief --rows 5 --cols 5", None),
     ],
 )
-def test_a_family_is_won_without_a_deadlocked_environment(
+def test_a_family_of_games_is_won_without_a_deadlocked_environment(
     slugs_binary: Path, tmp_path: Path, arguments: str, published: int | None
 ) -> None:
     """Realizable, by a strategy that passes the check and never wins by a stuck environment; it has

@@ -305,7 +305,7 @@ def test_a_full_disk_leaves_no_partial_entry(cache: Cache, monkeypatch: pytest.M
     assert _files(cache) == []
 
 
-def test_a_text_is_kept_under_its_sha256_and_lost_if_damaged(tmp_path: Path) -> None:
+def test_a_text_is_cached_under_its_sha256_and_dropped_if_damaged(tmp_path: Path) -> None:
     """A cache without a directory keeps it in memory, since a bundle of a run needs it."""
     text = "[OUTPUT]\nx\n"
     name = sha256(text.encode()).hexdigest()

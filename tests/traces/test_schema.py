@@ -98,7 +98,7 @@ def rewritten(trace: Trace, file: Path) -> list[Line]:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_every_line_is_read_judged_and_written_alike(seed: int, tmp_path: Path) -> None:
+def test_reader_judge_and_writer_agree_on_every_line(seed: int, tmp_path: Path) -> None:
     """It has a tick and no line number, and a fact is never marked as a note."""
     lines, (file, again) = examples(seed), (tmp_path / f"{k}.jsonl" for k in range(2))
     for line in lines:

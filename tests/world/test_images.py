@@ -82,7 +82,7 @@ def judge(blocked: Blocked, folder: Path, walled: frozenset[int], size: int, **k
 
 @campaign(100)
 @given(images, st.integers(1, 9), st.integers(1, 9), shares)
-def test_a_count_of_rows_and_columns_divides_all_pixels(
+def test_rows_and_columns_divide_all_pixels_of_an_image(
     folder: Path, blocked: Blocked, rows: int, cols: int, share: float
 ) -> None:
     height, width = Fraction(blocked.shape[0], rows), Fraction(blocked.shape[1], cols)

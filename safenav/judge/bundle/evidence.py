@@ -234,7 +234,7 @@ class Evidence:
         require(same, f"{name} assumes other inputs than those of the run")
         view, there = {*(e.sight_closed or ())}, {one.region for one in known}
         blind = not e.knowledge or view == there
-        require(blind, f"{name} takes {sorted(view)} to block the view, not {sorted(there)}")
+        require(blind, f"{name} assumes that {sorted(view)} block the view, not {sorted(there)}")
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
@@ -336,7 +336,7 @@ class Evidence:
             what = "Each joint plan keeps rivals apart, however long their steps take"
             self.claim("apart", None, f"{what}, once the steps that began before it have ended.")
         if hands:
-            self.claim("changed", None, f"A user, an operator or the world made {hands} changes.")
+            self.claim("changed", None, f"Changes by a user, an operator or the world: {hands}.")
 
 
 def _word(regions: Collection[int], s: State) -> str:

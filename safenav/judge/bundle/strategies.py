@@ -48,7 +48,7 @@ class Strategy:
         for node, given in enumerate(nodes):
             good = len(given["state"]) == len(bits) and {*given["state"]} <= {0, 1}
             good = good and all(0 <= target < self.count for target in given["trans"])
-            require(good, f"node {node} does not hold {len(bits)} bits, or leads nowhere")
+            require(good, f"node {node} does not have {len(bits)} bits, or has a wrong successor")
         most, bit_of = dict[str, int](), dict[str, int]()
         for at, (text, bit) in enumerate(zip(document["variables"], bits, strict=True)):
             number, due = (int(bit[2] or 0), bit_of.get(bit[1], 0)) if bit else (-1, 0)
@@ -65,7 +65,7 @@ class Strategy:
         self.inputs = self.rows(names)
         self.next = [[*given["trans"]] for given in nodes]
         if (size := sum(map(len, self.next))) > MOST_EDGES:
-            raise TooLargeError(f"{size} edges; this checker accepts {MOST_EDGES}")
+            raise TooLargeError(f"{size} edges; this checker accepts at most {MOST_EDGES}")
 
     def rows(self, names: Sequence[str]) -> list[Row]:
         """Return each node's values of some variables. Refuse if one is missing."""
@@ -310,14 +310,14 @@ class Task:
         require(start == self.opening, "the initial input cannot occur")
         begin = self.answered(start)
         missing = self.openings() - {self.done[node] for node in begin}
-        require(not missing, f"no initial node has {missing}, as the robot could")
+        require(not missing, f"no initial node has {missing}, which is possible")
         for node in (nodes := graph.reach(begin)):
             row, after = chosen[node], graph.next[node]
             occurs = row in self.expected(self.poses[node], graph.inputs[node])
             require(occurs, f"the input chosen in node {node} cannot occur")
             listed = {self.done[target] for target in after if graph.inputs[target] == row}
             missing = self.replies(node, row) - listed
-            require(not missing, f"no successor of node {node} has {missing}, as the robot could")
+            require(not missing, f"node {node} has no successor with {missing}, which is possible")
         edges, (*each, last) = graph.edges(nodes), proof["measures"]
         goals, assumed = self.met(edges)
         for k, (met, measure) in enumerate(zip(assumed, each, strict=bool(edges[0]))):
@@ -338,8 +338,8 @@ class Others:
         whole = s.world.free.issubset(frozenset().union(*s.cells))
         require(whole or not known, "the cells of beliefs leave out a free region")
         slow = not self.live and s.robots[e.robot].data.timing > 1
-        require(not (known and slow), "between its turns, other robots take more than one step")
-        require(set(known) <= {*s.robots} - {e.robot}, "the strategy knows unknown robots")
+        require(not (known and slow), "other robots may take several steps between its turns")
+        require(set(known) <= {*s.robots} - {e.robot}, "the strategy tracks unknown robots")
         self.first = {name: self.number(name, what) for name, what in known.items()}
 
     def number(self, name: str, known: int | Iterable[int]) -> int:

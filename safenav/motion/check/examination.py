@@ -286,7 +286,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
     pull = axis * rows[:, 13:14] / MASS - DRAG * velocity - (0.0, 0.0, GRAVITY)
     change = np.diff(velocity, axis=0) / track.step - (pull[1:] + pull[:-1]) / 2
     missed = np.abs(change).max(axis=1, initial=0.0)
-    words = "its acceleration differs by {:.2f} m/s^2 from what its thrust explains"
+    words = "its acceleration differs by {:.2f} m/s^2 from that of its thrust"
     limited(missed, PULL, "dynamics", words)
     steepest = 1.3 * np.arctan(np.sqrt(2) * case.numbers[track.robot]["tilt"] / GRAVITY)
     lean = np.degrees(np.arccos(np.clip(axis[:, 2], -1, 1)))

@@ -241,7 +241,7 @@ def core_heading(core: Core) -> str:
     if core.decisive:
         return "These guarantees conflict; without any one of them, the rest is realizable:"
     if core.minimal:
-        return "These guarantees conflict; without any one of them, the others do not:"
+        return "These guarantees conflict; without any one of them, the others do not conflict:"
     return "These guarantees conflict:"
 
 

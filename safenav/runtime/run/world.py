@@ -178,7 +178,7 @@ class World:
             sensed = commands.sensed.pop(0)
             name, at = sensed.obstacle.name, commands.at(sensed)
             if at < self._opened.get(name, at):
-                why = "the obstacle was resolved or gone later"
+                why = "the obstacle was resolved or disappeared after this report"
                 yield now.Late("sensed", why, self._named(run, sensed, "by"), name)
             elif sensed.there:
                 yield from acts.noticed(run.team, run.state, sensed.obstacle)

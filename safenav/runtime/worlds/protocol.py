@@ -204,7 +204,7 @@ def flaw_of(obstacle: Obstacle) -> str | None:
     if needs[0].same:
         return f"{where} has no previous need for 'same'"
     if any(need.same and need.robots != last.robots for last, need in pairwise(needs)):
-        return f"{where} needs as many robots for a 'same' need as before"
+        return f"{where} needs as many robots for a 'same' need as for the previous one"
     return None
 
 
@@ -216,7 +216,7 @@ def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
     if not is_time(event.at):
         raise ValueError(f"its time is {event.at!r}, not seconds")
     if event.command is None and not isinstance(event, Sensed):
-        told = "command=, the number that start or act was given"
+        told = "command=, the number passed to start or act"
         raise ValueError(f"the event names no command ({told})")
     try:
         report: WorldEvent = replace(fitted(replace(event, at=0.0), type(event)), at=event.at)
