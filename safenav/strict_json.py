@@ -78,7 +78,7 @@ NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""
 ROBOT = re.compile(r"(?!mission\b)[A-Za-z_][A-Za-z0-9_]{0,99}")
 TYPE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
-"""Names of types of obstacles."""
+"""Names of types of obstacles, regions and areas."""
 _TEXTS = {
     *("allows", "always", "assumptions", "because", "event", "explanation", "grid", "init"),
     *("liveness", "name", "notes", "reason", "requirements", "safenav", "safety", "source"),
@@ -140,6 +140,8 @@ def _flaws_of_scenario(scenario: dict[str, Any]) -> Iterator[str]:
         yield from _flaw_of_name(ROBOT, robot["name"], "a robot")
     for obstacle in scenario.get("obstacles", ()):
         yield from _flaw_of_name(TYPE, obstacle["type"]["name"], "an obstacle")
+    for name in (*scenario["map"].get("names", ()), *scenario["map"].get("areas", ())):
+        yield from _flaw_of_name(TYPE, name, "regions")
     if not (min(rows, cols) > 0 and rows * cols <= MOST_REGIONS):
         yield f"a map of {rows} x {cols} regions; 1 to {MOST_REGIONS} can be read"
 

@@ -81,9 +81,9 @@ def goal(e: Line, s: State) -> Iterator[str]:
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
         return
-    if robot.lost or robot.bound is not None or (robot.out and not robot.finishes(e)):
+    if robot.lost or robot.bound is not None or (robot.out and not robot.finishes(e, s.now(e))):
         yield f"{e.robot} is lost, in transit or out of service"
-    if not counts(e, robot, s.live):
+    if not counts(e, robot, s):
         yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
         return
     again, after = robot.again(e, s.live), robot.progress.after(own, e.goal)
@@ -147,6 +147,8 @@ def end(e: Line, s: State) -> Iterator[str]:
         exact = robot.own.count and not robot.own.settles
         if stated is None or stated > rounds or (exact and stated < rounds):
             yield f"{name} has {rounds} rounds, not {stated}"
+    for name in sorted(e.rounds.keys() - s.robots.keys()):
+        yield f"there is no robot {name}"
     if (e.cause or e.proof) and e.outcome != "operator_needed":
         yield f"a {e.outcome} run has no cause of failure"
     elif e.proof and e.cause != "deadlock":
@@ -233,8 +235,8 @@ def _unrecorded(robot: Robot) -> list[int]:
 
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
-    """A run that needs an operator proves that no sequence of moves completes the mission. The
-    scenario then changes nothing more."""
+    """A run that needs an operator proves that no sequence of moves completes the mission so that
+    each robot can continue. The scenario then changes nothing more."""
     if e.outcome != "operator_needed":
         return
     if e.kind == "outcome" and (later := later_change(e, s)) is not None:
@@ -258,8 +260,8 @@ def permanence(e: Line, s: State) -> Iterator[str]:
         yield f"the team does not know {one.name}"
     elif e.robots != one.blocks:
         yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
-    elif one.declared:
-        return  # whatever the reason
+    elif one.declared and e.reason == "operator":
+        return
     elif e.reason == "untraversable" and not (one.resolved and one.shut):
         yield f"{one.name} was not found untraversable"
     elif e.reason == "operator":
@@ -293,7 +295,7 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
     undone = [x.name for x in orders if x.open and not (x.declared or x.short)]
     if undone and later is not None:
         yield f"{undone[0]} is still open, and the scenario changes something at {later:g}"
-    to_come = [one for one in s.coming if one.ordered and one.appears <= s.limit]
+    to_come = [one for one in s.coming if one.ordered]
     if to_come and not s.external:
         yield f"{to_come[0].name} has not been ordered yet"
 
@@ -306,19 +308,20 @@ def _proven(problems: Iterator[str]) -> Iterator[str]:
         yield NotJudged(f"whether the proof holds: {error}")
 
 
-def counts(e: Line, robot: Robot, live: bool) -> bool:
+def counts(e: Line, robot: Robot, s: State) -> bool:
     """Return whether a goal line is a goal of the robot's own objective."""
     own = robot.own
     if e.goal >= own.count or own.kind != "ltl":
         return e.goal < own.count and e.region in own.targets[e.goal]
-    return robot.memories is None or bool(meeting(e, robot, live))  # None: not judged
+    return robot.memories is None or bool(meeting(e, robot, s))  # None: not judged
 
 
-def meeting(e: Line, robot: Robot, live: bool) -> set[int]:
+def meeting(e: Line, robot: Robot, s: State) -> set[int]:
     """Return the memories that a robot's formulas may have as it meets the goal of a line."""
-    formulas, here = robot.own.formulas, robot.pose
+    formulas, here, live = robot.own.formulas, robot.pose, s.live
     known = robot.memories or set()
     known = formulas.lasting(known, here, robot.heard) if live else known
+    known = known & robot.hears(s.inputs) if live else known
     rests = live or robot.before == here
     each = [(robot.recalled, robot.before)] * (not live or e.goal not in robot.met)
     each += [(known, here)] * rests

@@ -62,6 +62,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.pose = robot.before = (e.region, e.heading if robot.faces else None)
             robot.holds, robot.bound = frozenset([e.region]), None
             robot.came, robot.lost = None, False
+            # Its battery stays empty if the obstacle that represents this disappears.
+            s.flat = {one: name for one, name in s.flat.items() if name != robot.name}
             s.barred = {pair for pair in s.barred if pair[0] != robot.name}
             robot.progress.stayed += robot.stays
         case "act":
@@ -140,6 +142,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     robot.pose = step.at, step.heading if robot.faces else None
     s.left |= dict.fromkeys(robot.holds - step.holds, s.time)
     robot.holds, robot.bound, robot.before = step.holds, step.bound, here
+    robot.ended = s.now(e) if e.kind != "depart" else robot.ended
     robot.lost = e.kind == "arrive" and bool(e.regions)
     robot.moved, s.over = e.tick if e.kind == "move" else robot.moved, None
     robot.met.clear()
@@ -196,11 +199,11 @@ def _use_charge(e: Line, robot: Robot, s: State) -> None:
 
 def _goal(e: Line, robot: Robot, s: State) -> None:
     own, progress = robot.own, robot.progress
-    meets = counts(e, robot, s.live) and not robot.again(e, s.live)
-    if e.duty or not meets or (robot.out and not robot.finishes(e)):
+    meets = counts(e, robot, s) and not robot.again(e, s.live)
+    if e.duty or not meets or (robot.out and not robot.finishes(e, s.now(e))):
         return
     if robot.memories is not None:
-        robot.memories = meeting(e, robot, s.live)
+        robot.memories = meeting(e, robot, s)
     robot.progress = progress.after(own, e.goal)
     if own.ends and robot.progress is not progress:
         robot.progress.stayed += robot.stays
@@ -308,6 +311,9 @@ def _restart_rounds(e: Line, s: State) -> None:
         robot.progress = robot.progress.anew()
         s.restart(robot)
         robot.met.clear()
+        if robot.bound is None and robot.ended < s.now(e):  # its last step counts no more
+            robot.before = robot.pose
+            robot.recalled = robot.memories & robot.hears(s.inputs) if robot.memories else set()
         if s.live or robot.moved >= s.tick:
             robot.progress.stayed += robot.stays
         own = s.is_planned(robot.name) or robot.given == robot.own

@@ -116,7 +116,7 @@ def pace(e: Line, s: State) -> Iterator[str]:
         yield "a lost deadline is recorded before the end of a turn"
     had = [name for name in s.names if s.robots[name].moved >= e.tick]
     acts = e.kind in ("part", "resolved") and not (s.live or s.external)
-    if acts and had[-1:] != [e.robot]:
+    if acts and (not e.tick or had[-1:] != [e.robot]):
         yield f"{e.robot} acts on {e.obstacle}, but not in its turn"
     if s.live or e.kind not in ("move", "outcome"):
         return
@@ -196,12 +196,18 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} steps from {s.show(here[0])} to {s.show(step.to)} against its formulas"
 
 
-@rule("move", "depart", "act", "service")
+@rule("move", "depart", "act", "service", "outcome")
 def charge(e: Line, s: State) -> Iterator[str]:
     """No step uses more charge than its robot has. A robot without charge goes out of service when
     its `flat` obstacle appears: in lockstep at the latest in its turn, live after an action begun
     on arrival. Its battery is replaced only when that obstacle is resolved or gone; then the robot
     returns."""
+    if e.kind == "outcome":
+        for name, one in s.robots.items() if s.live and e.outcome == "completed" else ():
+            idle = not (one.out or one.acts or one.bound is not None) and one.ended < s.now(e)
+            if idle and s.is_empty(one, s.now(e), MARGIN):
+                yield f"{name} is in service, but its charge is used up"
+        return
     robot = s.robots[e.robot]
     if e.kind == "service":
         early = not s.live and any(one.moved >= e.tick for one in s.robots.values())

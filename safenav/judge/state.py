@@ -74,6 +74,7 @@ class Robot:
     knew: frozenset[tuple[str, int]] = frozenset()
     met: dict[int, int] = field(default_factory=dict)
     turn: int = 0
+    ended: float = -1.0
 
     @property
     def faces(self) -> bool:
@@ -94,9 +95,9 @@ class Robot:
             return self.own.kind == "ltl" and e.tick == self.met.get(e.goal)
         return bool(self.met) if self.own.in_turn else e.goal in self.met
 
-    def finishes(self, e: Line) -> bool:
+    def finishes(self, e: Line, now: float) -> bool:
         """Return whether a goal line follows a step or an action that the robot has just ended."""
-        arrived = self.before != self.pose and e.goal not in self.met
+        arrived = self.before != self.pose and e.goal not in self.met and self.ended == now
         return arrived or self.acted.tick == e.tick != self.met.get(e.goal)
 
     def hears(self, inputs: Mapping[str, bool]) -> set[int]:

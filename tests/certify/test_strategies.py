@@ -75,10 +75,10 @@ def test_the_bits_of_a_number_have_its_range_in_their_names() -> None:
         (["lambda x", "x"], [1, 1], [0], "not a bit of a variable"),
         # To Python the same name as x.
         (["\uff58", "x"], [1, 1], [0], "not a bit of a variable"),
-        (["x"], [1, 1], [0], "does not hold 1 bits"),
-        (["x"], [2], [0], "or leads nowhere"),
-        (["x"], [1], [1], "or leads nowhere"),
-        (["x"], [1], [-1], "or leads nowhere"),
+        (["x"], [1, 1], [0], "does not have 1 bits"),
+        (["x"], [2], [0], "or has a wrong successor"),
+        (["x"], [1], [1], "or has a wrong successor"),
+        (["x"], [1], [-1], "or has a wrong successor"),
     ],
 )
 def test_unreadable_nodes_and_bits_are_refused(

@@ -15,6 +15,7 @@ import argparse
 import hashlib
 import json
 import re
+import stat
 import sys
 import zipfile
 from dataclasses import asdict, dataclass, field
@@ -94,6 +95,8 @@ def open_bundle(place: Path) -> dict[str, Any]:
         listed = [entry for entry in archive.infolist() if entry.filename[-1] != "/"]
         files = {entry.filename: zipfile.Path(archive, entry.filename) for entry in listed}
         require(len(files) == len(listed), "two files of the archive have one name")
+        kinds = {stat.S_IFMT(entry.external_attr >> 16) for entry in listed}
+        require(kinds <= {0, stat.S_IFREG}, "a bundle has files only: no links, no devices")
         sizes = [entry.file_size for entry in listed]
     if max(sizes, default=0) > MOST_BYTES or sum(sizes) > 10 * MOST_BYTES:
         raise TooLargeError(f"a file exceeds {MOST_BYTES} bytes, or all files ten times that")
@@ -144,6 +147,8 @@ def check(place: Path) -> Judged:
     except Exception as error:
         return Judged("refused", f"a file is not as documented: {error!r}")
     left = [what for name, what in UNCOMPARED.items() if name in (SOURCE, *files)]
+    if all(claim["kind"] != "outcome" for claim in run.claims):
+        left.append("the end of the run: its trace ends before its outcome")
     return Judged("accepted", claims=run.claims, not_compared=left)
 
 

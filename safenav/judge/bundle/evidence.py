@@ -138,7 +138,7 @@ class Evidence:
             self.keeps: ("synthesis",),
             self.apart: ("plan", "plan_end"),
             self.follows: ("move", "depart", "assumption"),
-            self.concludes: ("blocked", "deadline", "outcome", "waiting"),
+            self.concludes: ("header", "blocked", "deadline", "outcome", "waiting"),
         }
         return [
             Rule(check.__name__, which, self._until_broken(check), check.__doc__ or "")
@@ -183,7 +183,8 @@ class Evidence:
                 self.tasks[key].check_defeats(given)
             task = self.tasks[key]
             self._fits(task, e, s)
-            alone = ", even without other robots" if len(s.robots) > 1 else ""
+            alone = " in its literal form" * formed(e.objective, e.form).strict
+            alone += ", even without other robots" * (len(s.robots) > 1)
             shut = task.closed - s.robots[e.robot].own.avoid
             alone += f", while {_word(shut, s)} is closed" if shut else ""
             self.claim("unrealizable", e, f"No strategy exists for {text}{alone}.", proof)
@@ -264,6 +265,8 @@ class Evidence:
         if e.kind in ("move", "depart"):
             self._step(e, s, drive)
         elif drive is not None:
+            _, answers = _now(e.robot, drive, s)
+            require(not answers, f"the strategy of {e.robot} has a successor: no assumption failed")
             drive[1].clear()
             what = f"An assumption of {e.robot} failed; its guarantees"
             self.claim("broken", e, f"{what} resume at its next synthesis.")
@@ -287,18 +290,17 @@ class Evidence:
             none = "no strategy or plan in force drives it"
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return
-        task, nodes = drive
+        task = drive[0]
         mine = task.line.objective.serves(robot.given)
         require(mine or by != "strategy" or not goes, f"{e.robot} has the strategy of another duty")
-        follows = task.graph.next
-        here, there = (task.of_pose.get(pose, set()) for pose in (robot.pose, after))
-        if s.live:  # the robot may have stayed any number of times
-            nodes = {*closure(nodes, lambda k: here.intersection(follows[k]))}
-        answers = {n for k in nodes for n in follows[k] if task.observes(n, s)}
+        nodes, answers = _now(e.robot, drive, s)
+        there = task.of_pose.get(after, set())
         fits = answers & there
         if by != "strategy" and not goes:
-            # The robot stayed while others moved: each node with its pose and its knowledge fits.
-            kept = {n for n in there if task.graph.names and task.observes(n, s)}
+            # The robot stayed while others moved: each node with its pose, memory and knowledge.
+            same = {task.done[n][1:] for n in nodes | answers}
+            kept = {n for n in there if task.observes(n, s) and task.done[n][1:] in same}
+            kept = kept if task.graph.names else set()
             fits = (nodes | kept | (fits if by == "backtrack" else set())) & there
         elif by == "strategy":
             fits = {n for n in fits if e.node in (None, n)}
@@ -316,13 +318,13 @@ class Evidence:
         elif e.kind == "deadline" and e.verdict == "lost" and e.of in s.obstacles:
             what = f"{e.of} cannot be resolved by tick {e.due}, when it is due"
             self.claim("lost", e, f"{what}, whatever the robots do.")
+        elif e.kind == "header" and s.external:
+            self.claim("world", None, EXTERNAL)
         elif e.kind in ("outcome", "waiting"):
             stated = e.unrealizable or {}
             lost = {name for name, spec in stated.items() if self._is_lost(name, spec, s)}
             if e.kind == "waiting" or (lost and e.proof is None and lost == stated.keys()):
                 self.proven.add(e.number)
-            if e.kind == "outcome" and s.external:
-                self.claim("world", None, EXTERNAL)
             if e.kind == "outcome":
                 self.claim("outcome", e, _end(e, s, lost if e.proof is None else ()))
 
@@ -337,6 +339,16 @@ class Evidence:
             self.claim("apart", None, f"{what}, once the steps that began before it have ended.")
         if hands:
             self.claim("changed", None, f"Changes by a user, an operator or the world: {hands}.")
+
+
+def _now(name: str, drive: tuple[Task, set[int]], s: State) -> tuple[set[int], set[int]]:
+    """Return the nodes in which the strategy of a robot may be, and their successors for the
+    present observation."""
+    (task, nodes), follows = drive, drive[0].graph.next
+    if s.live:  # the robot may have stayed any number of times
+        here = task.of_pose.get(s.robots[name].pose, set())
+        nodes = {*closure(nodes, lambda k: here.intersection(follows[k]))}
+    return nodes, {n for k in nodes for n in follows[k] if task.observes(n, s)}
 
 
 def _word(regions: Collection[int], s: State) -> str:
@@ -371,12 +383,13 @@ def _end(e: Line, s: State, lost: Collection[str]) -> str:
     if what != "operator_needed":
         return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."
     if e.cause == "out_of_service":
-        why = f"the team needs {' and '.join(n for n, r in s.robots.items() if r.out)} in service"
+        why = f"{' and '.join(n for n, r in s.robots.items() if r.out)} out of service"
     elif lost:
         why = f"there is no strategy for {' and '.join(sorted(lost))}"
     elif e.proof is not None:
         names = [name for name in s.robots if name in e.proof.robots]
-        why = f"no order of moves of {' and '.join(names)} completes the mission"
+        why = f"no order of moves of {' and '.join(names)} completes the mission so that each can "
+        why += "continue"
     else:
         why = "some robot cannot continue, whatever the robots in service with strategies do"
     return f"An operator is needed: {why}."
