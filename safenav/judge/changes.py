@@ -72,7 +72,8 @@ def changes(e: Line, s: State) -> Iterator[str]:
     yield from unread(e.robot, e.objective)
     if e.active is not None and e.active is not robot.out:
         yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
-    found = [one for one in s.changes if one.robot == e.robot][:1]  # changes come in listed order
+    still = (one for one in s.changes if one.at > s.now(e) or not in_force(one, s))
+    found = [one for one in still if one.robot == e.robot][:1]  # changes come in listed order
     found += [one for one in s.scenario.changes if one.at == s.now(e) and e.kind == "service"]
     if e.cause == "scenario" and not any(applies(one, e, s) for one in found):
         yield f"not the next change of {e.robot} that the scenario lists by {s.now(e):g}"

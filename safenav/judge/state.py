@@ -303,7 +303,7 @@ class State:
         self.waits = False  # the team waits: robots keep their duties
         self.arrived = set[str]()  # robots whose last step may have met goals, still unrecorded
         self.restarted = -1  # the tick of the last resolution
-        self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
+        self.barred: set[tuple[str, str]] = set()  # robots that failed too often on an obstacle
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
         self.unrealizable: set[tuple[str, str]] = set()  # robots and their specifications
         self.ended: str | None = None

@@ -289,7 +289,8 @@ class Once(TargetObjective, frozen=True):
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
         if len(targets) > 1 and (shared := targets[-1] & targets[-2]):
-            found = f": the last two targets share region {', '.join(map(str, sorted(shared)))}"
+            regions = f"region{'s' * (len(shared) > 1)} {', '.join(map(str, sorted(shared)))}"
+            found = f": the last two targets share {regions}"
             return found, "leave one of them out: staying there meets both"
         return super().wrong(targets)
 

@@ -79,7 +79,7 @@ class Bound:
                 met = there.stage.need
                 self.times[k] = (self.now,) * met + (NEVER,) * (len(obstacle.needs) - met)
         before = None
-        while before != self.times:  # each opens as early as other obstacles allow
+        while before != self.times:  # each is resolved as early as others allow
             before, self.walkers = self.times, [self._walker(i) for i in range(self.count)]
             self.times = {k: tuple(map(min, self._needs(k), each)) for k, each in before.items()}
 
@@ -210,15 +210,15 @@ def least_within(member: Member, start: int, *, strict: bool, first: int = 0) ->
     targets = member.targets[first:] + member.targets[:first]
     every = reduce(or_, targets) if strict else 0  # targets of a patrol share no region
 
-    def round_from(pose: int) -> ByTick:
+    def round_from(pose: int, goals: Sequence[Mask] = targets) -> ByTick:
         """Return the poses of the last target by the ticks of a round that ends there."""
         met = {0: 1 << pose}
-        for target in targets:
+        for target in goals:
             allowed = member.floor & ~(every & ~target)
             _, met = Walker(member.graph, member.ticks, allowed).spread(met, target & member.floor)
         return met
 
-    begin = round_from(start)
+    begin = round_from(start, targets[targets[0] >> start & 1 :])  # a start counts in tick 0
     rounds = {pose: round_from(pose) for pose in bits(targets[-1] & member.floor)}
 
     def lasts(most: int) -> bool:

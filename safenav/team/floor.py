@@ -358,7 +358,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             if free and not here >> count[0] & 1:
                 count = (next(bits(here)), 0)
             if pursuit.in_turn and self.is_done(i, count) and self.open(stages):
-                # rounds may restart: only the next target advances
+                # a resolution may restart the rounds: a target met now only determines the next one
                 count = pursuit.step(count[0], here)[0], count[1]
             while not self.is_done(i, count):
                 memory, more = pursuit.step(count[0], here)

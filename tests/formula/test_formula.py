@@ -76,7 +76,7 @@ following = st.builds(apply, st.just("next"), formulas(st.just(False)))
 
 
 @given(formulas(st.booleans(), following), st.integers(0, 10**6))
-def test_a_formula_of_any_spelling_is_printed_with_its_meaning(formula: Formula, seed: int) -> None:
+def test_printing_keeps_the_meaning_of_a_formula(formula: Formula, seed: int) -> None:
     random = Random(seed)
     printed = read(infix(formula, random))
     assert read(printed) == printed

@@ -244,7 +244,7 @@ def test_failed_and_truncated_runs_are_shown(browser: Browser, tmp_path: Path) -
     assert browser.one(".badge").text == "cut off"
 
 
-def test_beliefs_of_the_selected_robot_loads_and_charges_are_shown(browser: Browser) -> None:
+def test_loads_charges_and_beliefs_of_the_selected_robot_are_shown(browser: Browser) -> None:
     browser.open(page_of("meeting"), "#tick=1")
     (belief,) = browser.all(".shading .belief")
     assert belief.get_attribute("data-viewer") == "west"

@@ -221,7 +221,7 @@ def _draw_with_the_keyboard_alone(board: Board) -> None:
 
 
 @pytest.mark.slow
-def test_the_text_editor_documents_and_completes(browser: Browser, tmp_path: Path) -> None:
+def test_the_text_editor_shows_help_and_completions(browser: Browser, tmp_path: Path) -> None:
     """The keyboard passes through it. Errors stand at their position; a verdict has its reason."""
     (tmp_path / "house.yaml").write_text(HOUSE)
     with Served("studio", tmp_path / "house.yaml", "--no-browser") as served:

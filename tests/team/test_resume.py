@@ -138,7 +138,7 @@ def test_a_changed_header_is_refused(tmp_path: Path) -> None:
     assert done.returncode == 2 and "the header was changed" in done.stderr, done.stderr
 
 
-def test_a_checkpoint_follows_its_lines(tmp_path: Path) -> None:
+def test_a_checkpoint_that_contradicts_its_lines_is_refused(tmp_path: Path) -> None:
     """Robots are where the lines before it leave them."""
     path = interrupted("case_study_1", 12, tmp_path)
     lines = [json.loads(line) for line in path.read_text().splitlines()]

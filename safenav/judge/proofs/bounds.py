@@ -263,12 +263,14 @@ def _least_round(
     bound.changes = False  # as long as the robot has this objective
     bound.sealed[name] |= own.avoid
 
-    def round_from(seeds: Ticks) -> Ticks:
-        for goal in targets:
+    def round_from(seeds: Ticks, goals: list[frozenset[int]] = targets) -> Ticks:
+        for goal in goals:
             seeds = bound.goal(name, goal, seeds, ends_in or goal)
         return seeds
 
-    first, after = round_from(bound.start[name]), cache(lambda pose: round_from({pose: 0}))
+    begun = s.robots[name].pose[0] in targets[0]  # it counts in tick 0
+    first = round_from(bound.start[name], targets[begun:])
+    after = cache(lambda pose: round_from({pose: 0}))
     rounds = {pose: after(pose) for pose in closure(first, after)}
     slowest, before = dict.fromkeys(rounds, 0), Ticks()  # of more and more rounds from each pose
 

@@ -244,7 +244,8 @@ def refusal_of(team: Team, state: State) -> End | None:
         within = member.robot.within
         if within is None or objectives_change(team, 0, [member], within):
             continue
-        least, _ = least_first(member, robot.pose, robot.own.memory)
+        first = member.objective.begin(robot.pose % team.size)  # it may count already
+        least, _ = least_first(member, robot.pose, first)
         if least is None or least > within:
             refused[member.name] = least
             parts.append(f"{member.name}: {_words(len(member.targets), within, least)}")

@@ -324,7 +324,7 @@ class World:
         ready = {k for k, stage in stages.items() if team.obstacles[k].next(stage) is None}
         if self.live:  # robots that came meanwhile may have made a need ready
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
-        there = run.state.obstacles  # an obstacle that is over disappeared in this instant
+        there = run.state.obstacles  # those that are OVER have disappeared in this instant
         if self.truth is not None:
             stages = {k: stages[k] for k in stages if k in ready} | {
                 n: stage

@@ -342,7 +342,8 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
     if "block" in problem or "block" in str(error.context):
         return "check the indentation: items of one mapping or list begin in one column"
     if "flow" in str(error.context):
-        mark = None if "node" in str(error.context) else error.context_mark  # the error's place
+        # while a node is read, the context is the error itself, not the bracket
+        mark = None if "node" in str(error.context) else error.context_mark
         where = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         return f"the '[' or '{{'{where} is not closed, or a ',' is missing"
     return "check quotes, brackets and colons on this line and the one before"
