@@ -419,6 +419,9 @@ def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
     match event:
         case now.Gone(k):
             return ended or state.obstacles[k].stands
+        case now.Acted(truths=found):  # it may open what was given up or declared meanwhile
+            opened = (state.obstacles[k] for k, truth in found if truth is not False)
+            return any(each.state is now.Is.SEALED for each in opened)
         case now.Served(_, active):
             return ended or active
         case now.Appeared() | now.Inputs() | now.Declared() | now.Elsewhere() | now.Lost():
