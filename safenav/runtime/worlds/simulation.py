@@ -102,9 +102,11 @@ class SimulatedWorld:
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
         """Let robots that are out of service or busy, as far as the team knows, take part in no
-        action that begins now."""
-        live, every = self._team.live, enumerate(robots)
+        action that begins now; robots without a command that are out of service leave actions."""
+        live, every = self._team.live, [*enumerate(robots)]
         self.absent = {i for i, r in every if not r.active or (live and not r.idle)}
+        out = {i for i, r in every if not r.active and r.idle}
+        self._groups = {j: group - out for j, group in self._groups.items()}
 
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
         """Return the obstacles that a robot's last action changed but did not resolve, with
@@ -114,10 +116,14 @@ class SimulatedWorld:
     # Simulation of durations.
 
     def begin(self, robot: Robot) -> None:
-        """Let a robot begin an action, in which only robots that are there now take part."""
-        i = self.leave(robot)
+        """Let a robot begin an action, in which only robots that are there now take part. For what
+        the team knows, robots leave actions in which they take part unknown to it."""
+        i, before = self.leave(robot), self._groups
+        if self.cleared:
+            self._groups = {j: group & {j, *self.absent} for j, group in before.items()}
         at, changes = self._present(i), self._changes(i)
-        self._groups[i] = acting_group(self._team, self._state, at, i, changes)
+        group = acting_group(self._team, self._state, at, i, changes)
+        self._groups = {j: each - group for j, each in before.items()} | {i: group}
 
     def leave(self, robot: Robot) -> int:
         """Let a robot take part in no action that is under way. Return its number."""
