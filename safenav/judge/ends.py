@@ -260,8 +260,8 @@ def permanence(e: Line, s: State) -> Iterator[str]:
         yield f"the team does not know {one.name}"
     elif e.robots != one.blocks:
         yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
-    elif one.declared and e.reason == "operator":
-        return
+    elif one.declared:
+        return  # whatever the reason
     elif e.reason == "untraversable" and not (one.resolved and one.shut):
         yield f"{one.name} was not found untraversable"
     elif e.reason == "operator":

@@ -311,7 +311,8 @@ def _restart_rounds(e: Line, s: State) -> None:
         robot.progress = robot.progress.anew()
         s.restart(robot)
         robot.met.clear()
-        if robot.bound is None and robot.ended < s.now(e):  # its last step counts no more
+        acts = robot.acts or robot.acted.tick == e.tick  # its step counts when its action ends
+        if robot.bound is None and not acts and robot.ended < s.now(e):
             robot.before = robot.pose
             robot.recalled = robot.memories & robot.hears(s.inputs) if robot.memories else set()
         if s.live or robot.moved >= s.tick:

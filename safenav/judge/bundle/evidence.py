@@ -312,9 +312,11 @@ class Evidence:
     def concludes(self, e: Line, s: State) -> None:
         """Claim the negatives that the judge has proven, and the end."""
         if e.kind == "blocked" and e.reason in ("no_capable_robot", "unresolvable"):
-            kind, region = e.obstacle.partition("@")[0], s.obstacles[e.obstacle].region
-            what = f"No robot can resolve {kind}@{_word({region}, s)}"
-            self.claim("never", e, f"{what}, unless the scenario or an operator changes something.")
+            kind, one = e.obstacle.partition("@")[0], s.obstacles[e.obstacle]
+            what = f"No robot can resolve {kind}@{_word({one.region}, s)}"
+            what += ", unless the scenario or an operator changes something."
+            if not one.declared:  # by an operator: then nothing is proven
+                self.claim("never", e, what)
         elif e.kind == "deadline" and e.verdict == "lost" and e.of in s.obstacles:
             what = f"{e.of} cannot be resolved by tick {e.due}, when it is due"
             self.claim("lost", e, f"{what}, whatever the robots do.")
