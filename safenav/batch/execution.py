@@ -1,4 +1,4 @@
-"""One case in this process: load, vary, run, compare. Failures of the case never raise."""
+"""Execution of one case in this process. Failures of the case never raise an exception."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def execute(case: Case, conditions: Conditions, trace: Path) -> Result:
-    """Return the result of a case, and write its trace."""
+    """Run a case, write its trace, and return its result."""
     try:
         return _run(case, load(case), conditions, trace)
     except errors.InputError as error:

@@ -37,7 +37,7 @@ _FIXED = ("safenav", "name")
 
 
 class Range(Item, frozen=True):
-    """Whole numbers, both ends included."""
+    """A range of whole numbers; both ends are included."""
 
     label: ClassVar = "in {what}"
     from_: int | None = key("", "the first number")
@@ -71,8 +71,8 @@ class Matrix(Struct, frozen=True):
 
 
 def is_matrix(text: str) -> bool:
-    """Return whether a text is meant as a matrix file: a line begins with ``batch:``, or with
-    ``matrix:`` if the former was forgotten."""
+    """Return whether a text is meant as a matrix file: one of its lines begins with ``batch:``, or
+    with ``matrix:`` if the user forgot ``batch:``."""
     return _MARK.search(text) is not None
 
 
@@ -101,8 +101,8 @@ def read_matrix(text: str, file: str) -> Matrix:
 
 
 def _values(value: Raw, findings: Findings) -> list[tuple[Any, Place]]:
-    """Return the values of a list, or of ``{from: 0, to: 9}``, both ends included, each with its
-    place."""
+    """Return the values of a setting, which a matrix file gives as a list or as ``{from: 0, to:
+    9}`` (both ends included), each with its place in the file."""
     node, what = value.node, value.what
     if isinstance(node, document.Mapping):
         ends = read(Range, node, what, findings)

@@ -48,8 +48,8 @@ class Pool:
         future.add_done_callback(self._done.put)
 
     def collect(self, seconds: float) -> list[tuple[Case, Result, bytes]]:
-        """Return the cases that have ended, with results and traces, waiting at most ``seconds``
-        for the first. Raises SafenavError if no more cases can be run at all."""
+        """Return the cases that have ended, with their results and traces; wait at most ``seconds``
+        for the first one. Raises SafenavError if no more cases can be run at all."""
         futures = []
         with contextlib.suppress(Empty):
             futures.append(self._done.get(timeout=seconds))
@@ -59,7 +59,7 @@ class Pool:
         return [(case, *self._ended(future, case)) for future, case in cases]
 
     def close(self) -> None:
-        """Stop all work, leaving no process behind."""
+        """Stop all work and end all processes of the pool."""
         self._threads.shutdown(wait=False, cancel_futures=True)
         leave(self.batch)
         self._threads.shutdown()

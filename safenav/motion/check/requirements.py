@@ -31,8 +31,8 @@ SATISFIED, VIOLATED, UNDECIDED = "satisfied", "violated", "undecided"
 
 
 class Judgement(Struct, frozen=True):
-    """The verdict on a requirement: its robustness at the start is between ``low`` and ``high``, up
-    to ``error``. ``advice``: the remedy for an undecided one."""
+    """The verdict on a requirement. Its robustness at the start is between ``low`` and ``high``,
+    each up to the sampling error ``error``. ``advice``: the remedy for an undecided verdict."""
 
     name: str
     formula: str
@@ -111,7 +111,7 @@ _AXES = {"x": "x", "y": "y", "height": "z"}
 
 
 class _Body:
-    """The centre of a body (3, times), its speed (times), and bounds of the changes of both."""
+    """The centre (3, times) and speed (times) of a body, and bounds of the changes of both."""
 
     def __init__(self, columns: Columns, times: Array) -> None:
         self.place = np.array([columns[axis] for axis in "xyz"])
@@ -129,7 +129,7 @@ class _Body:
 
 
 def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, ...]]:
-    """Return the times of requests and resolutions, in seconds of the motion."""
+    """Return the times of each kind of event of each obstacle, in seconds of the motion."""
     found: dict[tuple[str, str], set[float]] = {}
     for record in dated(trace, paces_of(trace, motion.header)):
         if isinstance(record, Request | Resolved) and record.t is not None:
@@ -141,8 +141,8 @@ def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, 
 def judged(
     motion: Motion, trace: Trace, more: tuple[str, ...] = (), rate: float = RATE
 ) -> list[Judgement]:
-    """Return the verdict on each requirement of a trace, and on ``more`` formulas, named by their
-    text. Raises UsageError for a formula that cannot be read or evaluated."""
+    """Return the verdict on each requirement of a trace, and on each of the formulas ``more``,
+    named by its text. Raises UsageError for a formula that cannot be read or evaluated."""
     formulas = {**trace.header.scenario.requirements, **{text: text for text in more}}
     if not formulas:
         return []
@@ -151,7 +151,7 @@ def judged(
 
 
 def readable(recording: MotionRecording, text: str) -> Requirement:
-    """Return a formula over the robots of the motion. Raises UsageError if it cannot be read."""
+    """Return the formula in a text about robots of a motion. Raises UsageError for other texts."""
     try:
         formula = parse_requirement(text)
     except FormulaError as error:
