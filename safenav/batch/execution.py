@@ -71,7 +71,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) ->
 
 
 def _required(trace: Path) -> list[Judgement]:
-    """Return the verdicts on the requirements of a run, on the motion computed from its trace."""
+    """Return the verdicts on a run's requirements, on the motion computed from its trace."""
     with needing("'requirements' of a scenario", "motion"):
         from safenav.motion.check.requirements import judged
         from safenav.motion.making import motion_of
@@ -112,5 +112,5 @@ _binary = cache(find_binary)
 
 
 def _line(diagnostic: errors.Diagnostic) -> str:
-    """Return a diagnostic on one line."""
+    """Return the text of a diagnostic on one line."""
     return "; ".join(part.strip() for part in str(diagnostic._replace(source="")).splitlines())

@@ -63,8 +63,8 @@ matrix file."""
 
 
 class Matrix(Struct, frozen=True):
-    """All pairs of ``scenarios`` (files, folders, patterns, relative to the matrix file) and
-    ``settings``."""
+    """The content of a matrix file: each of ``scenarios`` (files, folders, patterns, relative to
+    the file) is run with each of ``settings``."""
 
     scenarios: tuple[Scalar, ...]
     settings: tuple[Placed, ...]
@@ -77,7 +77,7 @@ def is_matrix(text: str) -> bool:
 
 
 def read_matrix(text: str, file: str) -> Matrix:
-    """Return a matrix file. Raises InputError with all its errors."""
+    """Return the content of a matrix file. Raises InputError with all its errors."""
     findings = Findings(file)
     item: BatchKeys | None = read(
         BatchKeys, parsed(text, findings, "matrix file"), "the batch", findings

@@ -31,7 +31,7 @@ def processors() -> int:
 
 
 class Pool:
-    """At most ``jobs`` cases at a time, each in another process on this machine."""
+    """A pool that runs at most ``jobs`` cases at a time, each in a process on this machine."""
 
     def __init__(self, jobs: int, conditions: Conditions) -> None:
         self.batch = uuid.uuid4().hex
@@ -75,10 +75,10 @@ def version_here() -> str:
 
 
 class DaskCluster(Pool):
-    """Cases on the cluster at ``address``; its threads determine how many run in parallel.
+    """A pool on the cluster at ``address``, whose threads determine how many cases run in parallel.
 
-    Raises UsageError if ``distributed`` is not installed, nothing answers at the address, or
-    a worker there has no safenav of this version.
+    Raises UsageError if ``distributed`` is not installed, nothing answers at the address, or a
+    worker there has no safenav of this version.
     """
 
     def __init__(self, address: str, conditions: Conditions) -> None:

@@ -147,7 +147,7 @@ def run_batch(
     artifacts: Artifacts | None = None,
     progress: Progress | None = None,
 ) -> Report:
-    """Run all cases without a result in ``kept``, and close the pool.
+    """Run all cases that have no result in ``kept``, and close the pool.
 
     KeyboardInterrupt ends the batch, which the report then records (``interrupted``). Raises
     SafenavError if no case can be run any longer; results so far are in ``kept``.

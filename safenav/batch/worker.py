@@ -159,7 +159,7 @@ class Worker:
                 os.killpg(self.pid, number)
 
     def kill(self) -> None:
-        """End the process with its synthesis."""
+        """Kill the process and its synthesizer."""
         for number, seconds in ((signal.SIGTERM, _STACK_SECONDS), (signal.SIGKILL, None)):
             self.send(number)
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -167,7 +167,7 @@ class Worker:
                 break
 
     def end(self) -> None:
-        """End the process with its synthesis, and close its files."""
+        """Kill the process and its synthesizer, and close the files of the worker."""
         self.kill()
         self._connection.close()
         self._printed.close()
@@ -217,7 +217,7 @@ Task = tuple[Case, Conditions, Path]
 
 
 def main() -> None:
-    """Run cases until the connection ends: the program of a worker."""
+    """The program of a worker: run cases until the connection ends."""
     connection = Connection(int(sys.argv[1]))
     faulthandler.enable()  # prints the stack at a crash
     faulthandler.register(_STACK)

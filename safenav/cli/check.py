@@ -277,7 +277,7 @@ def of_bundle(file: GivenFile) -> JudgedFile:
 
 
 def broken(source: object, found: Sequence[object], rest: str = "more") -> Iterator[str]:
-    """Yield the first findings about a source, and the number of others (noun: ``rest``)."""
+    """Yield the first findings about a source, and the number of others, called ``rest``."""
     yield from (f"{source}: {each}" for each in found[:SHOWN])
     if len(found) > SHOWN:
         yield f"and {len(found) - SHOWN} {rest} (--json prints them)"

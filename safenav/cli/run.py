@@ -287,8 +287,8 @@ def _carry_out(mission: Mission, operator: bool) -> None:
 
 
 def _interrupt(mission: Mission, number: int) -> None:
-    """Stop at the next safe point; immediately on a second signal or after PATIENCE. The first
-    SIGALRM ends the run at its time limit."""
+    """Stop the run at the next safe point; immediately on a second signal or after PATIENCE. The
+    first SIGALRM ends the run at its time limit."""
     if number == signal.SIGALRM and mission.ending:
         return
     if mission.stopping:

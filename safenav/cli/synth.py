@@ -224,7 +224,7 @@ def _report(
 
 
 def opening_words(spec: Specification) -> str:
-    """Return in words how the environment wins immediately, where its strategy has no node."""
+    """Return in words how the environment wins immediately if its strategy has no node."""
     row = lost_opening(spec) or ()
     named = zip(spec.owned(Owner.INPUT), row, strict=False)
     inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
@@ -336,7 +336,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
 
 
 def _explain_specification(given: options.GivenFile, as_json: bool) -> int:
-    """Print why a specification is unrealizable; return the exit code."""
+    """Print the reasons why a specification is unrealizable; return the exit code."""
     from safenav.explain.investigation import explain_lines
 
     file, spec = given.path, specification_of(given)

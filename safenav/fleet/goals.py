@@ -229,8 +229,8 @@ class Goals:
         return self._near(body, region, self.places.frame.resolution / 4)
 
     def lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
-        """Declare the robot lost for this ``reason``, or because odometry is old or off free
-        regions."""
+        """Declare the robot lost for this ``reason``, or because its odometry is old or places it
+        in no free region."""
         regions = frozenset((task.start.region, task.to.region))
         at = self.pose_now(body)
         if at is not None:

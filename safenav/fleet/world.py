@@ -186,8 +186,8 @@ class FleetWorld:
     # Connection
 
     def open(self, patience: float = 10.0) -> None:
-        """Connect, wait until each robot answers and odometry confirms its start pose, then for the
-        first reading of its lidar. Raises UsageError."""
+        """Connect, wait until each robot answers, check its start pose by odometry, then wait
+        ``FRESH`` seconds at most for the first reading of its lidar. Raises UsageError."""
         self.goals.transport.open(self._heard)
         end = self.now() + patience
         while silent := self._silent():
@@ -308,7 +308,7 @@ class FleetWorld:
     def _act_on_next(
         self, body: robots.DrivenRobot, task: robots.FleetTask, team_action: robots.TeamAction
     ) -> None:
-        """Start the next action of all its participants, or end the command."""
+        """Start the next action of a command for all its participants, or end the command."""
         stations = {name: other.station for name, other in self._bodies.items()}
         services = team_action.next(self._idle(task), stations)
         if not services:

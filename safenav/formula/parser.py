@@ -27,8 +27,7 @@ MAX_NUMBER = 2**31 - 1
 
 
 class FormulaError(SafenavError):
-    """A formula that cannot be read: its ``column`` (from 1), the error ``found``, and a
-    ``hint``."""
+    """A formula that cannot be read: its ``column`` (from 1), the error ``found``, a ``hint``."""
 
     exit_code = ExitCode.BAD_INPUT
 
@@ -270,7 +269,7 @@ class _Parser(FormulaParser[_Expression]):
 
 
 def _condition(part: _Expression, begin: Token) -> syntax.Formula:
-    """Return ``part``, which begins at a token, if it is a formula, as 0 and 1 also are."""
+    """Return ``part``, which begins at a token, as a formula: 0 and 1 become constants."""
     match part:
         case syntax.Number(0 | 1 as value, column):
             return syntax.Constant(value == 1, column)

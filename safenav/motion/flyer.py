@@ -38,9 +38,9 @@ POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
 
 
 class AxisModel(Struct, frozen=True):
-    """Discrete model of one axis: state [p, v, a, d], ``d`` a constant disturbance, and its
-    programme: predictions over the horizon are ``free @ state + forced @ commands`` (of positions,
-    of velocities)."""
+    """The discrete model of one axis with state [p, v, a, d] (``d``: a constant disturbance), and
+    its programme, which predicts positions and velocities over the horizon as ``free @ state +
+    forced @ commands``."""
 
     move: Array
     steer: Array
@@ -55,7 +55,7 @@ class AxisModel(Struct, frozen=True):
 
 @lru_cache(maxsize=1)
 def axis_model() -> AxisModel:
-    """Return the model, discretized exactly enough by many small steps, and its programme."""
+    """Return the model of an axis, discretized by many small steps, with its programme."""
     parts = 50
     small = PERIOD / parts
     change = np.array([[0, 1, 0, 0], [0, -DRAG, 1, 1], [0, 0, -1 / LAG, 0], [0, 0, 0, 0]])
@@ -82,7 +82,7 @@ def axis_model() -> AxisModel:
 
 
 def _estimator(move: Array) -> Array:
-    """Return the steady gain of a Kalman filter: noise of 5 mm on the position, disturbances d."""
+    """Return the steady gain of a Kalman filter for a position noise of 5 mm and disturbances d."""
     noise = np.diag([1e-8, 1e-6, 1e-4, 2e-2])
     spread, sees = np.eye(4), np.array([1.0, 0, 0, 0])
     gain = sees

@@ -148,9 +148,9 @@ class Mass(Struct, frozen=True):
 def mass(
     phases: Sequence[PressurePhase], start: State, goal: State, times: Array, omega: float
 ) -> Mass:
-    """Solve c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the equation with p = 0,
-    so its growing part is computed backwards from the goal, its shrinking part forwards from the
-    start. Points are complex numbers."""
+    """Return the solution of c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the
+    equation with p = 0, so its growing part is computed backwards from the goal, its shrinking part
+    forwards from the start. Points are complex numbers."""
     here, fast, there, slow = (
         complex(*pair) for pair in (start[:2], start[2:], goal[:2], goal[2:])
     )

@@ -34,8 +34,8 @@ class Mover(ABC):
 
     @abstractmethod
     def begin(self) -> None:
-        """Take the pose of the start. Raises UsageError if the robot does not fit or cannot
-        move on the floor."""
+        """Set the pose at the start. Raises UsageError if the robot does not fit or cannot move on
+        the floor."""
 
     @abstractmethod
     def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:

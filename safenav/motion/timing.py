@@ -115,7 +115,7 @@ DECIMALS = 9
 
 
 def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
-    """Return the pace of each robot of a motion, at its start."""
+    """Return the pace of each robot at the start of a motion."""
     return {
         name: pace_of(robot.model.figures, header.cols, header.side, robot.start.facing)
         for name, robot in trace.robots.items()
@@ -146,8 +146,7 @@ def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
-    """Return a trace, with the times of its motion, as that of a live run with ticks as
-    instants."""
+    """Return a trace, at its motion's times, as that of a live run whose ticks are instants."""
     return by_instants(ordered(trace, dated(trace, paces_of(trace, motion.header))))
 
 

@@ -173,7 +173,7 @@ def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
 
 class Stride(Struct, frozen=True):
     """The keyframes of a move, and the seconds on the foot of each one, from half a step before its
-    apex to half a step after it. ``lean``: seconds of a standing walker's leaning before that."""
+    apex to half a step after it. ``lean``: seconds in which a standing walker leans before that."""
 
     line: tuple[Apex, ...]
     durations: tuple[float, ...]

@@ -201,8 +201,8 @@ class Physics:
     # Commands
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Replace the goal of a robot by a straight reference, from rest to rest, at the robot's
-        speed on average."""
+        """Give a robot a new goal, to which a straight reference leads: from rest to rest, at the
+        robot's speed on average."""
         body = self._bodies[robot]
         start, kind = self._at(body), body.kind
         yaw = start[2] if goal.yaw is None else start[2] + turned(goal.yaw - start[2])

@@ -60,12 +60,12 @@ class Grid(MetricFloor, frozen=True):
     """The map, and the cells beyond it."""
 
     def place(self, region: int) -> tuple[int, int]:
-        """Return the column from the west, row from the south."""
+        """Return the column (from the west) and the row (from the south) of a region."""
         row, col = divmod(region, self.cols)
         return col, self.rows - 1 - row
 
     def region(self, cell: tuple[int, int]) -> int:
-        """Return the region at a place."""
+        """Return the region in this column and row."""
         return (self.rows - 1 - cell[1]) * self.cols + cell[0]
 
     def distance(self, points: Array, cell: tuple[int, int]) -> Array:

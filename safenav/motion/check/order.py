@@ -51,7 +51,7 @@ def check_order(case: Examination) -> None:
 
 
 def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding]:
-    """Yield the findings of the rules of live runs that a trace breaks at its lines' times.
+    """Yield the findings about a trace by the rules of live runs, at the times of its lines.
     ``serial``: the lines in the trace's order, in which robots move only after decisions."""
     live = timing.by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]

@@ -43,7 +43,7 @@ class Judgement(Struct, frozen=True):
     advice: str = ""
 
     def data(self) -> dict[str, object]:
-        """Return JSON data: None for an infinite bound."""
+        """Return the verdict as JSON data, with None for an infinite bound."""
         bounds = [value if isfinite(value) else None for value in (self.low, self.high)]
         data: dict[str, object] = {"name": self.name, "formula": self.formula}
         data |= {"verdict": self.verdict, "robustness": bounds, "error": self.error}
@@ -86,7 +86,7 @@ class MotionRecording:
         return self._motion.header.robots
 
     def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
-        """Return the values at the times, and a bound of their change per second."""
+        """Return the values of a signal at given times, and a bound of their change per second."""
         if times is not self._times:
             self._times, self._bodies = times, {}
         for robot in {*which.robots} - self._bodies.keys():
@@ -103,7 +103,7 @@ class MotionRecording:
                 return first.place["xyz".index(_AXES[name])], first.fastest
 
     def instants(self, event: Happens) -> tuple[float, ...]:
-        """Return the times of the event, in seconds of the motion."""
+        """Return the times at which an event occurs, in seconds of the motion."""
         return self._events.get((event.kind, event.obstacle), ())
 
 

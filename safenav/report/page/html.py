@@ -57,7 +57,7 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 
 
 def page_of(trace: Trace, source: str) -> str:
-    """Return the replay of a trace as an HTML document. ``source``: its name."""
+    """Return the replay of a trace as an HTML document. ``source``: the name of the trace."""
     run = run_of(trace)
     return document(f"{run.name}: replay", data_element("run", encoded(run, source)))
 

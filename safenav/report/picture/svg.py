@@ -225,10 +225,9 @@ def _found(paths: Mapping[str, str], name: str) -> str:
 
 
 def separated(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return offsets for each (row, col) so that robots that overlap are drawn on a circle.
+    """Return offsets for each (row, col) so that robots over one another are drawn on a circle.
 
-    The offsets change smoothly as robots approach within one region, so that no robot jumps.
-    """
+    The offsets change smoothly as robots approach within one region, so that nothing jumps."""
     found = []
     for i, (row, col) in enumerate(places):
         near = [max(0.0, 1.0 - hypot(row - other[0], col - other[1])) for other in places]

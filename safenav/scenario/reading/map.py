@@ -49,7 +49,7 @@ def _read_form(item: language.MapKeys, reading: Reading) -> RegionMap | None:
 
 
 def _frame(item: language.MapKeys) -> Frame | None:
-    """Return the frame of the map, if the scenario states the size of regions."""
+    """Return the frame of the map; None if the scenario does not state the size of regions."""
     side, origin = item.resolution, item.origin
     if side is None:
         return None

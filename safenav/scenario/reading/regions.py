@@ -227,8 +227,7 @@ class Reading(Findings):
 
     def names_obstacle(self, node: Node, written: str, what: str, column: int = 0) -> str | None:
         """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``;
-        None after an error, or if obstacles are not known. ``column``: that of the name in a
-        text."""
+        None after an error, or if obstacles are unknown. ``column``: that of the name in a text."""
         if not self.obstacles_known or self.world is None:
             return None
         kind, where, number = name_parts(written)

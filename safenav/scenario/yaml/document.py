@@ -58,7 +58,7 @@ class Sequence(Struct, frozen=True):
 
 
 class Mapping(Struct, frozen=True):
-    """A mapping with distinct keys of text. ``cut``: whether other keys were reported."""
+    """A mapping with distinct keys of text. ``cut``: whether other keys were left out."""
 
     place: Place
     entries: tuple[tuple[Scalar, Node], ...]

@@ -280,7 +280,7 @@ def read_bytes(
 
 
 def _refuse_outside(path: Path, reach: Path) -> None:
-    """Raise InputError before opening a file outside a folder."""
+    """Raise InputError if a file is outside a folder, so that the file is not opened."""
     try:
         inside = path.resolve().is_relative_to(reach.resolve())
     except (OSError, RuntimeError, ValueError):

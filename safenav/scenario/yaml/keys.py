@@ -113,8 +113,7 @@ def name_key(
     why: str = "use another name",
 ) -> Key:
     """Return the key of a name for ``what``. ``identifier``: without hyphens; ``taken``,
-    ``prefixes``: reserved words and beginnings; ``reserved``, ``why``: error and remedy of such a
-    name."""
+    ``prefixes``: reserved words and beginnings; ``reserved``, ``why``: their error and remedy."""
     pattern, signs = (IDENTIFIER, "digits and '_'") if identifier else (NAME, "digits, '_' and '-'")
 
     def check(word: Any, node: Node, _what: str, findings: Findings) -> Any:
