@@ -94,8 +94,8 @@ def _named(text: str) -> bool:
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
-    """Yield the errors in the values of a line whose fields have been read. ``kind``: its type. The
-    state of the run in a checkpoint is not examined here."""
+    """Yield the errors in the values of a line whose fields have been read. ``kind``: the line's
+    type. The state of the run in a checkpoint is not examined here."""
     if kind == "checkpoint":
         line = {key: value for key, value in line.items() if key != "run"}
     left: list[tuple[str, Any, int]] = [("", line, 0)]

@@ -68,7 +68,7 @@ class Case(Struct, frozen=True):
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
 
     def result(self, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:
-        """Return the result of this case if the case has not been run."""
+        """Return a result of this case that has no data of a run."""
         settings = dict(self.settings)
         return Result(self.name, self.file, settings, self.fingerprint, verdict, reasons, detail)
 

@@ -101,8 +101,8 @@ def read_matrix(text: str, file: str) -> Matrix:
 
 
 def _values(value: Raw, findings: Findings) -> list[tuple[Any, Place]]:
-    """Return the values of a setting, which a matrix file gives as a list or as ``{from: 0, to:
-    9}`` (both ends included), each with its place in the file."""
+    """Return the values of a setting, given as a list or as ``{from: 0, to: 9}`` (both ends
+    included), each with its place in the matrix file."""
     node, what = value.node, value.what
     if isinstance(node, document.Mapping):
         ends = read(Range, node, what, findings)

@@ -39,8 +39,8 @@ POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
 
 class AxisModel(Struct, frozen=True):
     """The discrete model of one axis with state [p, v, a, d] (``d``: a constant disturbance), and
-    its programme, which predicts positions and velocities over the horizon as ``free @ state +
-    forced @ commands``."""
+    its programme, which predicts positions and velocities over the horizon as
+    ``free @ state + forced @ commands``."""
 
     move: Array
     steer: Array

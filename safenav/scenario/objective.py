@@ -38,10 +38,10 @@ def number_word(place: Region | Target) -> str:
 
 
 class Pursuit(NamedTuple):
-    """The order in which targets count; there are ``targets`` of them. Targets are indices, sets of
-    targets masks with a bit for each. If targets count ``in_turn``, the memory is the next target,
-    else the set of those met in this round. ``settles``: whether the objective ends at the last
-    target, where each tick is a round."""
+    """The order in which targets count; there are ``targets`` of them. A target is an index, a set
+    of targets a mask with a bit for each. If targets count ``in_turn``, the memory is the next
+    target, else the set of those met in this round. ``settles``: whether the objective ends at the
+    last target, where each tick is a round."""
 
     targets: int
     in_turn: bool
@@ -140,7 +140,7 @@ class Objective:
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """Return the memory of a robot in ``region`` that is assigned this objective. ``memory``:
-        what it had before."""
+        the robot's memory before."""
         del region
         return memory
 

@@ -194,7 +194,8 @@ def _bounds(
 
 
 def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
-    """Return the minimum of values[first..last] by first and last; +inf for an empty range."""
+    """Return, for each pair of indices, the minimum of values[first..last]; +inf if there is
+    none."""
     least: Array = _folded(values[None], np.minimum, first, last)[0]
     return np.where(last >= first, least, np.inf)
 

@@ -27,7 +27,7 @@ Step = str | int
 
 class Spot(Struct, frozen=True):
     """The position of a node: indices of its first character and of the one after its last.
-    ``flow``: in brackets. ``entries``: for each key or index the start and the value, or None."""
+    ``flow``: in brackets. ``entries``: start and value of each entry by key or index, or None."""
 
     start: int
     end: int

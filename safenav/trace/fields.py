@@ -121,7 +121,7 @@ class _Formulas(Struct, frozen=True):
 
 
 def objective_of(data: Any) -> Objective:
-    """Return the objective in some JSON data (of ``to_data``). Raises an error of msgspec, or
+    """Return the objective in JSON data that ``to_data`` has made. Raises an error of msgspec, or
     ValueError."""
     known = data if isinstance(data, Mapping) else ()
     word, *others = [key for key in known if key not in _Rules.__struct_fields__]

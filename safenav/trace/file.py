@@ -169,8 +169,8 @@ def _shown(value: Any, *, lines: bool = False) -> Any:
 
 
 def _escaped(text: str) -> str:
-    """Return a text with each control character replaced by an escape, such as ``\x1b``: a terminal
-    would obey it, a line end would start a new line, and no SVG can hold it."""
+    """Return a text with each control character replaced by an escape, such as ``\\x1b``: a
+    terminal would obey it, a line end would start a new line, and no SVG can hold it."""
     return _CONTROL.sub(lambda found: found.group().encode("unicode_escape").decode(), text)
 
 

@@ -61,8 +61,8 @@ def some(names: Iterable[str]) -> str:
 
 
 def shortened(rule: str) -> str:
-    """Return the words of an assumption, with a long list of robots at the end cut: ``infinitely
-    often no robot is beside it (a, b, c and 57 others)``."""
+    """Return the words of an assumption, in which a long list of robots at the end is shortened:
+    ``infinitely often no robot is beside it (a, b, c and 57 others)``."""
     words, found, listing = rule.rpartition(" (")
     names = listing.removesuffix(")").split(", ")
     return rule if not found or len(names) <= MANY else f"{words} ({some(names)})"

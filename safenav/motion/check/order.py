@@ -123,8 +123,8 @@ def _reservations(case: Examination, trace: Trace) -> None:
 
 
 def _actions(case: Examination, trace: Trace) -> None:
-    """Check that all participants of each action of the trace act at its time; several act
-    together."""
+    """Check that all participants of each action of the trace act at its time, simultaneously if
+    there are several."""
     waiting = list(case.actions)
     acts = [({*a.robots}, a.t or 0.0, end.t or 0.0) for a, end in trace.acts if end is not None]
     for wanted in timing.actions_of(trace)[0]:

@@ -3,12 +3,12 @@
 The program is built from ``front/`` (TypeScript, Preact, esbuild) and committed, since users of
 safenav have no Node. A content security policy in the page forbids every request.
 
-The run is compact data (its types: front/src/run/run.ts). Values over time are lists of [tick,
-value...]; paths are lists of regions and a letter for each heading: a thousand ticks of a robot
-take about five kilobytes. ``_Rows`` alone writes the parts that grow during a run: all entries, or
-those since a tick, which replace those that a page has (front/src/live/player.ts). A set of regions
-is written once, as runs of consecutive regions: the gap before each run and its length, as in
-``14,3,7,2``.
+The run is compact data (its types: front/src/run/run.ts). Values over time are lists of
+[tick, value...]; paths are lists of regions and a letter for each heading: a thousand ticks of a
+robot take about five kilobytes. ``_Rows`` alone writes the parts that grow during a run: all
+entries, or those since a tick, which replace those that a page has (front/src/live/player.ts). A
+set of regions is written once, as runs of consecutive regions: the gap before each run and its
+length, as in ``14,3,7,2``.
 """
 
 import json

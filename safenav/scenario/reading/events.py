@@ -80,7 +80,7 @@ def resolve_orders(
 
 
 def _truth(item: language.ObstacleKeys, kind: ObstacleType | None, reading: Reading) -> bool | None:
-    """Return whether an obstacle's region is traversable (default); None without a truth."""
+    """Return whether an obstacle's region is traversable, by default True; None without a truth."""
     if kind is not None and kind.has_truth:
         return item.traversable is not False
     if kind is not None and item.at("traversable") is not None:

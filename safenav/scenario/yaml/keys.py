@@ -99,7 +99,7 @@ class Key(Struct, frozen=True, eq=False):
 
 
 def key(about: str = "", required: str = "", **rest: Any) -> Any:
-    """Return a key, as Python's default of a field."""
+    """Return a key, to be written in place of the default of a field."""
     return Key(about, required, **rest)
 
 
