@@ -1,4 +1,4 @@
-"""The goals of driven robots: sending, monitoring and retrying them, and where steps end."""
+"""The goals of driven robots: sending, monitoring and retrying them, and the ends of steps."""
 
 from __future__ import annotations
 

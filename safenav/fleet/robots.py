@@ -142,8 +142,8 @@ class DrivenRobot(Struct):
         return (task.start if task.back else task.to).region
 
     def stood(self, stamp: float) -> Located | None:
-        """Return the robot's position at rest at a stamp of its clock; None if the robot moved
-        then, or if odometry from before and after that time does not agree."""
+        """Return the position at which the robot was at rest at a stamp of its clock; None if it
+        moved then, or if odometry from before and after that time does not agree."""
         newer: Located | None = None
         for point in reversed(self.trail):
             at = point.place

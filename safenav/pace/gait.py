@@ -50,11 +50,11 @@ class Walker(Struct, frozen=True):
 
 
 class Gait(Struct, frozen=True):
-    """The periodic gait of a walker on regions of one side.
+    """The periodic gait of a walker on regions of one size.
 
     A straight move takes ``steps`` (even, so that each move ends on the foot it began with) of
-    ``length`` metres and ``seconds`` each; at apex it moves at ``speed``, and the mass is
-    ``sway`` metres off the centre line, towards the stance foot.
+    ``length`` metres and ``seconds`` each; at apex it moves at ``speed``, and the mass is ``sway``
+    metres off the centre line, towards the stance foot.
     """
 
     walker: Walker

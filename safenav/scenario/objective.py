@@ -407,7 +407,7 @@ def on_steps(formula: str) -> str:
 
 
 def ruled(objective: Objective, like: Objective) -> Objective:
-    """Return an objective to visit targets, with the rules of another."""
+    """Return an objective to visit targets, under the rules of another objective."""
     return objective.changed(avoid=like.avoid, always=like.always)
 
 

@@ -194,8 +194,7 @@ def _bounds(
 
 
 def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
-    """Return, for each pair of indices, the minimum of values[first..last]; +inf if there is
-    none."""
+    """Return, for each pair of indices, the minimum of values[first..last], or +inf for none."""
     least: Array = _folded(values[None], np.minimum, first, last)[0]
     return np.where(last >= first, least, np.inf)
 

@@ -292,10 +292,10 @@ def as_data(record: Record) -> dict[str, Any]:
 
 class TraceWriter:
     """A listener that appends each record to a file and flushes it. The first record replaces the
-    file's content; a run that is refused before leaves it unchanged.
+    file's content; a run that is refused before its first record leaves the content unchanged.
 
-    Raises UsageError when the file cannot be opened or written: a run whose trace is lost must
-    not continue.
+    Raises UsageError when the file cannot be opened or written: a run whose trace is lost must not
+    continue.
     """
 
     def __init__(self, path: str | Path) -> None:

@@ -1,7 +1,7 @@
 """Robots with ROS 2 under rmw_cyclonedds: Nav2's NavigateToPose, odometry, scans, reports.
 
-For a robot of namespace ``/digit``: the action ``/digit/navigate_to_pose``, the topics
-``/digit/odom``, ``/digit/scan`` and the report topic, and a ``std_srvs/Trigger`` for each action.
+A robot of namespace ``/digit`` has the action ``/digit/navigate_to_pose``, the topics
+``/digit/odom`` and ``/digit/scan``, the report topic, and a ``std_srvs/Trigger`` for each action.
 """
 
 from __future__ import annotations

@@ -90,7 +90,8 @@ def shape_of(segment: Segment) -> Hashable:
 
 
 def walked(segment: Segment, limits: Limits) -> Walked:
-    """Solve the pendulum of a segment and the quintics of its feet; check the rules of segments."""
+    """Return the samples of a segment, from the pendulum of its mass and the quintics of its feet,
+    and the rules that it breaks."""
     ends = np.cumsum([phase.seconds for phase in segment.phases])
     rests = segment.start == segment.goal and not any(segment.start[2:])
     still = rests and len(segment.phases) == 1

@@ -1,5 +1,5 @@
-"""Explanations in words: of a robot without a strategy, and of a run that needed
-an operator. They claim only proven facts about a core."""
+"""Explanations, in words, of a robot without a strategy and of a run that needed an operator. They
+claim only proven facts about a core."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -33,7 +33,7 @@ _SHOWN, _ENDING = 12, 3
 
 
 def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
-    """Yield the explanation as text."""
+    """Yield the explanation of a robot without a strategy as lines of text."""
     world = scenario.map
     red = click.style("unrealizable:", fg="red", bold=True)
     yield f"{found.robot}: {red} it cannot {describe(asked_of(found.task), scenario.map.word)}"
@@ -127,7 +127,7 @@ def repair_words(repair: Repair, world: RegionMap) -> str:
 
 
 def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterator[str]:
-    """Yield the losing play as text."""
+    """Yield a play that the robot loses, as lines of text."""
     robot = found.robot
     match play.ending:
         case PlayEnd.CONFINED:

@@ -173,8 +173,8 @@ def check_assignable(
     node: Node | None,
     findings: Findings,
 ) -> None:
-    """Report settings that 'coordination: assignable' (at ``node``) does not support; a goal that
-    is assigned at runtime could, for example, lie beyond a target of a literal patrol."""
+    """Report settings that 'coordination: assignable' (at ``node``) does not support. For example,
+    a goal assigned at runtime could lie beyond a target of a literal patrol."""
     given = [(robot.name, robot.objective) for robot in team]
     given += [(robot.name, objective) for robot in team for _, objective in robot.when]
     given += [(change.robot, change.objective) for change in changes if change.objective]
