@@ -30,7 +30,7 @@ def main() -> None:
 def _leave(ended: list[int]) -> None:
     """End the process with its exit status, after its threads and exit handlers have ended. Freeing
     every module first would take 5 ms. If the output cannot be written, the interpreter ends the
-    process and reports that."""
+    process and reports the error."""
     if ended:
         with suppress(OSError, ValueError):
             sys.stdout.flush()

@@ -92,7 +92,7 @@ def _synthesizer() -> Iterator[InstallationFinding]:
 
 
 def _wrong_answer(binary: Path) -> str | None:
-    """Return the error of the synthesizer on two tiny specifications; None if it is correct."""
+    """Return the synthesizer's error on two tiny specifications; None if both are correct."""
     synthesizer = Synthesizer(
         binary, seconds=_ANSWER_SECONDS, cache=Cache(None), verifier=first_failure
     )

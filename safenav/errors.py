@@ -72,7 +72,7 @@ def exit_code_of(outcome: Outcome) -> ExitCode:
 
 
 def file_words(error: OSError) -> str:
-    """Return the name of a file that cannot be used, shortened if long, and the reason."""
+    """Return the name of an unusable file, shortened if it is long, and the reason."""
     name, why = str(error.filename or ""), error.strerror or str(error)
     shown = name if len(name) <= _NAME else f"{name[: _NAME - 3]}..."
     return f"{shown}: {why}" if shown else why
@@ -89,7 +89,7 @@ REPORTED = 100
 
 def follows_an_interruption(error: BaseException | None) -> bool:
     """Return whether Ctrl-C led to an error: Python wraps an interrupt that occurs in
-    ``__set_name__``, and the code that ends a half-done step may fail."""
+    ``__set_name__``, and the code that ends an interrupted step may fail."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
@@ -175,8 +175,8 @@ class NotCertifiedError(SafenavError):
 
 
 def requirements(extra: str = "") -> tuple[str, ...]:
-    """Return the requirements of an extra and of the extras that it includes; ``""``: safenav's
-    own."""
+    """Return the requirements of an extra and of the extras that it includes; for the extra ``""``,
+    those of safenav itself."""
     # Imported here: this takes longer than the rest of the command line.
     from importlib import metadata
 
@@ -202,8 +202,8 @@ def install_command(extra: str = "") -> str:
 
 @contextmanager
 def needing(user: str, extra: str, package: str = "") -> Iterator[None]:
-    """Raise UsageError if this context imports a missing package, which ``user`` (a feature) needs
-    from an extra. ``package``: the package's name, if not that of the module."""
+    """Raise UsageError if this context imports a missing package of an extra. ``user``: the feature
+    that needs it; ``package``: its name, if not that of the module."""
     try:
         yield
     except ImportError as error:

@@ -81,7 +81,7 @@ def json_line(data: Any) -> str:
 
 
 def json_flaw(error: Exception) -> str:
-    """Return the reason why a text is not JSON, and the position."""
+    """Return the reason why a text is not JSON, with the position of the error."""
     if isinstance(error, json.JSONDecodeError):
         line = f"line {error.lineno}, " if error.lineno > 1 else ""
         return f"{error.msg.removesuffix(' at')} at {line}column {error.colno}"
@@ -92,7 +92,7 @@ def json_flaw(error: Exception) -> str:
 
 def foreign_character(text: str) -> tuple[int, int, str] | None:
     """Return line and column (from 1) and the name of the first character that programs interpret
-    differently, or None."""
+    differently; None if there is no such character."""
     match = _FOREIGN.search(text)
     if match is None:
         return None
@@ -163,7 +163,7 @@ ADVICE = (
 
 
 def check_kind(text: str | bytes, expected: str, file: str) -> None:
-    """Raise InputError if a file, of which ``text`` is the beginning, is of another kind."""
+    """Raise InputError if a file is of another kind. ``text``: the beginning of the file."""
     kind = kind_of(text if isinstance(text, str) else text.decode("utf-8", "replace"))
     if kind not in (None, expected):
         found, advice = f"this is a {kind}, not a {expected}", _KINDS[kind][1]
@@ -254,7 +254,7 @@ def _new_file(folder: Path, prefix: str = ".") -> Iterator[Path]:
 
 @contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Raise UsageError if a file or a folder cannot be written in this context."""
+    """Raise UsageError if the code in this context cannot write its file or folder."""
     try:
         yield
     except OSError as error:
@@ -291,8 +291,8 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
 
 
 def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
-    """Write files by their names into a folder, which need not exist: all of them, or none if there
-    is no space. Raises UsageError if that cannot be done."""
+    """Write files by their names into a folder, which need not exist. If there is not enough space,
+    write none of them. Raises UsageError if that cannot be done."""
     # Imported here: this loads the modules of all archives, which takes 2 ms.
     from tempfile import TemporaryDirectory
 

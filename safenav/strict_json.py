@@ -94,8 +94,8 @@ def _named(text: str) -> bool:
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
-    """Yield the errors in the values of a line whose fields have been read. ``kind``: its type. The
-    state in a checkpoint is left to the reader that continues its run."""
+    """Yield the errors in the values of a line whose fields have been read. ``kind``: the line's
+    type. The state of the run in a checkpoint is not examined here."""
     if kind == "checkpoint":
         line = {key: value for key, value in line.items() if key != "run"}
     left: list[tuple[str, Any, int]] = [("", line, 0)]
@@ -121,8 +121,8 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
 
 
 def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
-    """Return the error in a line's mark as a note. A fact that is marked would not be judged; an
-    unknown line without a mark might be a fact of another version."""
+    """Return the error of a line that is wrongly marked as a note, or wrongly not; empty if none.
+    The judge skips marked facts; an unmarked unknown line may be a fact of another version."""
     if fact:
         return f"`{kind}` is a fact, but marked as a note" if "note" in line else ""
     return (

@@ -1,5 +1,5 @@
-"""Cases of a batch and their results, which processes exchange as JSON; and the differences of a
-run from the expectations of its scenario."""
+"""Cases of a batch and their results as data, which processes exchange as JSON, and the comparison
+of a run with the expectations of its scenario."""
 
 from __future__ import annotations
 
@@ -68,14 +68,14 @@ class Case(Struct, frozen=True):
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
 
     def result(self, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:
-        """Return the result of this case without a run."""
+        """Return a result of this case that has no data of a run."""
         settings = dict(self.settings)
         return Result(self.name, self.file, settings, self.fingerprint, verdict, reasons, detail)
 
 
 def file_name(name: str, digest: str) -> str:
-    """Return a file name for a case, without the middle of a long name. The digest distinguishes
-    case names that become equal."""
+    """Return a file name for a case: its name, shortened in the middle if it is long, and a digest,
+    by which two cases whose shortened names are equal differ."""
     fit = re.sub(r"[^A-Za-z0-9._=-]+", "_", name).strip("._")
     if len(fit) > 2 * _HALF:
         fit = f"{fit[:_HALF]}...{fit[-_HALF:]}"
@@ -130,13 +130,13 @@ class Result(Struct, frozen=True):
 
     @property
     def duration(self) -> float:
-        """Seconds of the run, or of the attempt if the run did not end."""
+        """Duration of the run in seconds, or of the attempt if the run did not end."""
         return self.wall_seconds if self.seconds is None else self.seconds
 
 
 class Ledger(Struct):
-    """A listener that keeps the data for expectations. ``orders``: open orders; ``live``: ticks
-    count passes of a live run; ``end``: the last line, once the run has ended."""
+    """A listener that keeps the data needed to check expectations. ``orders``: open orders;
+    ``live``: whether ticks count passes of a live run; ``end``: the last line, if the run ended."""
 
     orders: list[str] = field(default_factory=list)
     resolved: list[str] = field(default_factory=list)
@@ -167,7 +167,7 @@ class Ledger(Struct):
         self.orders = [order for order in self.orders if order != obstacle]
 
     def measured(self, name: str) -> dict[str, Any]:
-        """Return the result of a run of a scenario as data."""
+        """Return the result of the case ``name`` as data, from the lines of its run."""
         end = self.end
         assert end is not None
         return {
@@ -189,8 +189,8 @@ class Ledger(Struct):
 
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
-    """Return the differences from ``expect``, one sentence each; empty if there are none. ``word``
-    returns the name of a region."""
+    """Return the differences between the run and ``expect``, one sentence each; empty if there are
+    none. ``word`` returns the name of a region."""
     end = ledger.end
     assert end is not None
     found = []

@@ -1,4 +1,4 @@
-"""One case in this process: load, vary, run, compare. Failures of the case never raise."""
+"""Execution of one case in this process. Failures of the case never raise an exception."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def execute(case: Case, conditions: Conditions, trace: Path) -> Result:
-    """Return the result of a case, and write its trace."""
+    """Run a case, write its trace, and return its result."""
     try:
         return _run(case, load(case), conditions, trace)
     except errors.InputError as error:
@@ -71,7 +71,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) ->
 
 
 def _required(trace: Path) -> list[Judgement]:
-    """Return the verdicts on the requirements of a run, on the motion computed from its trace."""
+    """Return the verdicts on a run's requirements, on the motion computed from its trace."""
     with needing("'requirements' of a scenario", "motion"):
         from safenav.motion.check.requirements import judged
         from safenav.motion.making import motion_of
@@ -112,5 +112,5 @@ _binary = cache(find_binary)
 
 
 def _line(diagnostic: errors.Diagnostic) -> str:
-    """Return a diagnostic on one line."""
+    """Return the text of a diagnostic on one line."""
     return "; ".join(part.strip() for part in str(diagnostic._replace(source="")).splitlines())

@@ -37,7 +37,7 @@ _FIXED = ("safenav", "name")
 
 
 class Range(Item, frozen=True):
-    """Whole numbers, both ends included."""
+    """A range of whole numbers; both ends are included."""
 
     label: ClassVar = "in {what}"
     from_: int | None = key("", "the first number")
@@ -63,21 +63,21 @@ matrix file."""
 
 
 class Matrix(Struct, frozen=True):
-    """All pairs of ``scenarios`` (files, folders, patterns, relative to the matrix file) and
-    ``settings``."""
+    """The content of a matrix file: each of ``scenarios`` (files, folders, patterns, relative to
+    the file) is run with each of ``settings``."""
 
     scenarios: tuple[Scalar, ...]
     settings: tuple[Placed, ...]
 
 
 def is_matrix(text: str) -> bool:
-    """Return whether a text is meant as a matrix file: a line begins with ``batch:``, or with
-    ``matrix:`` if the former was forgotten."""
+    """Return whether a text is meant as a matrix file: one of its lines begins with ``batch:``, or
+    with ``matrix:`` if the user forgot ``batch:``."""
     return _MARK.search(text) is not None
 
 
 def read_matrix(text: str, file: str) -> Matrix:
-    """Return a matrix file. Raises InputError with all its errors."""
+    """Return the content of a matrix file. Raises InputError with all its errors."""
     findings = Findings(file)
     item: BatchKeys | None = read(
         BatchKeys, parsed(text, findings, "matrix file"), "the batch", findings
@@ -101,8 +101,8 @@ def read_matrix(text: str, file: str) -> Matrix:
 
 
 def _values(value: Raw, findings: Findings) -> list[tuple[Any, Place]]:
-    """Return the values of a list, or of ``{from: 0, to: 9}``, both ends included, each with its
-    place."""
+    """Return the values of a setting, given as a list or as ``{from: 0, to: 9}`` (both ends
+    included), each with its place in the matrix file."""
     node, what = value.node, value.what
     if isinstance(node, document.Mapping):
         ends = read(Range, node, what, findings)

@@ -31,7 +31,7 @@ def processors() -> int:
 
 
 class Pool:
-    """At most ``jobs`` cases at a time, each in another process on this machine."""
+    """A pool that runs at most ``jobs`` cases at a time, each in a process on this machine."""
 
     def __init__(self, jobs: int, conditions: Conditions) -> None:
         self.batch = uuid.uuid4().hex
@@ -48,8 +48,8 @@ class Pool:
         future.add_done_callback(self._done.put)
 
     def collect(self, seconds: float) -> list[tuple[Case, Result, bytes]]:
-        """Return the cases that have ended, with results and traces, waiting at most ``seconds``
-        for the first. Raises SafenavError if no more cases can be run at all."""
+        """Return the cases that have ended, with their results and traces; wait at most ``seconds``
+        for the first one. Raises SafenavError if no more cases can be run at all."""
         futures = []
         with contextlib.suppress(Empty):
             futures.append(self._done.get(timeout=seconds))
@@ -59,7 +59,7 @@ class Pool:
         return [(case, *self._ended(future, case)) for future, case in cases]
 
     def close(self) -> None:
-        """Stop all work, leaving no process behind."""
+        """Stop all work and end all processes of the pool."""
         self._threads.shutdown(wait=False, cancel_futures=True)
         leave(self.batch)
         self._threads.shutdown()
@@ -75,10 +75,10 @@ def version_here() -> str:
 
 
 class DaskCluster(Pool):
-    """Cases on the cluster at ``address``; its threads determine how many run in parallel.
+    """A pool on the cluster at ``address``, whose threads determine how many cases run in parallel.
 
-    Raises UsageError if ``distributed`` is not installed, nothing answers at the address, or
-    a worker there has no safenav of this version.
+    Raises UsageError if ``distributed`` is not installed, nothing answers at the address, or a
+    worker there has no safenav of this version.
     """
 
     def __init__(self, address: str, conditions: Conditions) -> None:

@@ -41,8 +41,8 @@ _WIDTH = 40
 
 
 class FoundCases(Struct):
-    """The found cases, and the YAML files that searches ``skipped``: matrix files, which are run
-    only if named, and files that are not scenarios."""
+    """The found cases, and the YAML files that searches have ``skipped``: files that are not
+    scenarios, and matrix files, which are run only if the user names them."""
 
     cases: list[Case] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)
@@ -51,7 +51,7 @@ class FoundCases(Struct):
 def find_cases(paths: Sequence[str]) -> FoundCases:
     """Return the cases that ``paths`` name, each once, in this order, sorted within a search.
 
-    ``-`` is a scenario on standard input. Raises UsageError for a path that leads to no scenario,
+    ``-`` is a scenario on standard input. Raises UsageError for a path without a scenario,
     InputError for a bad matrix file.
     """
     search = _Search()
@@ -72,7 +72,7 @@ class _Search:
         self._names: set[str] = set()
 
     def add(self, named: str, settings: Sequence[Placed] | None = None) -> None:
-        """Add the cases that a path leads to; ``settings``: settings of the matrix file that names
+        """Add the cases to which a path leads; ``settings``: settings of the matrix file that names
         the path."""
         path = Path(named)
         if path.is_dir():
@@ -139,8 +139,8 @@ class _Search:
         return name
 
     def _references(self, scenario: Path, text: str, case: Case) -> str:
-        """Return a digest of the files that a scenario names, with the settings applied; empty
-        without such files."""
+        """Return a digest of the files that a scenario names after the settings of its case have
+        been applied; empty if it names none."""
         root = self._root(text)
         if root is None:
             return ""
@@ -150,7 +150,7 @@ class _Search:
 
     @cached_method
     def _text(self, path: Path) -> str | None:
-        """Return the text of a file; None if it cannot be read: its run reports that."""
+        """Return the text of a file; None if it is unreadable, which the run then reports."""
         return read_source(path, Findings(str(path)))
 
     @cached_method

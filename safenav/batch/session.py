@@ -1,4 +1,4 @@
-"""One batch: it assigns its cases, keeps their results, and ends.
+"""Execution of one batch: its cases are assigned to processes, and their results are kept.
 
 The file of results has one line per case, written when it arrives: however a batch ends, its
 results so far are there, and ``--resume`` continues from them. A result is reused only for an equal
@@ -28,10 +28,8 @@ NAME = "results.jsonl"
 
 
 class ResultsFile:
-    """The file ``directory/results.jsonl``. ``resume``: keep its results; otherwise they are
-    discarded, and all must be of ``cases`` (names).
-
-    ``former``: the kept results, by fingerprint.
+    """The file ``directory/results.jsonl``. With ``resume`` its results are kept in ``former``, by
+    fingerprint. Otherwise they are discarded, and must all be results of ``cases`` (names).
 
     Raises UsageError if the directory cannot be used, is in use by another batch, or holds the
     results of another batch.
@@ -75,8 +73,8 @@ class ResultsFile:
             raise self._unusable(error) from error
 
     def _read(self) -> dict[str, Result]:
-        """Return the results by fingerprint. A line that was cut off is ignored: its case runs
-        again."""
+        """Return the results in the file by fingerprint. An incomplete line is ignored, so that its
+        case runs again."""
         found = {}
         self._file.seek(0)
         for line in self._file:
@@ -106,9 +104,9 @@ Progress = Callable[["Report", "Result | None"], None]
 
 
 class Report(Struct):
-    """The results of a batch. ``results``: results by name, in the order of arrival; ``resumed``:
-    number of results of earlier calls. ``interrupted``: whether it was stopped; ``running``: the
-    cases that run, as far as known, with their seconds so far."""
+    """The results of a batch by the name of the case, in the order of arrival. ``resumed``: number
+    of results of earlier calls. ``interrupted``: whether the batch was stopped; ``running``: name
+    and seconds so far of each case that is running, as far as known."""
 
     cases: tuple[Case, ...]
     results: dict[str, Result]
@@ -137,7 +135,7 @@ class Report(Struct):
 
     @property
     def as_expected(self) -> bool:
-        """Whether every case has passed."""
+        """Whether every case of the batch has passed."""
         return not self.left and not self.failed
 
 
@@ -149,7 +147,7 @@ def run_batch(
     artifacts: Artifacts | None = None,
     progress: Progress | None = None,
 ) -> Report:
-    """Run all cases without a result in ``kept``, and close the pool.
+    """Run all cases that have no result in ``kept``, and close the pool.
 
     KeyboardInterrupt ends the batch, which the report then records (``interrupted``). Raises
     SafenavError if no case can be run any longer; results so far are in ``kept``.

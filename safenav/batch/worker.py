@@ -1,7 +1,7 @@
 """Processes that run cases, one after the other, and can be killed.
 
 ``run_case`` serves a batch: threads call it here, Dask workers elsewhere. A case that crashes or
-hangs costs its process and nothing else.
+hangs ends its process only.
 
 A process has one connection, for cases and results; its output goes to a file. When the connection
 ends, because the batch has ended, the process also ends. The kernel then kills its synthesizer.
@@ -83,7 +83,7 @@ def running(batch: str) -> list[tuple[str, float]]:
 
 
 def leave(batch: str) -> None:
-    """End all processes of a batch that has ended: none of its cases begins afterwards."""
+    """End all processes of a batch that has ended, so that none of its cases begins afterwards."""
     with _lock:
         _ended.add(batch)
         workers = _workers.pop(batch, [])
@@ -123,8 +123,8 @@ class Worker:
         return self._process.poll() is None
 
     def run(self, case: Case, conditions: Conditions, trace: Path) -> Result:
-        """Return the result of a case, whatever it does to the process. ``trace``: the file for its
-        trace. A worker that is not ``alive`` afterwards cannot be used again.
+        """Return the result of a case, even if the case ends the process. ``trace``: the file for
+        its trace. A worker that is not ``alive`` afterwards cannot be used again.
 
         Raises SafenavError if the process does not start.
         """
@@ -149,7 +149,7 @@ class Worker:
 
     @property
     def _seconds(self) -> float:
-        """Time since the case was given to the process."""
+        """Seconds since the process received its case."""
         return round(time.monotonic() - self.since, 6)
 
     def send(self, number: signal.Signals) -> None:
@@ -159,7 +159,7 @@ class Worker:
                 os.killpg(self.pid, number)
 
     def kill(self) -> None:
-        """End the process with its synthesis."""
+        """Kill the process and its synthesizer."""
         for number, seconds in ((signal.SIGTERM, _STACK_SECONDS), (signal.SIGKILL, None)):
             self.send(number)
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -167,13 +167,13 @@ class Worker:
                 break
 
     def end(self) -> None:
-        """End the process with its synthesis, and close its files."""
+        """Kill the process and its synthesizer, and close the files of the worker."""
         self.kill()
         self._connection.close()
         self._printed.close()
 
     def _wait_until_ready(self) -> None:
-        """Wait until the process has started; this time counts for no case."""
+        """Wait until the process has started; no case is charged for this time."""
         if self._ready:
             return
         problem = f"within {_START_SECONDS:.0f} s"
@@ -217,7 +217,7 @@ Task = tuple[Case, Conditions, Path]
 
 
 def main() -> None:
-    """Run cases until the connection ends: the program of a worker."""
+    """The program of a worker: run cases until the connection ends."""
     connection = Connection(int(sys.argv[1]))
     faulthandler.enable()  # prints the stack at a crash
     faulthandler.register(_STACK)

@@ -155,7 +155,7 @@ class _Pipe(io.FileIO):
 
 
 def _coloured() -> bool | None:
-    """Return False if the user wants no colours; None: colours on a terminal, not in a file."""
+    """Return False if the user wants no colours, else None: only a terminal gets colours."""
     return False if os.environ.get("NO_COLOR") else None
 
 

@@ -190,7 +190,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
 
 
 def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
-    """Judge a trace. Its requirements are judged on the motion, if that is given."""
+    """Judge a trace. The requirements of its scenario are judged on the motion, if one is given."""
     from safenav.judge.state import EXTERNAL
     from safenav.run.checked import checked
     from safenav.trace.file import read_bytes
@@ -229,8 +229,8 @@ def trace_lines(found: CheckedTrace) -> Iterator[str]:
 def of_motion(
     file: GivenFile, traces: Sequence[GivenFile], more: tuple[str, ...], rate: float
 ) -> JudgedFile:
-    """Judge a motion against its trace (if none of the traces is its own, against the first), then
-    its scenario's requirements and ``more`` formulas."""
+    """Judge a motion against its own trace, or against the first trace if none of them is its own;
+    then judge its scenario's requirements and the formulas ``more`` on the motion."""
     from safenav.motion.check.requirements import SATISFIED, judged
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file import parsed
@@ -260,7 +260,7 @@ def of_motion(
 
 
 def of_bundle(file: GivenFile) -> JudgedFile:
-    """Check a bundle by the installed checker, not by the copy in the bundle."""
+    """Check a bundle with the installed checker instead of the copy in the bundle."""
     from safenav.certify.check import check_bundle
     from safenav.report.terminal.layout import table
 
@@ -277,7 +277,7 @@ def of_bundle(file: GivenFile) -> JudgedFile:
 
 
 def broken(source: object, found: Sequence[object], rest: str = "more") -> Iterator[str]:
-    """Yield the first findings about a source, and how many follow. ``rest``: noun for these."""
+    """Yield the first findings about a source, and the number of others, called ``rest``."""
     yield from (f"{source}: {each}" for each in found[:SHOWN])
     if len(found) > SHOWN:
         yield f"and {len(found) - SHOWN} {rest} (--json prints them)"

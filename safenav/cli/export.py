@@ -94,7 +94,7 @@ def export(
 
 
 def _computed(run: Trace, side: float | None, *, track: bool) -> Motion:
-    """Return the motion of a trace. Raises UsageError if it breaks a rule."""
+    """Return the motion of a trace. Raises UsageError if the trace breaks a rule."""
     from safenav.motion.making import SIDE, motion_of, refuse_broken
 
     if side is None and run.header.scenario.map.frame is None:

@@ -1,4 +1,4 @@
-"""``safenav new``, ``doctor`` and ``studio``: begin, examine the installation, draw."""
+"""``safenav new``, ``doctor``, ``studio``: write a new file, examine the installation, draw."""
 
 from pathlib import Path
 from shlex import quote

@@ -48,8 +48,8 @@ class _Terminal:
         self._over = False
 
     def line(self, *, stepping: bool) -> str | None:
-        """Return the next line without its end; None at the end of the input, of the mission or of
-        its wait. ``stepping``: let the mission continue meanwhile."""
+        """Return the next line, stripped; None if the input, the mission or its wait for an
+        operator has ended. ``stepping``: continue the mission until the line arrives."""
         while b"\n" not in self._read and not self._over:
             if self.mission.result is not None or self.mission.waiting is None:
                 return None
@@ -63,8 +63,8 @@ class _Terminal:
 
 
 def _ask(mission: Mission, terminal: _Terminal) -> None:
-    """Prompt for interventions until an empty line, or the end of the input, follows an
-    intervention. If the input ends before any intervention, give up the run."""
+    """Prompt for interventions until an empty line or the end of the input follows one. If the
+    input ends before any intervention, give up the run."""
     from safenav.runtime.run.operator import LINES
 
     conclusion = mission.waiting

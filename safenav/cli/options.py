@@ -183,7 +183,7 @@ class Output(click.Path):
             try_out(path)
 
     def is_folder(self, path: Path) -> bool:
-        """Return whether files are written into a path, not to it."""
+        """Return whether the output is a folder into which files are written, not a file."""
         return self._folder and path.suffix not in self._endings
 
 
@@ -275,8 +275,8 @@ class GivenFile:
 
 
 def loaded(file: GivenFile, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:
-    """Return a scenario that may have unreachable targets, the error about these if there are any,
-    and the robots of a command: ``robot``, or all. Raises UsageError if there is no such robot."""
+    """Return a scenario, the error about its unreachable targets if it has any, and the robots of a
+    command: only ``robot``, or all. Raises UsageError if there is no such robot."""
     from safenav.scenario.reading.loader import load_scenario_text
 
     text, refused = file.text(), None
@@ -296,5 +296,5 @@ def print_json(data: object) -> None:
 
 
 def code_of(good: bool) -> ExitCode:
-    """Return the exit code of a command that judges."""
+    """Return the exit code of a command that judges files."""
     return ExitCode.OK if good else ExitCode.NEGATIVE

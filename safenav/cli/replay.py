@@ -101,7 +101,7 @@ def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
 
 
 def _moment(run: Run, written: str) -> tuple[int, float]:
-    """Return the tick that a user has given, and the fraction of the time to the next one."""
+    """Return the tick that a user has given, and the elapsed fraction of the time to the next."""
     end = run.time(run.last)
     if written == "last":
         return run.last, 0.0

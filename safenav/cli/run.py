@@ -112,15 +112,15 @@ def resume(
 
 
 def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
-    """Return the scenario with the limits of the command line."""
+    """Return the scenario with its limits replaced by those of the command line."""
     given = {"ticks": ticks, "seconds": seconds}
     limits = {name: value for name, value in given.items() if value is not None}
     return replace(plan, limits=replace(plan.limits, **limits))
 
 
 def _continued(trace: Trace, plan: Scenario) -> Resumption:
-    """Return the run of a trace at its last checkpoint. Raises InputError if its lines contradict
-    each other, UsageError if the checkpoint places robots elsewhere."""
+    """Return the run of a trace at its last checkpoint. Raises InputError if lines of the trace
+    contradict each other, UsageError if the checkpoint places robots elsewhere than the lines."""
     from safenav.run.reading import run_of
     from safenav.runtime.run.checkpoint import resumption
 
@@ -209,7 +209,7 @@ PRINTED = Path("-")
 
 
 class Files(Struct, frozen=True):
-    """The files that a run writes, and its printed output. ``scenario``: its file."""
+    """The files that a run writes, and its printed output. ``scenario``: file of the scenario."""
 
     scenario: Path
     trace: Path | None = None
@@ -219,7 +219,7 @@ class Files(Struct, frozen=True):
 
     @property
     def printed(self) -> bool:
-        """Whether the run prints a file, which leaves no room for its story."""
+        """Whether the run prints a file on standard output, instead of its story."""
         return PRINTED in (self.trace, self.html)
 
 
@@ -231,8 +231,8 @@ def _executed(
     connected: Callable[[], AbstractContextManager[FleetWorld]] | None = None,
     views: Sequence[Listener] = (),
 ) -> int:
-    """Run a scenario, write and print the events; return the exit code. ``begun``: the run that it
-    continues; ``connected``: the world of real robots."""
+    """Run a scenario, write its files and print its events; return the exit code. ``begun``: the
+    run that is continued; ``connected``: the world of real robots."""
     operator = attended(operator, plan, files.as_json)
     ledger, kept = Ledger(), list[str]()
     with ExitStack() as running:
@@ -287,8 +287,8 @@ def _carry_out(mission: Mission, operator: bool) -> None:
 
 
 def _interrupt(mission: Mission, number: int) -> None:
-    """Stop at the next safe point; immediately on a second signal or after PATIENCE. The first
-    SIGALRM ends the run at its time limit."""
+    """Stop the run at the next safe point; immediately on a second signal or after PATIENCE. The
+    first SIGALRM ends the run at its time limit."""
     if number == signal.SIGALRM and mission.ending:
         return
     if mission.stopping:
@@ -301,8 +301,8 @@ def _interrupt(mission: Mission, number: int) -> None:
 
 
 def _reported(mission: Mission, ledger: Ledger, files: Files, *, advice: bool) -> int:
-    """Print the differences from what the scenario expects and the next steps (``advice``); return
-    the exit code."""
+    """Print the differences between the run and its expectations, and the next steps (``advice``);
+    return the exit code."""
     assert mission.result is not None
     plan, result = mission.scenario, mission.result
     outcome, expected = result.outcome, plan.expect

@@ -43,7 +43,7 @@ An unrealizable one gets the environment's strategy, as R.counterstrategy.json, 
 
 
 class Synthesized(Struct, frozen=True):
-    """A specification with its result. If unrealizable, its strategy is the environment's."""
+    """A specification with its result. An unrealizable one has a strategy of the environment."""
 
     spec: Specification
     result: SynthesisResult
@@ -53,7 +53,7 @@ class Synthesized(Struct, frozen=True):
         return self.result.verdict is errors.Verdict.REALIZABLE
 
     def data(self) -> dict[str, Any]:
-        """Return its figures; None where there is no strategy."""
+        """Return the figures of the result as data. Those of a missing strategy are None."""
         strategy = self.result.strategy
         return {
             "robot": self.spec.robot,
@@ -68,13 +68,13 @@ class Synthesized(Struct, frozen=True):
         }
 
     def row(self) -> Sequence[object]:
-        """Return its line of the table."""
+        """Return the line of this result in the table."""
         data = self.data()
         size = [data[key] for key in ("robot", "verdict", "states", "edges", "goals", "bits")]
         return [*size, round(self.result.seconds * 1000, 1), "yes" if data["verified"] else "-"]
 
     def files(self, of_robot: bool) -> Iterator[tuple[str, str | bytes]]:
-        """Yield names and contents of its files. ``of_robot``: also the specification."""
+        """Yield names and contents of all files. ``of_robot``: also the specification's."""
         if of_robot:
             yield f"{self.spec.robot}.structuredslugs", self.spec.to_structuredslugs()
             if (slugsin := slugs.slugsin_of(self.spec)) is not None:
@@ -190,7 +190,7 @@ def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
 
 
 def specification_of(given: options.GivenFile) -> Specification:
-    """Return a specification, with the name of its file."""
+    """Return the specification in a file, with the file's name as its name."""
     stem = given.path.stem if given.path.is_file() else "specification"
     return slugs.specification_in(given.bytes(), given.name, stem, warn)
 
@@ -203,7 +203,7 @@ def _report(
     as_json: bool,
     notes: Sequence[str] = (),
 ) -> None:
-    """Write the files, and print a table or the summary. ``first``: the heading of the names."""
+    """Write the files, and print a table or the summary. ``first``: heading of the first column."""
     printed = str(output) == "-"
     files = list[tuple[str, str | bytes]]()
     if printed:
@@ -224,7 +224,7 @@ def _report(
 
 
 def opening_words(spec: Specification) -> str:
-    """Return in words how the environment wins immediately, where its strategy has no node."""
+    """Return in words how the environment wins immediately if its strategy has no node."""
     row = lost_opening(spec) or ()
     named = zip(spec.owned(Owner.INPUT), row, strict=False)
     inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
@@ -336,7 +336,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
 
 
 def _explain_specification(given: options.GivenFile, as_json: bool) -> int:
-    """Print why a specification is unrealizable; return the exit code."""
+    """Print the reasons why a specification is unrealizable; return the exit code."""
     from safenav.explain.investigation import explain_lines
 
     file, spec = given.path, specification_of(given)

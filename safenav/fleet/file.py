@@ -36,7 +36,7 @@ NAMESPACE = re.compile(rf"/?|{NAME.pattern}/?")
 
 
 def _in_ros(pattern: re.Pattern[str], about: str = "") -> Key:
-    """Return the key of a text that has this pattern."""
+    """Return a key whose value is a ROS name that matches this pattern. ``about``: its meaning."""
 
     def check(value: str, node: Node, what: str, findings: Findings) -> str | None:
         if pattern.fullmatch(value):
@@ -74,9 +74,9 @@ class FollowUse(Part, frozen=True):
 
 
 class Station(Part, frozen=True):
-    """A robot of the fleet. ``namespace`` of its topics, services and actions; ``tf``: None for a
-    robot whose odometry is in the frame of the map; ``follow``: None for a robot that navigates to
-    goals by itself."""
+    """A robot of the fleet. ``namespace``: prefix of its topics, services and actions; ``tf``: None
+    if its odometry is in the frame of the map; ``follow``: None if it navigates to goals by
+    itself."""
 
     one: ClassVar = "robot '{name}'"
     namespace: Annotated[
@@ -102,11 +102,11 @@ class Station(Part, frozen=True):
 
     @property
     def pose_topic(self) -> str:
-        """The full name of the topic from which its pose comes."""
+        """The full name of the topic on which the robot's pose arrives."""
         return self.path("odom" if self.tf is None else self.tf.topic)
 
     def path(self, name: str) -> str:
-        """Return the name of a topic or service, below the namespace unless it is absolute."""
+        """Return the full name of a topic or service: below the namespace unless it is absolute."""
         return name if name.startswith("/") else f"{self.namespace}/{name}"
 
 
@@ -131,8 +131,8 @@ class SimulationUse(Part, frozen=True):
 
 class FleetFile(Struct, frozen=True):
     """The data of a fleet file. ``obstacles``: true obstacles of a simulation. ``inputs``: the
-    topic (std_msgs/Bool) of each input of the environment that has one. ``failures``: the policies
-    of the drive."""
+    topic (std_msgs/Bool) of each input of the environment that has a topic. ``failures``: the
+    policies of the drive."""
 
     transport: TransportKind
     network: Network
@@ -219,7 +219,7 @@ def _inputs(
 
 
 def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap | None) -> Station:
-    """Return a robot's station: its own keys, else those of the defaults."""
+    """Return a robot's station: its own keys, completed by those of the defaults."""
     place, defaults = below(item.at("robots"), name), item.at("defaults")
     found = item.defaults or Station()
     mine = {

@@ -30,7 +30,7 @@ advance."""
 
 class Follower(Struct):
     """A robot that follows references. ``mover``: its plan, on the clock of the transport and in
-    the frame of the map; ``goal`` and ``action``: the numbers of its goal and its action, if
+    the frame of the map; ``goal`` and ``action``: the numbers of its present goal and action, if
     any."""
 
     name: str
@@ -120,7 +120,7 @@ class Following:
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
-        """Return a follower's motion to its own or an adjacent region; empty if there is none."""
+        """Return a follower's motion to its own or an adjacent region; for other regions, none."""
         body = follower.mover
         body.time = max(body.time, self.now() + LEAD)
         if to == body.region:
@@ -136,8 +136,8 @@ class Following:
         self._inner.follow(follower.name, follower.reference)
 
     def _resynchronized(self, follower: Follower) -> str:
-        """Continue the plan from the robot's position if the robot deviates. Return the reason if
-        that is impossible, else an empty text."""
+        """Restart the plan at the measured position if a robot at rest is too far from its plan.
+        Return why that is impossible, or an empty text."""
         at = follower.place
         assert at is not None
         off = _off(self._places.frame.in_world(*follower.mover.place), at)
@@ -207,8 +207,8 @@ class Following:
 
 
 def mover_of(robot: Robot, places: transport.Places) -> Glider:
-    """Return the mover of a robot, at rest at its start. Raises UsageError if its model cannot
-    follow references."""
+    """Return the mover of a robot at rest in its start region. Raises UsageError if its model
+    cannot follow references."""
     model, start = robot.model, robot.start
     figures = model.figures
     if figures is None or figures.kind == "walker":
@@ -224,5 +224,5 @@ def mover_of(robot: Robot, places: transport.Places) -> Glider:
 
 
 def _off(there: Sequence[float], at: transport.Located) -> float:
-    """Return the distance in metres between a place and a robot's measured position."""
+    """Return the distance in metres between a point and a robot's measured position."""
     return hypot(at.x - float(there[0]), at.y - float(there[1]))

@@ -1,4 +1,4 @@
-"""The goals of driven robots: sending, monitoring and retrying them, and where steps end."""
+"""The goals of driven robots: sending, monitoring and retrying them, and the ends of steps."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def frame_of(scenario: Scenario) -> Frame:
 
 
 class Goals:
-    """The owner of all goals. It executes each robot's command (``bodies``) from its start until
-    the event that ends it (``events``). No other code sends goals."""
+    """The owner of all goals, the only code that sends them. It executes each robot's command
+    (``bodies``) from its start until the event that ends the command (``events``)."""
 
     def __init__(
         self, scenario: Scenario, stations: Mapping[str, Station], transport: Transport
@@ -66,8 +66,8 @@ class Goals:
         self.events.append(protocol.Sensed(self.now(), obstacle, robot, there=there))
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:
-        """Return the error message for a robot that is not where the run begins or continues; None
-        if it is there."""
+        """Return an error message if a robot is not where the run begins or continues; else
+        None."""
         at, pose, name = body.place, body.pose, body.robot.name
         assert at is not None
         found = self.places.region(at.x, at.y)
@@ -84,7 +84,7 @@ class Goals:
         return f"{problem}\n    odometry has to be in the frame of the map (its 'origin')"
 
     def number(self) -> int:
-        """Return the number of the next goal or action, unique in a run."""
+        """Return a number for the next goal or action that no other one has in this run."""
         self._goals += 1
         return self._goals
 
@@ -119,15 +119,15 @@ class Goals:
             self._return_failed(body, task, message.reason or message.end.value)
 
     def _return_failed(self, body: DrivenRobot, task: FleetTask, why: str) -> None:
-        """Schedule another attempt of a return. If attempts have failed for too long, or odometry
-        is old, declare the robot lost."""
+        """Schedule another attempt to return. If attempts have failed for too long, or odometry is
+        old, declare the robot lost."""
         if self.now() < task.since + RETURNING and self.now() - body.heard <= STALE:
             task.goal, task.due = 0, self.now() + PAUSE
         else:
             self.lose(body, task, f"{task.reason}; its return ended: {why}")
 
     def overdue(self, body: DrivenRobot, task: FleetTask) -> None:
-        """Handle a step whose present phase has reached its time limit."""
+        """Handle a command of which the present phase has reached its time limit."""
         late = f"did not end within {self.now() - task.sent:.1f} s"
         if task.phase is Phase.LOOKING:
             self.looked(body, task)
@@ -181,14 +181,14 @@ class Goals:
             self.end(body, protocol.Failed, pose, task.reason)
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
-        """Handle a reported arrival or return: wait until odometry, which may be later, confirms
-        it. Then wait up to ``FRESH`` seconds, longer while a ray may hit something that has left,
-        for a reading of the robot's sensors from there."""
+        """Wait until odometry, which may be later, confirms a reported arrival or return. Then wait
+        up to ``FRESH`` seconds, longer while a ray may hit something that has left, for a reading
+        of the robot's sensors from there."""
         task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
         self.confirm(body, task)
 
     def confirm(self, body: DrivenRobot, task: FleetTask) -> None:
-        """Compare the newest odometry with the arrival or return that the robot reported."""
+        """Record the reported arrival or return if the newest odometry shows the robot there."""
         to = task.start if task.back else task.to
         if task.there or self.pose_now(body) != to or not self._near(body, to.region):
             return
@@ -221,7 +221,7 @@ class Goals:
 
     def _near(self, body: DrivenRobot, region: Region, least: float = 0.0) -> bool:
         """Return whether a robot is within its tolerance, or ``least`` metres, of the centre of a
-        region. A follower always is, since its reference has ended there."""
+        region. A follower always counts as near, since its reference has ended there."""
         far = self._metres_to(body, region)
         return body.station.follow is not None or far <= max(body.station.tolerance, least)
 
@@ -229,7 +229,8 @@ class Goals:
         return self._near(body, region, self.places.frame.resolution / 4)
 
     def lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
-        """Declare the robot lost, for this ``reason`` if fresh odometry has it in a free region."""
+        """Declare the robot lost for this ``reason``, or because its odometry is old or places it
+        in no free region."""
         regions = frozenset((task.start.region, task.to.region))
         at = self.pose_now(body)
         if at is not None:
@@ -251,8 +252,8 @@ class Goals:
         self.events.append(event)
 
     def pose_now(self, body: DrivenRobot) -> Pose | None:
-        """Return the robot's pose by its newest odometry; None if that is old, or in no free
-        region."""
+        """Return the robot's pose by its newest odometry; None if the odometry is old, or places
+        the robot in no free region."""
         at = body.place
         if at is None or self.now() - body.heard > STALE:
             return None

@@ -32,7 +32,7 @@ scan may be as late as odometry may be old."""
 
 
 class View(Enum):
-    """The meaning of a scan for one region."""
+    """The result of a scan for one region."""
 
     SEEN = auto()
     """The region is free, an obstacle there is reported, or no ray reaches it."""
@@ -63,12 +63,12 @@ class Phase(Enum):
 
 
 class FleetTask(Struct):
-    """A command under way. ``sent``, ``due``: the time when its goal was last sent, and the time
+    """A command in progress. ``sent``, ``due``: the time when its goal was last sent, and the time
     limit of its present phase, on the world's clock; ``back``: whether it failed, and the robot was
     sent back to its departure region, first at time ``since``; ``there``: whether odometry has
     confirmed the arrival, at time ``since``; ``over``: the results of an action and the reason of a
-    failure, reported once odometry has the robot back in its region; ``known``: the obstacle known
-    at the destination."""
+    failure, reported once odometry places the robot in its region again; ``known``: the obstacle
+    known at the destination."""
 
     command: int
     start: Pose
@@ -98,11 +98,11 @@ class TrailPoint(Struct, frozen=True):
 class DrivenRobot(Struct):
     """The state of a robot. ``heard``: the time at which its newest odometry was received, on the
     world's clock; ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its
-    odometry at its newest arrival, since when it stands still; ``view``: its reading of the
-    adjacent regions since then, received at ``viewed``; ``trail``: its last seconds, oldest first;
-    ``unread``: scans newer than its odometry, each with the time of its receipt, ``newest`` the
-    stamp of its newest scan; ``lost``: the regions in one of which it is, until a person places
-    it."""
+    odometry at its newest arrival, since when it has not moved; ``view``: its reading of the
+    adjacent regions since then, received at ``viewed``; ``trail``: its positions in the last
+    seconds, oldest first; ``unread``: scans newer than its odometry, each with the time of its
+    receipt; ``newest``: the stamp of its newest scan; ``lost``: the regions in one of which it is,
+    until a person places it."""
 
     robot: Robot
     station: Station
@@ -121,8 +121,8 @@ class DrivenRobot(Struct):
 
     @property
     def regions(self) -> frozenset[Region]:
-        """The regions that the robot occupies: its own, those of its step, and those into
-        which it reaches while acting."""
+        """The regions that the robot occupies: its own, those of its step, and those into which it
+        reaches while it acts."""
         task = self.task
         if task is None:
             return self.lost | {self.pose.region}
@@ -132,7 +132,7 @@ class DrivenRobot(Struct):
 
     @property
     def stands(self) -> Region | None:
-        """The region in which the robot stands; None if it moves, or its arrival is not
+        """The region in which the robot is at rest; None if it moves, or its arrival is not
         confirmed."""
         task = self.task
         if task is None or task.phase is Phase.INSPECTING:
@@ -142,8 +142,8 @@ class DrivenRobot(Struct):
         return (task.start if task.back else task.to).region
 
     def stood(self, stamp: float) -> Located | None:
-        """Return the robot's position at rest at a stamp of its clock; None if the robot moved
-        then, or if odometry from before and after that time does not agree."""
+        """Return the position at which the robot was at rest at a stamp of its clock; None if it
+        moved then, or if odometry from before and after that time does not agree."""
         newer: Located | None = None
         for point in reversed(self.trail):
             at = point.place
@@ -181,7 +181,7 @@ def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
 
 
 class FleetProgress:
-    """Progress in resolving the obstacles that a fleet knows, computed by the team's model.
+    """Progress of the fleet's work on the obstacles that it knows, computed by the team's model.
     ``begun``: the run that is continued."""
 
     def __init__(self, scenario: Scenario, begun: Resumption | None) -> None:
@@ -189,7 +189,7 @@ class FleetProgress:
         self._stages = begun.stages if begun else {}
 
     def need(self, obstacle: Obstacle) -> int:
-        """Return the number of the next need of an obstacle."""
+        """Return the index of the next need of an obstacle."""
         return self._stage(obstacle).need
 
     def forget(self, obstacle: Obstacle) -> None:
@@ -198,9 +198,9 @@ class FleetProgress:
         self._stages.pop(obstacle.name, None)
 
     def group(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> tuple[str, ...]:
-        """Return the robots that act when this robot acts on the next need of an obstacle now: all
-        together, or this robot alone; none if it cannot, or too few are there to act together.
-        ``idle``: the regions of those that can take part."""
+        """Return the robots that act if this robot now acts on the next need of an obstacle: the
+        whole group if the need is joint, else this robot alone; none if the robot cannot act, or
+        the group is too small. ``idle``: the regions of the robots that can take part."""
         floor, stages = self._floor(obstacle)
         need, members = floor.need(0, stages), self._team.members
         at = [idle.get(member.name) for member in members]
@@ -212,7 +212,7 @@ class FleetProgress:
         return tuple(there) if len(there) >= need.robots else ()
 
     def meet(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> bool:
-        """Record that the robot has done its part; return whether the obstacle is then resolved."""
+        """Record that ``group`` has acted; return whether the obstacle is then resolved."""
         floor, stages = self._floor(obstacle)
         names = self.group(obstacle, robot, idle)
         group = [i for i, member in enumerate(self._team.members) if member.name in names]
@@ -224,7 +224,7 @@ class FleetProgress:
         return self._stages.setdefault(obstacle.name, Stage())
 
     def _floor(self, obstacle: Obstacle) -> tuple[Floor, Stages]:
-        """Return the floor with this obstacle alone, and its stage."""
+        """Return the model of the floor with this obstacle alone, and its progress."""
         if obstacle not in (each.source for each in self._team.obstacles):
             self._team = introduced(self._team, obstacle)
         sources = [each.source for each in self._team.obstacles]
@@ -233,9 +233,9 @@ class FleetProgress:
 
 
 class TeamAction(Struct):
-    """One command to act. ``on``: the obstacle of the present action; ``team``: the answers of its
-    participants; ``advanced``: obstacles of which it has fulfilled a need, but not the last one;
-    ``reasons``: reasons of failed parts; ``need``: the need that the action must fulfil."""
+    """One command to act. ``on``: the obstacle of the present action; ``team``: the answer of each
+    participant; ``advanced``: obstacles of which the command has fulfilled a need, but not the last
+    one; ``reasons``: reasons of failed parts; ``need``: the need that the action must fulfil."""
 
     robot: Robot
     obstacles: Sequence[Obstacle]
@@ -248,8 +248,8 @@ class TeamAction(Struct):
     need: int = 0
 
     def next(self, idle: Mapping[str, Region], stations: Mapping[str, Station]) -> dict[str, str]:
-        """Set ``on`` and return the service to call for each participant of the next action; empty
-        if none is left. ``idle``: regions of robots without another command."""
+        """Set ``on``, and return the service that each participant of the next action must call;
+        empty if no action is left. ``idle``: regions of robots without another command."""
         self.on, self.team = None, {}
         for obstacle in self.obstacles:
             group = self.progress.group(obstacle, self.robot.name, idle)
@@ -290,13 +290,13 @@ class TeamAction(Struct):
 
     @property
     def resolved(self) -> Obstacle | None:
-        """The obstacle that the last answers have resolved; None if they resolved none."""
+        """The obstacle that the last action has resolved; None if that has resolved none."""
         gone = self.on is not None and self.results.get(self.on.name, ActResult.FAILED)
         return self.on if self.on is not None and gone is not ActResult.FAILED else None
 
     @property
     def silent(self) -> list[str]:
-        """The participants that have not answered."""
+        """The participants that have not yet answered."""
         return [name for name, answer in self.team.items() if answer is None]
 
     @property

@@ -83,7 +83,7 @@ class Sensing:
             self._saw(message.robot, region, kind, stamp)
 
     def off(self, body: DrivenRobot) -> float:
-        """Return a robot's distance in metres from the regions that it should occupy; 0 inside."""
+        """Return a robot's distance (metres) from the regions that it should occupy; 0 inside."""
         at = body.place
         assert at is not None
         return min(self._places.outside(region, at.x, at.y) for region in body.regions)
@@ -92,8 +92,8 @@ class Sensing:
         return self.off(body) > body.station.tolerance
 
     def stray(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return the obstacle that represents another robot in a region to which it was not sent:
-        it has left its path, or a person has moved it; None if there is none."""
+        """Return an obstacle that represents another robot in a region to which it was not sent,
+        since it has left its path or a person has moved it; None if there is none."""
         for body in self._bodies.values():
             at = body.place
             if at is None or not robot.conflicts(body.robot):
@@ -116,8 +116,8 @@ class Sensing:
         self._strays.pop(robot, None)
 
     def is_shared(self, body: DrivenRobot, region: Region) -> bool:
-        """Return whether another robot in a region does not conflict with this one, such as a flyer
-        above it."""
+        """Return whether a region also holds a robot that does not conflict with this one, such as
+        a flyer above it."""
         return any(
             region in other.regions and not body.robot.conflicts(other.robot)
             for other in self._bodies.values()
@@ -125,15 +125,15 @@ class Sensing:
         )
 
     def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
-        """Keep a scan until odometry shows where it was taken: odometry or scan may be late."""
+        """Store a scan until odometry shows where it was taken: odometry or scan may be late."""
         if body.station.scan is None or scan.stamp <= body.newest:
             return
         body.newest = scan.stamp
         body.unread.append((heard, scan))
 
     def read(self, body: DrivenRobot, now: float) -> Iterator[None]:
-        """Evaluate the scans whose poses are known from odometry by now: those taken at rest, at
-        the robot's present pose, update its view. Yield after each of these."""
+        """Evaluate the scans whose poses are now known from odometry. Those taken at rest, at the
+        robot's present pose, update its view. Yield after each of these."""
         while body.unread and body.place is not None:
             heard, scan = body.unread[0]
             if now - heard <= STALE and scan.stamp > body.place.stamp:
@@ -161,8 +161,8 @@ class Sensing:
         region: Region,
         heard: float,
     ) -> View:
-        """Return the meaning of a scan taken at ``at`` for an adjacent region, and report whether
-        it shows an obstacle. An obstacle that another sensor still detects is not gone."""
+        """Return the result of a scan for an adjacent region, and report whether it shows an
+        obstacle. An obstacle that another sensor still detects is not reported as gone."""
         hit, known = self._nearest(scan, at, region), self._seen.get(region)
         if hit is None:
             return View.SEEN
@@ -202,15 +202,15 @@ class Sensing:
             self._tell(self._seen.pop(region), robot, False)
 
     def _is_past(self, region: Region, now: float) -> bool:
-        """Return whether a sighting may be of an obstacle that has just been resolved."""
+        """Return whether a sighting may show an obstacle that has just been resolved."""
         return now - self._resolved.get(region, -inf) < PASSED
 
     def _new(self, robot: str, region: Region, stamp: float) -> bool:
-        """Return whether a reading is newer than the last resolution in a region."""
+        """Return whether a robot's reading is newer than the last resolution in a region."""
         return stamp > self._resolved_at.get(region, {}).get(robot, -inf)
 
     def _saw(self, robot: str, region: Region, kind: str, stamp: float) -> bool:
-        """Record that a sensor sees an obstacle in a region; return whether it was unknown."""
+        """Record that a sensor sees an obstacle; return whether the obstacle was unknown."""
         free = self._scenario.map.is_free(region)
         if region in self._seen or not free or not self._new(robot, region, stamp):
             return False
@@ -223,8 +223,8 @@ class Sensing:
     def _nearest(
         self, scan: Scanned, at: Located, region: Region, share: float = NARROW
     ) -> float | None:
-        """Return the shortest of the rays that end near the line to the centre of a region, in
-        metres; None if there is none. ``share``: maximum distance from the line as a share of a
+        """Return the length in metres of the shortest ray that ends near the line to the centre of
+        a region; None if there is none. ``share``: maximum distance from the line as a share of a
         region's side."""
         bearing = self._places.bearing(region, at.x, at.y) - at.yaw
         width = share * self._side
@@ -244,8 +244,8 @@ class Sensing:
         self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
     ) -> View | None:
         """Return ROBOT if a ray that ended in a region at a point (metres) may have hit another
-        robot, which is near that point or moves through the region; DOUBT if a robot was near, or
-        moved through it, within ``PASSED`` seconds before the scan was received; else None."""
+        robot, which is near that point or occupies the region; DOUBT if a robot was near the point
+        or in the region up to ``PASSED`` seconds before the scan was received; else None."""
         view = None
         for other in self._bodies.values():
             if other is body:
@@ -261,7 +261,7 @@ class Sensing:
         return view
 
     def _touches(self, body: DrivenRobot, place: Located | None, x: float, y: float) -> bool:
-        """Return whether a robot's body may extend to a point from a place."""
+        """Return whether the body of a robot at ``place`` may touch the point (x, y)."""
         size = body.robot.model.size
         half = self._side / 2
         reach = half if size is None else size / 2

@@ -36,7 +36,7 @@ class Setpoints(Struct, frozen=True):
         return self.begin + self.step * (len(self.rows) - 1)
 
     def at(self, now: float) -> Array:
-        """Return the row at a time."""
+        """Return the row at a time, interpolated between the samples."""
         last = len(self.rows) - 1
         place = max(0.0, min((now - self.begin) / self.step, last))
         before, after = self.rows[int(place)], self.rows[min(int(place) + 1, last)]
@@ -44,14 +44,14 @@ class Setpoints(Struct, frozen=True):
         return row
 
     def ahead(self, now: float) -> Setpoints:
-        """Return the part of the stream that is sent at a time, which is the time of its first
-        row."""
+        """Return the part of the stream that is sent at the time ``now``, when its first row
+        begins."""
         rows = np.array([self.at(now + number * PERIOD) for number in range(HORIZON)])
         return Setpoints(now, PERIOD, rows)
 
 
 def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
-    """Return the samples of consecutive pieces of motion, given in the frame of the map."""
+    """Return the samples of consecutive pieces of motion, which are in the frame of the map."""
     begin, end = pieces[0].t0, pieces[-1].t1
     times = np.minimum(begin + TABLE * np.arange(int((end - begin) / TABLE) + 2), end)
     columns = placed(sampled(pieces, times, limits), (*frame.origin, frame.yaw))

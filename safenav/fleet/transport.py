@@ -157,8 +157,8 @@ class Transport(Protocol):
 
     @property
     def step(self) -> Callable[[], None] | None:
-        """Advance a simulation, whose time passes only while the run waits, to its next messages;
-        None: time passes by itself."""
+        """Advance a simulation, in which time passes only while the run waits, to its next
+        messages. None: time passes by itself."""
 
     def now(self) -> float:
         """Return the time on the clock of the middleware, in seconds."""
@@ -172,10 +172,10 @@ class Transport(Protocol):
         """Return the names of action servers and of followers' topics that no robot answers yet."""
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Send a robot to a goal; GoalEnded follows, once for each goal."""
+        """Send a robot to a goal. One message GoalEnded follows for each goal."""
 
     def cancel(self, robot: str) -> None:
-        """Stop a robot as soon as possible (a follower ends its step first); GoalEnded follows."""
+        """Stop a robot as soon as possible; a follower ends its step first. GoalEnded follows."""
 
     def follow(self, robot: str, reference: Setpoints) -> None:
         """Stream a reference to a robot that tracks it, ``Setpoints.ahead`` 20 times per second,
@@ -183,15 +183,15 @@ class Transport(Protocol):
         A robot must stop by itself when its stream ends."""
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
-        """Let a robot act on an obstacle from its present position; Performed follows, once."""
+        """Let a robot act on an obstacle from where it is. One message Performed follows."""
 
     def close(self) -> None:
         """Cancel every goal, and disconnect. Safe to call twice."""
 
 
 def result_of(success: bool, text: str) -> ActResult:
-    """Return the result in a service's answer (std_srvs/Trigger): its message may be one of the
-    words ``done``, ``untraversable``, ``failed``, ``nothing``; otherwise ``success`` decides."""
+    """Return the result in the answer of a service (std_srvs/Trigger): its message may be one of
+    ``done``, ``untraversable``, ``failed``, ``nothing``; otherwise ``success`` decides."""
     word = text.strip()
     if word in set(ActResult):
         return ActResult(word)

@@ -26,7 +26,7 @@ from safenav.world.poses import Pose
 
 class FleetWorld:
     """World of a fleet behind a transport. Open it before the mission; always close it. ``goals``
-    executes the commands. ``begun``: the run that it continues."""
+    executes the commands. ``begun``: the run that the drive continues."""
 
     def __init__(
         self,
@@ -109,7 +109,7 @@ class FleetWorld:
         self.goals.send(body, task, task.to)
 
     def _peered(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """End a step without departure, because no scan showed the next region free in time."""
+        """End a step before departure, since no scan has shown the next region free in time."""
         pose, region = self.goals.pose_now(body), task.to.region
         if pose is None:
             self.goals.lose(body, task)
@@ -133,8 +133,8 @@ class FleetWorld:
         return None
 
     def _passed(self, robot: Robot, known: Sequence[Obstacle]) -> list[Obstacle]:
-        """Return the obstacles unknown to the team that a robot resolves alone by one action where
-        it stands, such as a door that it has found and entered."""
+        """Return the obstacles unknown to the team that a robot resolves alone, by one action from
+        its region, such as a door that it has found and entered."""
         idle = self._idle(None)
         return [
             one
@@ -145,13 +145,13 @@ class FleetWorld:
         ]
 
     def placed(self, robot: Robot, pose: Pose) -> None:
-        """Record that an operator has placed a robot; ``start`` compares that with its odometry."""
+        """Record that an operator has placed a robot; ``start`` compares that with odometry."""
         body = self._bodies[robot.name]
         body.pose, body.lost, body.view = pose, frozenset(), {}
         self._sensing.placed(robot.name)
 
     def cleared(self, obstacle: Obstacle) -> None:
-        """Discard a resolved obstacle: readings taken before are outdated."""
+        """Discard a resolved obstacle: readings taken before its resolution are outdated."""
         self._progress.forget(obstacle)
         places = {name: body.place for name, body in self._bodies.items()}
         stamps = {n: -inf if place is None else place.stamp for n, place in places.items()}
@@ -186,8 +186,8 @@ class FleetWorld:
     # Connection
 
     def open(self, patience: float = 10.0) -> None:
-        """Connect, wait until each robot answers and odometry confirms its start pose, then for the
-        first reading of its lidar. Raises UsageError."""
+        """Connect, wait until each robot answers, check its start pose by odometry, then wait
+        ``FRESH`` seconds at most for the first reading of its lidar. Raises UsageError."""
         self.goals.transport.open(self._heard)
         end = self.now() + patience
         while silent := self._silent():
@@ -308,7 +308,7 @@ class FleetWorld:
     def _act_on_next(
         self, body: robots.DrivenRobot, task: robots.FleetTask, team_action: robots.TeamAction
     ) -> None:
-        """Start the next action of all its participants, or end the command."""
+        """Start the next action of a command for all its participants, or end the command."""
         stations = {name: other.station for name, other in self._bodies.items()}
         services = team_action.next(self._idle(task), stations)
         if not services:
@@ -325,8 +325,8 @@ class FleetWorld:
             self.goals.transport.perform(name, service, team_action.on.name, task.goal)
 
     def _acted(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """End an action when odometry has the robot in its own region. A robot that opens a door
-        enters the region of the door, and odometry may be later than the result."""
+        """End the actions of a command when odometry has the robot in its own region. A robot that
+        opens a door enters the region of the door, and odometry may be later than the result."""
         pose = self.goals.pose_now(body)
         if pose is not None and pose.region == body.pose.region:
             self._end_action(body, task)
@@ -338,8 +338,8 @@ class FleetWorld:
         self.goals.end(body, Acted, *task.over)
 
     def _idle(self, task: robots.FleetTask | None) -> dict[str, Region]:
-        """Return the regions of robots that can take part in an action: those without another
-        command."""
+        """Return the regions of the robots that can take part in an action of this command: those
+        without another command."""
         bodies = self._bodies.values()
         return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
 
@@ -372,8 +372,8 @@ class FleetWorld:
 
 
 def fleet_world(scenario: Scenario, fleet: FleetFile, begun: Resumption | None) -> FleetWorld:
-    """Return the world, not yet open. ``begun``: the run that it continues. Raises UsageError if
-    the transport's library is missing."""
+    """Return a world that is not yet open. ``begun``: the run that the drive continues. Raises
+    UsageError if the transport's library is missing."""
     scenario = begun.standing(scenario) if begun else scenario
     if fleet.transport is TransportKind.SIMULATION:
         from safenav.fleet.lab.simulation import SimulationTransport

@@ -27,7 +27,7 @@ MAX_NUMBER = 2**31 - 1
 
 
 class FormulaError(SafenavError):
-    """A formula that cannot be read: ``column`` (from 1), what was ``found``, and a ``hint``."""
+    """A formula that cannot be read: its ``column`` (from 1), the error ``found``, a ``hint``."""
 
     exit_code = ExitCode.BAD_INPUT
 
@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 
 class Token(Struct, frozen=True):
-    """A token. ``kind``: its operator or keyword, else the group of its pattern."""
+    """A token. ``kind``: its operator or keyword; for others, the group of its pattern."""
 
     kind: str
     text: str
@@ -52,9 +52,9 @@ class Token(Struct, frozen=True):
 def tokens_of(
     text: str, pattern: re.Pattern[str], hints: Mapping[str, str], kinds: Mapping[str, str]
 ) -> list[Token]:
-    """Return the tokens of a formula by the groups of a pattern, without ``space``; the last one is
-    ``end``. ``kinds``: kinds of keywords and aliases. Raises FormulaError for tokens of the group
-    ``foreign``, and for characters that no group matches."""
+    """Return the tokens of a formula by the groups of a pattern, without ``space``; the last token
+    is ``end``. ``kinds``: kinds of keywords and aliases. Raises FormulaError for tokens of the
+    group ``foreign``, and for characters that no group matches."""
     tokens, position = list[Token](), 0
     while position < len(text):
         match = pattern.match(text, position)
@@ -72,8 +72,8 @@ class FormulaParser(Generic[T]):
     """Precedence climbing over the tokens of one formula. A language defines ``operand``, which
     reads a part without binary operators, and ``joined``, which reads an operator's right side.
 
-    ``levels``: the precedence of each binary operator; ``misplaced``: hints for tokens where they
-    cannot stand; ``deepest``: the limit of nesting.
+    ``levels``: the precedence of each binary operator; ``misplaced``: hints for tokens in places
+    where they are not allowed; ``deepest``: the limit of nesting.
     """
 
     levels: ClassVar[Mapping[str, int]]
@@ -89,8 +89,8 @@ class FormulaParser(Generic[T]):
         raise NotImplementedError
 
     def joined(self, left: T, begin: Token, operator: Token, level: int) -> T:
-        """Return the operation of ``left``, which begins at a token, with the right side of the
-        operator."""
+        """Read the right side of an operator; return its operation on ``left`` and that side.
+        ``begin``: the first token of ``left``."""
         raise NotImplementedError
 
     def whole(self) -> T:
@@ -100,8 +100,8 @@ class FormulaParser(Generic[T]):
         return formula
 
     def expression(self, least: int = 0) -> T:
-        """Return the formula that begins here, up to an operator that binds less tightly than
-        ``least``."""
+        """Return the formula that begins at the next token and ends before an operator that binds
+        less tightly than ``least``."""
         begin = self.peek()
         self._depth += 1
         if self._depth > self.deepest:
@@ -113,7 +113,7 @@ class FormulaParser(Generic[T]):
         return left
 
     def part(self, least: int) -> tuple[T, Token]:
-        """Return ``expression(least)`` and its first token."""
+        """Return the formula of ``expression(least)``, and its first token."""
         begin = self.peek()
         return self.expression(least), begin
 
@@ -130,7 +130,7 @@ class FormulaParser(Generic[T]):
         return self.next() if self.peek().kind in kinds else None
 
     def need(self, kind: str, why: str) -> Token:
-        """Consume and return the next token, which must be of this kind. ``why``: completes the
+        """Consume and return the next token, which must be of this kind. ``why``: end of the error
         message."""
         if self.peek().kind != kind:
             raise self.unexpected(f"'{kind}' {why}")
@@ -143,7 +143,7 @@ class FormulaParser(Generic[T]):
         return inner
 
     def unexpected(self, expected: str) -> FormulaError:
-        """Return the error at the next token, or at a word before it that the parser read as a
+        """Return the error at the next token, or at the word before it if that was misread as a
         name."""
         token, before = self.peek(), self._tokens[self._at - 1]
         if before.kind == "name" and before.text in self.misplaced:
@@ -269,7 +269,7 @@ class _Parser(FormulaParser[_Expression]):
 
 
 def _condition(part: _Expression, begin: Token) -> syntax.Formula:
-    """Return an expression, which begins at a token, as a formula: 0 and 1 are also constants."""
+    """Return ``part``, which begins at a token, as a formula: 0 and 1 become constants."""
     match part:
         case syntax.Number(0 | 1 as value, column):
             return syntax.Constant(value == 1, column)
@@ -280,7 +280,7 @@ def _condition(part: _Expression, begin: Token) -> syntax.Formula:
 
 
 def _number(part: _Expression, begin: Token) -> syntax.Term:
-    """Return an expression, which begins at a token, as a number."""
+    """Return ``part``, which begins at a token, if it is a number; a formula is an error."""
     if isinstance(part, syntax.Name | syntax.Number | syntax.Sum):
         return part
     hint = "only numbers are compared and added; join two comparisons with '&'"
@@ -304,8 +304,8 @@ Bounds = tuple[int, int] | None
 
 
 class FormulaFlaw(Struct, frozen=True):
-    """One error in a formula, at a column (from 1). ``unknown`` is the name that is not declared,
-    so that the caller can suggest another."""
+    """One error in a formula, at a column (from 1). ``unknown``: the undeclared name, if that is
+    the error, so that the caller can suggest another one."""
 
     column: int
     found: str
@@ -316,10 +316,10 @@ class FormulaFlaw(Struct, frozen=True):
 def check(
     formula: syntax.Formula, declared: Mapping[str, Bounds], *, next_allowed: bool = True
 ) -> tuple[FormulaFlaw, ...]:
-    """Return all errors of the formula by column, none if it can be used.
+    """Return all errors of the formula by column; none if it can be used.
 
-    ``declared`` maps the variables to their range, or None for Booleans. ``next_allowed`` is False
-    for initial conditions.
+    ``declared`` maps each variable to its range, or to None if it is Boolean. ``next_allowed`` is
+    False for initial conditions.
     """
     found = _flaws(formula, declared, next_allowed)
     return tuple(sorted(dict.fromkeys(found), key=lambda problem: problem.column))

@@ -10,7 +10,7 @@ _BEGINNING = re.compile(r"[!~\s]*(?:[&|^$?]|/\\|\\/)")
 
 
 def to_infix(line: str, most: int) -> str:
-    """Return a constraint in infix notation; one already in infix notation is unchanged.
+    """Return a constraint in infix notation; one that is not in prefix notation is unchanged.
 
     ``| ! a & b c'`` means ``!a | (b & c')``; ``$ n f1 .. fn`` is a buffer of formulas whose value
     is fn, and ``? i`` recalls its entry i. Buffers that recall each other double their text with
@@ -27,8 +27,8 @@ def to_infix(line: str, most: int) -> str:
 
 
 class _Prefix:
-    """Translation of the tokens of one line, the last one first. ``left``: number of further
-    characters that it may write."""
+    """Translation of the tokens of one line, which are in reverse order. ``left``: number of
+    further characters that the translation may have."""
 
     def __init__(self, tokens: list[str], left: int) -> None:
         self._tokens = tokens
@@ -61,8 +61,8 @@ class _Prefix:
             raise FormulaError(1, "its buffers expand to too many characters", hint)
 
     def _operands(self, operator: str, buffer: list[str]) -> list[str]:
-        """Return both operands; a chain of one operator becomes flat, so that it nests no
-        deeper."""
+        """Return the operands of an operator: two, or those of a whole chain of this operator, so
+        that the chain nests no deeper."""
         operands = []
         missing = 2
         while missing:

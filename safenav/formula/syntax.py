@@ -1,4 +1,4 @@
-"""Formulas of the structured-slugs expression language as data: their tree, text and truth.
+"""Formulas of the structured-slugs expression language as data: syntax tree, text, evaluation.
 
 ``&``, ``|`` and ``^`` are associative and have any number of operands, so that the long chains of
 generated specifications stay flat; ``->`` and ``<->`` associate to the left. Columns are from 1; 0
@@ -27,21 +27,21 @@ class Relation(StrEnum):
 
 
 class Constant(Struct, frozen=True):
-    """TRUE or FALSE; with a column if it was written as 1 or 0."""
+    """TRUE or FALSE. ``column``: position of a constant that was written as 1 or 0."""
 
     value: bool
     column: int = 0
 
 
 class Number(Struct, frozen=True):
-    """A constant of a comparison, not negative."""
+    """A number that is not negative, in a comparison."""
 
     value: int
     column: int = 0
 
 
 class Name(Struct, frozen=True):
-    """A variable, Boolean or integer, now or (``primed``) in the next state."""
+    """The value of a Boolean or integer variable, now or (``primed``) in the next state."""
 
     name: str
     primed: bool = False
@@ -71,9 +71,9 @@ class Connective(StrEnum):
 
 
 class Operation(Struct, frozen=True):
-    """Formulas joined by an operator: one for ``!`` and ``next(...)`` (about the next state,
-    without primes), two for ``->`` and ``<->``, any number for other operators; ``^`` is true if an
-    odd number of them is."""
+    """Formulas joined by an operator: one for ``!`` and ``next(...)`` (its formula about the next
+    state, without primes), two for ``->`` and ``<->``, any number for the other operators. ``^`` is
+    true if an odd number of its formulas is true."""
 
     operator: Connective
     operands: tuple[Formula, ...]
@@ -128,8 +128,8 @@ def variables(formula: Formula) -> frozenset[str]:
 def resolve_constants(
     formula: Formula, meaning: Callable[[Name, Comparison], Collection[int] | None]
 ) -> Formula:
-    """Return the formula with names in comparisons replaced by their numbers, if they have any. A
-    comparison with a name of several numbers allows each of them."""
+    """Return the formula with the names in its comparisons replaced by the numbers that ``meaning``
+    returns for them, if any. If a name has several numbers, each of them is compared."""
 
     def numbers(part: Term, within: Comparison) -> list[Number]:
         if not isinstance(part, Name) or part.primed:
@@ -161,7 +161,7 @@ def resolve_constants(
 
 
 def one_of(variable: str, values: Iterable[int], prime: str = "") -> str:
-    """Return a formula that binds like an atom: ``variable`` has one of the values."""
+    """Return the text of a formula: ``variable`` has one of the values. It binds like an atom."""
     atoms = [f"{variable}{prime} = {value:d}" for value in sorted(values)]
     return atoms[0] if len(atoms) == 1 else "(" + " | ".join(atoms) + ")"
 
@@ -188,7 +188,7 @@ def to_text(formula: Formula) -> str:
 
 
 def _within(formula: Formula, lowest: int, parentheses: bool = False) -> str:
-    """Return the formula, in parentheses if its precedence is below ``lowest``."""
+    """Return the text of a formula, in parentheses if its precedence is below ``lowest``."""
     rank = PRECEDENCE.get(formula.operator) if isinstance(formula, Operation) else None
     text = to_text(formula)
     return f"({text})" if parentheses or (rank is not None and rank < lowest) else text
@@ -211,8 +211,8 @@ _RELATIONS = dict(zip(Relation, (eq, ne, lt, le, gt, ge), strict=True))
 
 
 def predicate(formula: Formula) -> Predicate:
-    """Return a function of a state and its successor that decides whether the formula holds. It
-    raises KeyError for a variable without a value."""
+    """Return a function that decides whether the formula holds in a state with a given successor.
+    It raises KeyError for a variable without a value."""
     match formula:
         case Constant(value):
             return lambda _, __: value

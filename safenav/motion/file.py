@@ -2,9 +2,9 @@
 
 Positions are in the frame of the map: x east, y north, z up, the origin at its south-western
 corner, in metres; ``t``, ``t0`` and ``t1`` are seconds since the start of the motion; angles are
-radians counter-clockwise from east. ``tick`` is the tick of the trace that a line carries out.
-A ``row`` is written as the list of its fields. Lines of unknown types and unknown fields are
-skipped.
+radians counter-clockwise from east. ``tick`` is the tick of the trace that a line carries out. A
+``row`` is written as the list of its fields. The reader skips lines of unknown types, and unknown
+fields.
 """
 
 from collections.abc import Mapping
@@ -70,7 +70,7 @@ feet are on the ground."""
 
 
 def limits_of(height: float) -> dict[str, float]:
-    """Return the limits of a walker whose mass is at this height, and ``omega`` of its pendulum."""
+    """Return the limits of a walker whose mass has this height, and ``omega`` of its pendulum."""
     return {**BUILD, "omega": frequency(height)}
 
 
@@ -131,8 +131,8 @@ class Moving(Struct, frozen=True):
 
 
 class Segment(Moving, frozen=True, tag="segment"):
-    """A walk. ``turning``: yaw before, yaw after, and the times between which the body turns;
-    ``start``, ``goal``: states of the centre of mass."""
+    """A piece of a walk. ``turning``: yaw before, yaw after, and the times between which the body
+    turns; ``start``, ``goal``: states of the centre of mass."""
 
     phases: Annotated[tuple[PressurePhase, ...], SOME]
     feet: tuple[Foothold, ...]
@@ -163,8 +163,8 @@ TrackRow = Annotated[Numbers, Meta(min_length=14, max_length=14)]
 
 
 class FlownTrack(Struct, frozen=True, tag="track"):
-    """The simulated flight of a flyer along its references, a row every ``step`` seconds from
-    ``t0``."""
+    """The simulated flight of a flyer along its references. Its rows are ``step`` seconds apart,
+    the first at ``t0``."""
 
     robot: str
     t0: float
@@ -223,7 +223,7 @@ class Motion(Struct, frozen=True):
     outcome: MotionOutcome
 
     def of(self, kind: type[L], robot: str | None = None) -> list[L]:
-        """Return the lines of a kind, of one robot or of all."""
+        """Return the lines of a kind, in the file's order: those of one robot, or of all robots."""
         return [
             line
             for line in self.lines
@@ -242,7 +242,7 @@ def read_motion(path: Path) -> Motion:
 
 
 def parsed(content: bytes, source: str) -> Motion:
-    """Return the motion in some bytes. Raises InputError with up to twenty diagnostics."""
+    """Return the motion in the bytes of a file. Raises InputError with up to twenty diagnostics."""
     header: MotionHeader | None = None
     outcome: MotionOutcome | None = None
     lines: list[Line] = []

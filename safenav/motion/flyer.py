@@ -38,9 +38,9 @@ POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
 
 
 class AxisModel(Struct, frozen=True):
-    """Discrete model of one axis: state [p, v, a, d], ``d`` a constant disturbance, and its
-    programme: predictions over the horizon are ``free @ state + forced @ commands`` (of positions,
-    of velocities)."""
+    """The discrete model of one axis with state [p, v, a, d] (``d``: a constant disturbance), and
+    its programme, which predicts positions and velocities over the horizon as
+    ``free @ state + forced @ commands``."""
 
     move: Array
     steer: Array
@@ -55,7 +55,7 @@ class AxisModel(Struct, frozen=True):
 
 @lru_cache(maxsize=1)
 def axis_model() -> AxisModel:
-    """Return the model, discretized exactly enough by many small steps, and its programme."""
+    """Return the model of an axis, discretized by many small steps, with its programme."""
     parts = 50
     small = PERIOD / parts
     change = np.array([[0, 1, 0, 0], [0, -DRAG, 1, 1], [0, 0, -1 / LAG, 0], [0, 0, 0, 0]])
@@ -82,7 +82,7 @@ def axis_model() -> AxisModel:
 
 
 def _estimator(move: Array) -> Array:
-    """Return the steady gain of a Kalman filter: noise of 5 mm on the position, disturbances d."""
+    """Return the steady gain of a Kalman filter for a position noise of 5 mm and disturbances d."""
     noise = np.diag([1e-8, 1e-6, 1e-4, 2e-2])
     spread, sees = np.eye(4), np.array([1.0, 0, 0, 0])
     gain = sees
@@ -107,7 +107,7 @@ class AxisTracker:
         self.limit = limit
 
     def observe(self, measured: float) -> None:
-        """Correct the estimate by a measured position (m)."""
+        """Correct the estimate by a measured position in metres."""
         self.state = self.state + axis_model().gain * (measured - self.state[0])
 
     def command(self, wanted: Array, low: Array, high: Array) -> float:
@@ -168,13 +168,13 @@ class Body(Struct):
 
     @property
     def row(self) -> TrackRow:
-        """The row of a file for the present instant."""
+        """The present state of the body as a row of a motion file."""
         numbers = (*self.place, *self.velocity, *self.attitude, *self.rates, self.thrust)
         return tuple(round(number, DIGITS) for number in numbers)
 
     def advance(self, pull: Vector, yaw: float) -> None:
-        """Advance by one 400th of a second: turn towards the thrust that gives the acceleration
-        ``pull`` (m/s^2, without gravity) facing ``yaw`` (rad)."""
+        """Advance by one 400th of a second: turn the body so that its thrust gives the acceleration
+        ``pull`` (m/s^2, without gravity), and so that it faces ``yaw`` (rad)."""
         w, x, y, z = self.attitude
         axis = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
         wanted = (pull[0], pull[1], pull[2] + GRAVITY)
@@ -215,8 +215,8 @@ class Body(Struct):
 
 
 def _facing(pull: Vector, yaw: float) -> Quaternion:
-    """Return the attitude whose axis points along ``pull``, turned by ``yaw`` about it: the
-    shortest tilt from upright, after the yaw."""
+    """Return the attitude whose axis points along ``pull``: turned by ``yaw``, then tilted from
+    upright by the shortest turn."""
     size = sqrt(pull[0] ** 2 + pull[1] ** 2 + pull[2] ** 2)
     up = pull[2] / size
     w = sqrt(max(0.0, (1 + up) / 2))
@@ -233,7 +233,7 @@ CLIMB, SINK = 9.0, 5.0
 
 
 def flown(flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: float) -> FlownTrack:
-    """Simulate a flyer along its flights, which have no gaps."""
+    """Return the simulated flight of a flyer along its flights, which have no gaps."""
     count = int((flights[-1].t1 - flights[0].t0) / PERIOD)
     sight, boxes = _reference(flights, floor, size, count + HORIZON + 1)
     altitude, yaw = sight["z"].tolist(), sight["yaw"].tolist()
@@ -258,8 +258,8 @@ def flown(flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: floa
 def _reference(
     flights: Sequence[Flight], floor: MetricFloor, size: float, count: int
 ) -> tuple[dict[str, Array], Array]:
-    """Return the reference at the steps of the tracking (after its end the last position), and the
-    box that the centre of the body must not leave."""
+    """Return the reference at each step of the tracking (after its end, its last position), and the
+    box that the centre of the body must not leave at that step."""
     times: Array = flights[0].t0 + PERIOD * np.arange(count, dtype=np.float64)
     boxes = np.zeros((count, 4))
     for flight in flights:

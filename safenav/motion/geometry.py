@@ -1,5 +1,5 @@
-"""Regions in metres, headings, polynomials in time (lowest power first), and the mass of a linear
-inverted pendulum.
+"""Geometry of motions: regions in metres, headings, polynomials in time (lowest power first), and
+the mass of a linear inverted pendulum.
 
 The frame of a motion: x east, y north, origin at the south-western corner of the map, metres,
 radians counter-clockwise from east.
@@ -31,8 +31,8 @@ def quintic(
     pull: float = 0.0,
     goal_pull: float = 0.0,
 ) -> tuple[float, ...]:
-    """Return the six coefficients of the quintic between two positions, speeds and
-    accelerations."""
+    """Return the six coefficients of the quintic that leads from a position, a speed and an
+    acceleration (``pull``) to those of the goal."""
     distance = goal - start
     v0, v1 = speed * seconds, goal_speed * seconds
     a0, a1 = pull * seconds**2 / 2, goal_pull * seconds**2 / 2
@@ -46,8 +46,8 @@ def quintic(
 def between(
     seconds: float, start: Sequence[float], goal: Sequence[float]
 ) -> tuple[tuple[float, ...], ...]:
-    """Return the quintics of all axes between two states; a state has the positions, then the
-    velocities, then the accelerations of all axes."""
+    """Return the quintics of all axes between two states. A state has the positions of all axes,
+    then their velocities, then their accelerations."""
     count = len(start) // 3
     return tuple(
         quintic(
@@ -64,7 +64,7 @@ def between(
 
 
 def values(coefficients: Sequence[float], times: T) -> T:
-    """Return the polynomial at a time, or at several."""
+    """Return the value of a polynomial at a time, or its values at several times."""
     total = times * 0.0
     for coefficient in reversed(coefficients):
         total = total * times + coefficient
@@ -72,7 +72,7 @@ def values(coefficients: Sequence[float], times: T) -> T:
 
 
 def slope(coefficients: Sequence[float], time: float) -> tuple[float, float]:
-    """Return the polynomial and its derivative at a time."""
+    """Return the value of a polynomial and of its derivative at a time."""
     value = rate = 0.0
     for coefficient in reversed(coefficients):
         rate = rate * time + value
@@ -109,8 +109,8 @@ class MetricFloor(Struct, frozen=True):
     def corridor(
         self, one: int, other: int, inset: float = 0.0
     ) -> tuple[float, float, float, float]:
-        """Return the western, southern, eastern and northern border (metres) of the region of a
-        rest, or of both regions of a step, moved inwards by ``inset``."""
+        """Return the western, southern, eastern and northern border (metres) of two regions (of
+        one, if both are the same), moved inwards by ``inset``."""
         (ax, ay), (bx, by) = self.centre(one), self.centre(other)
         half = self.side / 2 - inset
         return min(ax, bx) - half, min(ay, by) - half, max(ax, bx) + half, max(ay, by) + half
@@ -135,8 +135,8 @@ def unit_vector(heading: str) -> tuple[int, int]:
 
 
 class Mass(Struct, frozen=True):
-    """A centre of mass at some times since its start: states (n, 4) and centres of pressure (n, 2);
-    ``late`` is the error of xi at the start, ``early`` that of eta at the goal."""
+    """A centre of mass at some times since its start: states (n, 4) and centres of pressure (n, 2).
+    ``late``: the error of xi at the start; ``early``: the error of eta at the goal."""
 
     times: Array
     states: Array
@@ -148,9 +148,9 @@ class Mass(Struct, frozen=True):
 def mass(
     phases: Sequence[PressurePhase], start: State, goal: State, times: Array, omega: float
 ) -> Mass:
-    """Solve c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the equation with p = 0,
-    so its growing part is computed backwards from the goal, its shrinking part forwards from the
-    start. Points are complex numbers."""
+    """Return the solution of c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the
+    equation with p = 0, so its growing part is computed backwards from the goal, its shrinking part
+    forwards from the start. Points are complex numbers."""
     here, fast, there, slow = (
         complex(*pair) for pair in (start[:2], start[2:], goal[:2], goal[2:])
     )
@@ -184,9 +184,9 @@ def mass(
 
 
 def transformed(segment: Segment, origin: complex, ahead: complex, facing: float) -> Segment:
-    """Return a segment in another frame, in which ``origin`` and ``ahead`` are the origin and the
-    direction of x of its own frame; ``facing``: the angle of ``ahead``. Points are complex
-    numbers."""
+    """Return a segment transformed to another frame, in which ``origin`` is the origin of the
+    segment's frame and ``ahead`` the direction of its x; ``facing``: the angle of ``ahead``. Points
+    are complex numbers."""
 
     def way(x: float, y: float) -> tuple[float, float]:
         found = ahead * complex(x, y)

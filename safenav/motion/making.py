@@ -1,7 +1,7 @@
-"""Computation of the motion of all robots from a trace: each step and action at the times of a run
-with a clock.
+"""Computation of the motion of all robots from a trace: it carries out each step and action at the
+times of a run with a clock.
 
-A robot with more time than its step takes rests first; a robot with less is refused.
+A robot that has more time than its step takes rests first; a robot that has less is refused.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,10 +23,9 @@ from safenav.trace.vocabulary import MoveEnd
 
 
 def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -> file.Motion:
-    """Return the motion of a run. ``side``: side of a region in metres, in place of the trace's;
-    ``track``: also simulate how flyers track their references. Raises UsageError or
-    InputError if a robot has no motion on the floor, or if the trace breaks a rule.
-    """
+    """Return the motion of a run. ``side``: side of a region in metres, instead of the trace's;
+    ``track``: also simulate how flyers track their references. Raises UsageError or InputError if a
+    robot has no motion on the floor, or if the trace breaks a rule."""
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
     header = _header(trace, floor)
@@ -68,8 +67,8 @@ def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
 def _flown(
     name: str, moved: Glider, lines: tuple[file.Line, ...], track: bool
 ) -> tuple[file.Line, ...]:
-    """Return the lines with the flights of a flyer through the centres of regions, and if wanted
-    with its simulated flight."""
+    """Return the lines with the flights of one flyer made smooth: it does not stop in the centres
+    of regions. ``track``: also add its simulated flight."""
     flights = [line for line in lines if isinstance(line, file.Flight) and line.robot == name]
     size, tilt, floor = moved.values["size"], moved.values["tilt"], moved.floor
     smooth = dict(zip(map(id, flights), flown_through(flights, floor, size), strict=True))
@@ -80,8 +79,8 @@ def _flown(
 
 
 def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
-    """Return the floor of a trace in metres. ``side``: side of its regions (None: that of its map,
-    else ``SIDE``)."""
+    """Return the floor of a trace in metres. ``side``: side of its regions (None: that of its map;
+    if the map has none, ``SIDE``)."""
     world = trace.header.scenario.map
     if side is None:
         side = SIDE if world.frame is None else world.frame.resolution
@@ -89,7 +88,7 @@ def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
 
 
 def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
-    """Return a mover for each robot, where it starts."""
+    """Return a mover for each robot, at rest where the robot starts."""
     movers = {}
     for name, robot in trace.robots.items():
         if (figures := robot.model.figures) is None:
@@ -194,8 +193,8 @@ class _Schedule:
             )
 
     def _step(self, depart: records.Depart, end: float | None) -> float:
-        """Carry out a step until ``end``, or at the robot's own pace if the trace records no end; a
-        robot with more time than it needs rests first. Return its end."""
+        """Carry out a step until ``end``, or at the robot's own pace if the trace records no end. A
+        robot that has more time than it needs rests first. Return the time of the end."""
         tick, to, mover = depart.tick, depart.to, self._movers[depart.robot]
         short = depart.command in self._short
 
@@ -212,8 +211,8 @@ class _Schedule:
         return mover.time
 
     def _act(self, act: records.Act, acted: records.ActionEnd) -> None:
-        """Carry out the actions of a command one after the other, each as soon as its robots are at
-        rest and face the obstacle; the last one lasts until the end of the command."""
+        """Carry out the actions of a command one after the other. Each begins as soon as its robots
+        are at rest and face the obstacle; the last one lasts until the end of the command."""
         actions = self._actions.get(acted.command, [])
         idle = self._movers.keys() - self._departs.keys()
         unasked = sorted(idle & {name for one in actions for name in one.robots} - {*act.robots})
@@ -243,8 +242,8 @@ class _Schedule:
     def _faced(
         self, mover: Mover, tick: int, region: int, begin: float, end: float
     ) -> list[file.Moving]:
-        """Come to rest and face a region by ``end``. If the time is too short, do not turn; without
-        any time, stay where the robot has acted."""
+        """Return the motion by which a robot comes to rest and faces a region, until ``end``. If
+        the time is too short, it does not turn; without any time, it stays where it has acted."""
         near = region == mover.region and begin < mover.time + SLACK
         for stays, towards in ((near, region), (near, mover.region), (True, mover.region)):
             ready = copy(mover)
@@ -258,8 +257,8 @@ class _Schedule:
     def _rest(
         self, mover: Mover, tick: int, until: float, *, stays: bool = False
     ) -> list[file.Moving]:
-        """Rest until a time: in the centre of the region, unless the robot ``stays`` where it has
-        acted."""
+        """Return the motion of a robot that rests until a time: in the centre of its region, or
+        where it has acted if it ``stays`` there."""
         lines: list[file.Moving] = []
         if mover.due and not stays:
             mover.due = False
@@ -272,8 +271,8 @@ class _Schedule:
         return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
 
     def end(self) -> tuple[tuple[file.Line, ...], file.MotionOutcome]:
-        """Let each robot rest until all rest and the run has ended. Return the lines in order, and
-        the outcome."""
+        """Let the robots end their steps and rest until the run has ended. Return all lines in
+        order, and the outcome."""
         for depart in self._departs.values():  # steps under way when the run ends
             if depart.from_ == self._movers[depart.robot].region:
                 self._step(depart, None)
@@ -288,7 +287,7 @@ class _Schedule:
 
 
 def when(line: file.Line) -> tuple[float, int]:
-    """Return the sort key of a line: its time, then releases before reservations before others."""
+    """Return the sort key of a line: its time, then releases, reservations and other lines."""
     if isinstance(line, file.Release):
         return line.t, 0
     time = line.t0 if hasattr(line, "t0") else line.t

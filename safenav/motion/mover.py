@@ -20,8 +20,8 @@ from safenav.pace.robot import AT_ONCE, ROOM, YAW, Figures
 
 
 class Mover(ABC):
-    """A robot in motion, first at rest in a region. ``time``: the end of its motion so far, in
-    seconds; ``due``: whether it has acted in its own region, and must resume from there."""
+    """A robot in motion, at first at rest in a region. ``time``: the end of its motion so far, in
+    seconds; ``due``: whether it has acted in its own region and must still move to the centre."""
 
     def __init__(
         self, robot: str, floor: MetricFloor, region: int, heading: str | None, figures: Figures
@@ -34,33 +34,33 @@ class Mover(ABC):
 
     @abstractmethod
     def begin(self) -> None:
-        """Take the pose of the start. Raises UsageError if the robot does not fit or cannot
-        move on the floor."""
+        """Set the pose at the start. Raises UsageError if the robot does not fit or cannot move on
+        the floor."""
 
     @abstractmethod
     def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:
-        """Move to the region ``to``, which lies beside its own, from now on. ``short``: an obstacle
-        stands across the centre of ``to``, which the robot will resolve there, so it stays in the
-        first half of the region."""
+        """Begin now a move to the adjacent region ``to``, and return its pieces. ``short``: an
+        obstacle stands across the centre of ``to``, which the robot will resolve there, so it stays
+        in the first half of the region."""
 
     @abstractmethod
     def rest(self, tick: int, until: float) -> list[Moving]:
-        """Stay at rest until a time."""
+        """Stay at rest until a time, and return the pieces of motion."""
 
     def wait(self, tick: int, until: float) -> list[Moving]:
         """Stay at rest until a time, unless that has passed."""
         return self.rest(tick, until) if until > self.time + AT_ONCE else []
 
     def halt(self, tick: int) -> list[Moving]:  # noqa: ARG002
-        """Come to rest within the robot's region."""
+        """Let the robot come to rest within its region, and return the pieces of motion."""
         return []
 
     def face(self, tick: int, region: int) -> list[Moving]:  # noqa: ARG002
-        """Turn towards a neighbouring region, to act on it; for its own region, do not turn."""
+        """Turn to an adjacent region, to act on it; for the robot's own region, do not turn."""
         return []
 
     def resume(self, tick: int) -> list[Moving]:  # noqa: ARG002
-        """Continue to the robot's usual place of rest, after an action short of it."""
+        """Move the robot to its usual place of rest, after an action short of that place."""
         return []
 
 
@@ -126,7 +126,7 @@ class Glider(Mover):
         return [self._made(PRIMITIVES[self.kind][0], tick, to, parts)]
 
     def _curves(self, there: tuple[float, float], wanted: float) -> list[Curve]:
-        """Return the path to a pose, from rest to rest; no curves if the robot is there."""
+        """Return the path from rest to rest to a pose; no curves if the robot is there."""
         here = self.place
         metres = hypot(there[0] - here[0], there[1] - here[1])
         angle = remainder(wanted - self.facing, tau)
@@ -152,8 +152,8 @@ class Glider(Mover):
 
 
 def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) -> list[Flight]:
-    """Return the flights of a flyer of ``size`` metres without a halt between two that follow each
-    other: through the same centres at the same times.
+    """Return the flights of a flyer of ``size`` metres, through the same centres at the same times,
+    but without a halt between two flights that follow each other.
 
     It passes a centre at the lower mean speed of both flights, so both stay below the speed and the
     acceleration that they have from rest to rest. At a corner it flies diagonally, slowly enough to
@@ -186,7 +186,7 @@ def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) ->
 
 
 def _way(flight: Flight) -> tuple[float, float]:
-    """Return the displacement by a flight of one curve, in metres along x and y."""
+    """Return the displacement in metres, along x and along y, of a flight with one curve."""
     (curve,) = flight.parts
     x, y = (
         sum(c * curve.seconds**power for power, c in enumerate(path) if power)

@@ -1,9 +1,9 @@
 """The actions of a run with a clock, from its trace; and the conversion of a lockstep run to a run
-with a clock: each line gets the second at which robots of their paces execute it.
+with a clock, in which each line has the second at which robots of these paces execute it.
 
-The turns of a run in lockstep are in a serial order in which no robot ever enters a region where
-another robot is. In continuous time robots move simultaneously, each at its own pace: a step waits
-for earlier ones of robots in conflict (Hoenig et al., RA-L 2019; section VII of the paper names the
+In a lockstep run, turns are in a serial order in which no robot ever enters a region where another
+robot is. In continuous time robots move simultaneously, each at its own pace: a step waits for
+earlier ones of robots in conflict (Hoenig et al., RA-L 2019; section VII of the paper names the
 problem), and every other line waits for all lines before it. An activity waits only for earlier
 ones, so there is no deadlock.
 """
@@ -25,8 +25,8 @@ from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
 
 
 class TimedAction(Struct, frozen=True):
-    """An action of robots on an obstacle in ``region``, part of ``command``, recorded by the
-    ``index``-th record of the trace. ``takes``: whether they carry it from then on."""
+    """An action of robots on an obstacle in ``region``, as part of a ``command``. ``index``: index
+    of the record that reports it; ``takes``: whether the robots then carry the obstacle."""
 
     index: int
     command: int
@@ -41,8 +41,8 @@ Does = records.Part | records.Resolved
 
 
 class PartDone(Struct, frozen=True):
-    """A part of the need with this ``number`` that a ``team`` has done. ``inside``: its robots in
-    the obstacle's region."""
+    """A part of the need of this index, done by the robots of ``team``; those ``inside`` were in
+    the region of the obstacle."""
 
     obstacle: Obstacle
     number: int
@@ -51,7 +51,7 @@ class PartDone(Struct, frozen=True):
 
 
 def parts_done(trace: Trace) -> dict[int, PartDone]:
-    """Return the parts of needs that robots have done, each by the index of its line."""
+    """Return the parts of needs that robots have done, each by the index of its trace line."""
     found: dict[int, PartDone] = {}
     obstacles, at = trace.obstacles, {n: r.start.region for n, r in trace.robots.items()}
     for index, record in enumerate(trace.records):
@@ -73,8 +73,8 @@ def parts_done(trace: Trace) -> dict[int, PartDone]:
 
 
 def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
-    """Return the actions of a run with a clock in the order of its trace, and the commands of steps
-    into the region of an obstacle on which the robot then acts: they stop short of it."""
+    """Return the actions of a run with a clock in the order of its trace, and the commands to enter
+    the region of an obstacle and then act on it, whose steps stop short of the obstacle."""
     found: list[TimedAction] = []
     short: set[int] = set()
     steps: dict[str, int] = {}
@@ -101,8 +101,8 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
 
 
 def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
-    """Return the actions of each command; actions after which robots carry the obstacle come
-    last."""
+    """Return a mapping from each command to its actions; those after which robots carry the
+    obstacle come last."""
     found: dict[int, list[TimedAction]] = {}
     carried = {(action.command, action.obstacle): action.takes for action in actions}
     for action in sorted(actions, key=lambda a: (carried[a.command, a.obstacle], a.obstacle)):
@@ -115,7 +115,7 @@ DECIMALS = 9
 
 
 def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
-    """Return the pace of each robot of a motion, at its start."""
+    """Return the pace of each robot at the start of a motion."""
     return {
         name: pace_of(robot.model.figures, header.cols, header.side, robot.start.facing)
         for name, robot in trace.robots.items()
@@ -123,7 +123,7 @@ def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
 
 
 def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
-    """Return the lines of a trace in their order, each with a time as in a run with a clock."""
+    """Return the lines of a trace in their order, with times as in a run with a clock."""
     if trace.header.live:
         return trace.records
     done = parts_done(trace)
@@ -134,8 +134,8 @@ def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
 
 
 def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
-    """Return the trace with these lines in the order of their times, at each instant departures,
-    actions and changes of service last; their ticks stay."""
+    """Return the trace with these lines ordered by time. Departures, actions and changes of service
+    are the last lines of each instant. Ticks do not change."""
     if trace.header.live:
         return trace
 
@@ -146,7 +146,7 @@ def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
-    """Return the trace as that of a live run, whose ticks count its instants."""
+    """Return a trace, at its motion's times, as that of a live run whose ticks are instants."""
     return by_instants(ordered(trace, dated(trace, paces_of(trace, motion.header))))
 
 
@@ -178,7 +178,7 @@ and changes of obstacles and robots. Only steps overlap."""
 
 
 class _Step(Struct):
-    """A step under way: its index among the lines, its first tick, and its earliest beginning."""
+    """A step in progress: the index of its line, its first tick, and its earliest beginning."""
 
     place: int
     tick: int
@@ -186,7 +186,7 @@ class _Step(Struct):
 
 
 class _SerialRun:
-    """The ``lines`` of a run in lockstep so far, in seconds."""
+    """A run in lockstep that is given times. ``lines``: the lines so far, with times in seconds."""
 
     def __init__(self, trace: Trace, paces: Mapping[str, Pace]) -> None:
         self._scenario = trace.header.scenario
@@ -248,8 +248,8 @@ class _SerialRun:
         self._tell(end, records.Arrive(move.tick, *place))
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
-        """Yield the times at which other robots leave the regions that this robot must not share
-        with them: the region that it enters, and those of an exclusion that it enters."""
+        """Yield the times at which other robots have left the regions that this robot must not
+        share with them: the region that it enters, and those of an exclusion that it enters."""
         mine = self._robots[name]
         for other, robot in self._robots.items():
             if other == name:
@@ -262,7 +262,7 @@ class _SerialRun:
             yield from (self._left[region].get(other, 0.0) for region in regions)
 
     def _do(self, record: Does, done: PartDone) -> None:
-        """Let robots act on an obstacle where they are, after all earlier activities."""
+        """Add the lines of an action of robots on an obstacle, after all earlier activities."""
         begin, team, obstacle = self._since, done.team, done.obstacle
         part = isinstance(record, records.Part) and record.missing
         truth = record.traversable if isinstance(record, records.Resolved) else None

@@ -60,7 +60,7 @@ def divergent(state: Array, omega: float) -> Array:
 
 
 def convergent(state: Array, omega: float) -> Array:
-    """Return eta of a state (see above)."""
+    """Return the convergent component (eta) of a state."""
     return state[:2] - state[2:] / omega
 
 
@@ -73,7 +73,7 @@ def placed(
     weights: Array,
     omega: float,
 ) -> Array:
-    """Return the nodes that lead from start to goal exactly, nearest to those given.
+    """Return the nodes nearest to the given ones that lead exactly from start to goal.
 
     ``nodes`` (m, 2): feet and other points of pressure; ``knots`` (phases + 1): the node at each
     knot; ``weights`` (m): freedom of each node to move; 0: fixed. At least two must be free. Along
@@ -116,22 +116,22 @@ acceleration there would be faster halfway."""
 
 @lru_cache(maxsize=512)
 def walk(gait: Gait, turn: int, foot: int) -> Segment:
-    """Return the walk from walking pose to walking pose of the next region, beginning on
-    ``foot``."""
+    """Return the walk from a walking pose, with ``foot`` on the ground, to one in the next
+    region."""
     return _stepping(f"walk {_WORDS[turn]}", gait, walking(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=512)
 def start(gait: Gait, turn: int, foot: int) -> Segment:
-    """Return the start from standing pose to walking pose of the next region. ``foot``: stance foot
-    at the end of a straight start; for a turn the arc decides it."""
+    """Return the segment from a standing pose to a walking pose in the next region. ``foot``:
+    stance foot at the end of a straight start; a turn determines its own."""
     return _stepping(f"start {_WORDS[turn]}", gait, starting(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=64)
 def stop(gait: Gait, foot: int) -> Segment:
-    """Return the stop from walking pose to standing pose: a step onto the capture point, then the
-    feet close, and the mass settles between them."""
+    """Return the segment from a walking pose to a standing pose: the walker steps onto the capture
+    point and closes its feet, and its mass settles between them."""
     omega, offset, length = gait.omega, gait.walker.foot, gait.length
     step, close, *settling = stopping(gait)
     place, half = 2 * length, DOUBLE / 2 * min(2 * step, close)
@@ -157,7 +157,7 @@ def stop(gait: Gait, foot: int) -> Segment:
 
 
 def stand(gait: Gait, seconds: float) -> Segment:
-    """Return the stand in the standing pose, for some seconds."""
+    """Return a segment in which the walker remains in the standing pose for some seconds."""
     x, offset = 2 * gait.length, gait.walker.foot
     rest = np.array([x, 0.0, 0.0, 0.0])
     feet = tuple(Foothold(x, side * offset, 0.0, side, 0.0, seconds) for side in (LEFT, RIGHT))
@@ -173,7 +173,7 @@ def _local(
     goal: Array,
     turning: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
 ) -> Segment:
-    """Return a primitive in its own frame, from time 0 on."""
+    """Return a segment of these parts in its own frame; its time begins at 0."""
     seconds = sum(phase.seconds for phase in phases)
     about = ("", 0, name, 0, 0, 0.0, seconds, phases, feet, swings, turning)
     return Segment(*about, tuple(start.tolist()), tuple(goal.tolist()))
@@ -186,7 +186,7 @@ def stance(segment: Segment) -> int:
 
 
 def _phases(durations: Array, pressures: Array) -> tuple[PressurePhase, ...]:
-    """Return the phases of a centre of pressure between these knots (phases + 1, 2)."""
+    """Return the phases of a centre of pressure that moves through these points (phases + 1, 2)."""
     ends = pairwise(pressures.tolist())
     return tuple(
         PressurePhase(s, *a, *b) for s, (a, b) in zip(durations.tolist(), ends, strict=True)
@@ -197,7 +197,7 @@ _WORDS = {0: "straight", LEFT: "left", RIGHT: "right"}
 
 
 def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
-    """Plan the steps of a stride; a standing walker first leans onto the first foot."""
+    """Return the segment of a stride; a standing walker first leans onto the first foot."""
     omega, offset, line = gait.omega, gait.walker.foot, stride.line
     standing = stride.lean > 0
     nodes = np.array([apex.stance(offset) for apex in line])
@@ -243,7 +243,7 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
 def _swings(
     gait: Gait, line: Sequence[Apex], holds: tuple[Foothold, ...], end: float, standing: bool
 ) -> tuple[Swing, ...]:
-    """Return the paths of the feet between their holds; at a walking pose a foot is half-way."""
+    """Return the swings between the footholds; at a walking pose one foot is half-way."""
     swings = []
     first, last, before = line[0], line[-1], holds[-2]
     if not standing:
@@ -259,7 +259,7 @@ def _swings(
 
 
 def _landing(passing: FootState, hold: Foothold) -> Swing:
-    """Return the second half of a swing."""
+    """Return the second half of a swing, from the walking pose to a foothold."""
     behind = (passing[0] - hold.x, passing[1] - hold.y)
     goal = _lifted(hold, behind, 3 * SNAP / hold.down**2)
     return Swing(hold.side, 0.0, hold.down, 0.5, 1.0, passing, goal)
@@ -274,8 +274,8 @@ def _swing(before: Foothold, after: Foothold) -> Swing:
 
 
 def _lifted(hold: Foothold, ahead: tuple[float, float], pull: float) -> FootState:
-    """Return the state of a foot as it leaves or reaches the ground: at rest, accelerated along a
-    direction."""
+    """Return the state of a foot that leaves or reaches the ground: at rest, accelerated along
+    ``ahead``."""
     return (hold.x, hold.y, hold.yaw, 0.0, 0.0, 0.0, ahead[0] * pull, ahead[1] * pull, 0.0)
 
 
@@ -300,7 +300,7 @@ def _placed_walking(gait: Gait, apex: Apex) -> Array:
 
 
 class WalkerMover(Mover):
-    """A walker that stands, or is at a walking pose with ``foot`` on the ground, 0 if it stands."""
+    """A walker. ``foot``: the foot on the ground at a walking pose; 0 if the walker stands."""
 
     def begin(self) -> None:
         self.heading, self.foot = self.heading or "east", 0
@@ -346,8 +346,8 @@ class WalkerMover(Mover):
 
 
 def entered(primitive: Segment, floor: MetricFloor, region: int, heading: str) -> Segment:
-    """Return a primitive in the frame of the map: of a walker that enters a region at the centre of
-    the side by which its heading leads there."""
+    """Return a primitive in the frame of the map, for a walker that enters a region with this
+    heading through the centre of one side."""
     ahead = complex(*unit_vector(heading))
     corner = complex(*floor.centre(region)) - ahead * floor.side / 2
     return transformed(primitive, corner, ahead, YAW[heading])
@@ -355,7 +355,7 @@ def entered(primitive: Segment, floor: MetricFloor, region: int, heading: str) -
 
 @lru_cache(maxsize=64)
 def fault_of(gait: Gait) -> str | None:
-    """Return the first rule that a gait breaks, in words; None if it keeps all."""
+    """Return the first rule that the segments of a gait break, in words; None if all are kept."""
     height = gait.walker.height
     limits = {"height": height, **limits_of(height)}
     try:

@@ -57,7 +57,7 @@ def frame_of(trace: Trace, resolution: float | None = None) -> Frame:
 
 
 def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
-    """Return the waypoints of all robots, one robot after the other."""
+    """Return the waypoints of all robots, sorted by robot."""
     found: list[Waypoint] = []
     for track in run.robots:
         before = None
@@ -76,8 +76,8 @@ def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
 
 
 def timed_waypoints(motion: Motion) -> list[Waypoint]:
-    """Return the waypoints of a motion: the start, and the end of each piece that leads the robot
-    to another region, turns it or stops it."""
+    """Return the waypoints of a motion: the start of each robot, and the end of each piece that
+    leads it to another region, turns it or stops it."""
     x0, y0, turned = motion.header.origin
     frame = Frame(motion.header.side, (x0, y0), turned)
 
@@ -96,7 +96,7 @@ def timed_waypoints(motion: Motion) -> list[Waypoint]:
 
 
 def _ends(pieces: Sequence[Moving]) -> Iterator[tuple[Moving, float, int]]:
-    """Yield the piece, the seconds since its start, and the region of each waypoint."""
+    """Yield for each waypoint a piece of motion, the seconds since its start, and the region."""
     if pieces:
         yield pieces[0], 0.0, pieces[0].origin
     for piece in pieces:
@@ -105,7 +105,7 @@ def _ends(pieces: Sequence[Moving]) -> Iterator[tuple[Moving, float, int]]:
 
 
 def _pose(motion: Motion, piece: Moving, since: float) -> tuple[float, ...]:
-    """Return x, y, z, yaw and speed in the frame of the map."""
+    """Return x, y, z, yaw and speed in the frame of the map at a time since a piece's start."""
     import numpy as np
 
     from safenav.motion.columns import sample  # waypoints of a trace need no numpy

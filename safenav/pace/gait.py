@@ -50,11 +50,11 @@ class Walker(Struct, frozen=True):
 
 
 class Gait(Struct, frozen=True):
-    """The periodic gait of a walker on regions of one side.
+    """The periodic gait of a walker on regions of one size.
 
     A straight move takes ``steps`` (even, so that each move ends on the foot it began with) of
-    ``length`` metres and ``seconds`` each; at apex it moves at ``speed``, and the mass is
-    ``sway`` metres off the centre line, towards the stance foot.
+    ``length`` metres and ``seconds`` each; at apex it moves at ``speed``, and the mass is ``sway``
+    metres off the centre line, towards the stance foot.
     """
 
     walker: Walker
@@ -67,14 +67,14 @@ class Gait(Struct, frozen=True):
     sway: float
 
     def approach(self, spent: int) -> int:
-        """Return the number of straight steps before the arc of a turn that begins ``spent`` steps
-        inside the region: those that leave an arc of the longest radius (``LONGEST_ARC`` steps)."""
+        """Return the number of straight steps before the arc of a turn: as many as leave room for
+        the longest radius (``LONGEST_ARC`` steps). ``spent``: steps already made in the region."""
         return max(0, self.steps // 2 - spent - LONGEST_ARC)
 
 
 def least_side_of(side: float, walker: Walker) -> float:
-    """Return the least side in metres of regions of about ``side``: a turn needs room for an arc
-    and the body."""
+    """Return the least side in metres that regions of about ``side`` metres need, so that the arc
+    of a turn and the body fit into them."""
     return max(LEAST_SIDE, walker.size * _steps(side) / 2)
 
 
@@ -109,9 +109,9 @@ def frequency(height: float) -> float:
 def step_times(
     omega: float, speed: float, foot: float, apex: float, apex_speed: float
 ) -> tuple[float, float]:
-    """Return the seconds on the foot at ``foot``, then on the next one at ``apex``, of a step whose
-    mass moves from 0 at ``speed`` to ``apex`` at ``apex_speed`` (m, m/s): the two curves of the
-    phase plane intersect once."""
+    """Return the two durations (seconds) of a step between keyframes: on the foot at ``foot``,
+    while the mass moves from 0 at ``speed``, and on the foot at ``apex``, which it passes at
+    ``apex_speed`` (m, m/s). The two curves of the phase plane intersect once."""
     square = apex_speed**2 - speed**2 + omega**2 * apex**2
     switch = square / (2 * omega**2 * (apex - foot))
     fastest = sqrt(apex_speed**2 + omega**2 * (switch - apex) ** 2) / omega
@@ -135,7 +135,7 @@ class Apex(Struct, frozen=True):
 
 
 def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
-    """Add steps straight on, with the speed changing evenly to ``speed``."""
+    """Append steps straight ahead, with the speed changing evenly to ``speed``."""
     first = line[-1]
     for step in range(1, steps + 1):
         share = step / steps
@@ -145,7 +145,7 @@ def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
 
 
 def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
-    """Add a quarter turn: straight steps, an arc, and a tail to the next walking pose."""
+    """Append a quarter turn: straight steps, an arc, and a tail to the next walking pose."""
     _straight(line, gait, approach, line[0].speed)
     first = line[-1]
     half, length = gait.side / 2, gait.length
@@ -172,8 +172,8 @@ def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
 
 
 class Stride(Struct, frozen=True):
-    """The keyframes of a move, and the seconds on the foot of each: from half a step before its
-    apex to half a step after it. ``lean``: seconds in which a standing walker leans before it."""
+    """The keyframes of a move, and the seconds on the foot of each one, from half a step before its
+    apex to half a step after it. ``lean``: seconds in which a standing walker leans before that."""
 
     line: tuple[Apex, ...]
     durations: tuple[float, ...]
@@ -191,8 +191,8 @@ class Stride(Struct, frozen=True):
 
 @lru_cache(maxsize=512)
 def walking(gait: Gait, turn: int, foot: int) -> Stride:
-    """Return the stride from walking pose to walking pose of the next region, beginning on
-    ``foot``; ``turn``: quarter turns to the left."""
+    """Return the stride from a walking pose, with ``foot`` on the ground, to a walking pose of the
+    next region. ``turn``: quarter turns to the left."""
     line = [Apex(gait.length, 0.0, 0.0, gait.speed, foot)]
     if turn == 0:
         _straight(line, gait, gait.steps, gait.speed)
@@ -206,8 +206,8 @@ def walking(gait: Gait, turn: int, foot: int) -> Stride:
 
 @lru_cache(maxsize=512)
 def starting(gait: Gait, turn: int, foot: int) -> Stride:
-    """Return the stride from standing pose to walking pose of the next region. ``foot``: stance
-    foot at the end of a straight start; for a turn the arc decides it."""
+    """Return the stride from a standing pose to a walking pose in the next region. ``foot``: stance
+    foot at the end of a straight start; a turn determines its own."""
     room = gait.approach(2)
     first = -foot if turn == 0 else turn * (-1) ** room
     line = [Apex(2 * gait.length, 0.0, 0.0, min(START_SPEED, gait.speed), first)]
@@ -220,8 +220,8 @@ def starting(gait: Gait, turn: int, foot: int) -> Stride:
 
 @lru_cache(maxsize=64)
 def stopping(gait: Gait) -> tuple[float, float, float, float]:
-    """Return the seconds of the four parts of a stop: a step onto the capture point, closing the
-    feet, and twice letting the mass settle."""
+    """Return the seconds of the four parts of a stop: stepping onto the capture point, closing the
+    feet, and two equal parts in which the mass settles."""
     omega, offset = gait.omega, gait.walker.foot
     step = log(gait.length * omega / gait.speed) / omega
     lean = offset - (offset - gait.sway) * exp(omega * step)

@@ -65,7 +65,7 @@ YAW: Mapping[str, float] = {"east": 0.0, "north": pi / 2, "west": pi, "south": -
 
 
 class Figures(Struct, frozen=True):
-    """How a robot moves: the kind of its motion, and all its parameters by name."""
+    """The kind of a robot's motion, and all parameters of that motion by name."""
 
     kind: str
     values: Mapping[str, float]
@@ -76,14 +76,14 @@ class Figures(Struct, frozen=True):
         return convert(self.values, Walker)
 
     def glide(self, way: float) -> float:
-        """Return the seconds of a straight path from rest to rest; a flyer respects its limit of
+        """Return the seconds of a straight path from rest to rest. A flyer keeps its limit of
         tilt."""
         values = self.values
         pull = RESERVE * values["tilt"] if "tilt" in values else values.get("acceleration")
         return glide(way, values["speed"], pull)
 
     def turn(self, angle: float) -> float:
-        """Return the seconds of a turn, which only a rover makes on the spot."""
+        """Return the seconds of a turn by an angle; only a rover turns on the spot."""
         values = self.values
         if "turning" not in values:
             return PEAK * angle / TURNING
@@ -93,7 +93,7 @@ class Figures(Struct, frozen=True):
 def resolved(
     motion: str | None, size: float | None, speed: float | None, layer: str
 ) -> Figures | None:
-    """Return a model's kind of motion with all its parameters: its size and speed, and defaults.
+    """Return the kind of a model's motion with all its parameters: size, speed and defaults.
 
     Without ``motion``, a model of the layer ``air`` flies if its size and speed allow that, and any
     other model with a speed moves as a disc. None without motion and speed.
@@ -106,9 +106,9 @@ def resolved(
 
 
 class Pace:
-    """The durations of one robot, with its state: its heading, and the time of its last arrival.
-    Regions are numbered in reading order on a map of ``cols`` columns; times are seconds on the
-    clock of the run. Without data in metres, a step takes one second per tick."""
+    """The durations of one robot's steps and actions, and its state: its heading, and the time of
+    its last arrival. Regions are numbered in reading order on a map of ``cols`` columns; times are
+    seconds on the clock of the run. Without data in metres, a step takes one second per tick."""
 
     def __init__(self, cols: int, side: float, heading: str | None, ticks: int = 1) -> None:
         self._cols, self._side, self._ticks = cols, side, ticks
@@ -140,8 +140,8 @@ class Pace:
         self._since, self._settling, self._foot, self._short = now, 0.0, 0, False
 
     def ready(self, now: float, at: int, region: int) -> float:
-        """Return the time at which the robot can begin to act on an obstacle in ``region`` from
-        region ``at``: at rest and facing the obstacle."""
+        """Return the earliest time at which a robot in region ``at`` is at rest and faces an
+        obstacle in ``region``, so that it can begin to act."""
         if at == region and self._short and now <= self._since + AT_ONCE:
             return now  # still at the place of its last action
         begin = max(now, self._since + self._settling)
@@ -157,8 +157,8 @@ class Pace:
             self.facing = self._direction(at, region)
 
     def acted(self, now: float, at: int, region: int) -> None:
-        """Record that the robot has acted. It acts on an obstacle in its own region short of
-        the centre, and goes there next."""
+        """Record that the robot has acted at the time ``now``. It acts on an obstacle in its own
+        region short of the centre, and moves to the centre afterwards."""
         self._short = at == region
         self._since, self._settling = now, self._resuming() if self._short else 0.0
         self.faces(at, region)
@@ -169,13 +169,13 @@ class Pace:
         return atan2(row - to_row, to_col - col)
 
     def _fresh(self, way: float) -> float:
-        """Return the seconds of a step in that direction from rest."""
+        """Return the seconds of a step in this direction that begins at rest."""
         del way
         return float(self._ticks)
 
     def _onwards(self, way: float) -> float | None:
-        """Return the seconds of a step that follows another without a halt; None if it always
-        halts."""
+        """Return the seconds of a step that follows another one without a halt; None if the robot
+        always halts."""
         del way
         return None
 
@@ -191,15 +191,15 @@ class Pace:
 
 
 class WalkerPace(Pace):
-    """Pace of a walker: it walks on if its next step is decided on arrival; else it stops, stands
-    and starts."""
+    """Pace of a walker: it continues to walk if its next step is decided on arrival; otherwise it
+    stops, stands and starts again."""
 
     def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
         super().__init__(cols, side, heading or "east")
         self._gait = gait_on(side, figures.walker)
 
     def faces(self, at: int, region: int) -> None:
-        """Do nothing: a walker acts without turning."""
+        """Do nothing, since a walker acts without turning."""
 
     def _fresh(self, way: float) -> float:
         stride = starting(self._gait, _quarters(self.facing, way), LEFT)
@@ -218,8 +218,8 @@ class WalkerPace(Pace):
 
 
 class GliderPace(Pace):
-    """Pace of a body that glides from centre to centre. A disc or a flyer turns on the way, a rover
-    on the spot before it."""
+    """Pace of a body that glides from centre to centre. A disc or a flyer turns while it moves, a
+    rover on the spot before it moves."""
 
     def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
         super().__init__(cols, side, heading)
@@ -238,7 +238,7 @@ class GliderPace(Pace):
         return self._figures.turn(angle)
 
     def _resuming(self) -> float:
-        """Return the seconds of the way back to the centre; a rover first turns to its path."""
+        """Return the seconds from an obstacle to the centre; a rover turns to its path first."""
         turn = self._turning(_between(self.facing, self._next)) if self._rover else 0.0
         room = self._side / 2 - self._figures.values["size"] / 2 - ROOM
         return turn + self._figures.glide(max(0.0, room))  # a large robot acts at the centre
@@ -260,15 +260,15 @@ def pace_of(
 
 
 def least_side(figures: Figures, side: float) -> float | None:
-    """Return the least side in metres of a robot's regions, if ``side`` is too small; else None."""
+    """Return the least side in metres of a robot's regions if ``side`` is too small; else None."""
     walks = figures.kind == "walker"
     need = least_side_of(side, figures.walker) if walks else figures.values["size"] + 2 * ROOM
     return need if side < need - AT_ONCE else None
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:
-    """Return the seconds from ``now`` until the robots, each with its present region, have acted
-    together on an obstacle in ``region``."""
+    """Let robots, each in its region, act together on an obstacle in ``region`` from ``now`` on;
+    return the seconds that this takes."""
     paces = [*team]
     end = max(pace.ready(now, at, region) for pace, at in paces) + ACTION
     for pace, at in paces:
@@ -289,5 +289,5 @@ def _between(before: float, after: float) -> float:
 
 
 def _quarters(before: float, after: float) -> int:
-    """Return the quarter turns to the left: -1, 0 or 1; a walker never turns around."""
+    """Return the quarter turns to the left: -1, 0 or 1, as a walker never turns around."""
     return max(-1, min(1, round(remainder(after - before, tau) / (pi / 2))))

@@ -39,7 +39,7 @@ Poses = Mapping[str, Sequence[tuple[float, float, float, float]]]
 
 def messages(run: Run, frame: Frame, motion: Poses | None = None) -> Iterator[Stamped]:
     """Return all messages of a run, in the order of their times; a tick of a run without a clock
-    lasts a second. ``motion``: poses of a motion, instead of the centres of regions."""
+    lasts a second. ``motion``: poses of a motion that replace the centres of regions."""
     found = _Messages(run, frame)
     if motion is None:
         return found.all()
@@ -54,7 +54,7 @@ class _Messages:
         self.frames = {name: "robot/map" if name == "map" else name for name in names}
 
     def all(self) -> Iterator[Stamped]:
-        """Yield the messages of each tick: the map if it changed, the frames, the log."""
+        """Yield the messages of each tick: the map if it changed, the robots' frames, the log."""
         run, before = self.run, None
         for tick in range(run.last + 1):
             closed = {each.region for each in run.hidden.values() if each.status.at(tick) in CLOSED}
@@ -67,13 +67,13 @@ class _Messages:
             yield from (self._log(tick, event) for event in run.happened(tick))
 
     def moved(self, motion: Poses) -> Iterator[Stamped]:
-        """Yield the frames of the robots at the poses of a motion."""
+        """Yield a message with the robots' frames for each time of a motion."""
         for poses in zip(*motion.values(), strict=True):
             placed = (_pose(x, y, yaw) for _, x, y, yaw in poses)
             yield self._frames(poses[0][0], dict(zip(motion, placed, strict=True)))
 
     def _frames(self, seconds: float, poses: Mapping[str, Message]) -> Stamped:
-        """Return the frames of robots at poses."""
+        """Return the message with the robots' frames at these poses."""
         transforms = [
             {
                 "header": {"stamp": stamp(seconds), "frame_id": "map"},
@@ -98,7 +98,7 @@ class _Messages:
         return Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
 
     def _map(self, tick: int, occupied: Collection[Region]) -> Message:
-        """Return an occupancy grid in which the ``occupied`` regions are full, the others free."""
+        """Return an occupancy grid in which the ``occupied`` regions are full, others free."""
         world = self.run.map
         rows = (range(row * world.cols, (row + 1) * world.cols) for row in range(world.rows))
         data = [100 if region in occupied else 0 for row in reversed([*rows]) for region in row]
@@ -113,7 +113,7 @@ class _Messages:
         return {"header": header, "info": info, "data": data}
 
     def _pose(self, track: RobotTrack, tick: int) -> Message:
-        """Return a robot's pose, interpolated during a step of several ticks."""
+        """Return a robot's pose at a tick, interpolated during a step of several ticks."""
         row, col, heading = self.run.place(track, tick)
         x, y = self.frame.centre(row, col, self.run.map.rows)
         facing = 0.0 if heading is None else radians(90.0 - heading)

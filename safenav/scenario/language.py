@@ -1,4 +1,4 @@
-"""The scenario language: a class for each mapping of a file, an annotated line for each key.
+"""The scenario language: a class for each mapping of a file, an annotated field for each key.
 
 ``scenario.yaml.typed`` reads the classes, ``keys`` writes their JSON Schema. Classes of the model
 (``scenario.model``) are read as they are; the modules of ``reading`` turn the other classes into
@@ -148,7 +148,7 @@ STRICT = kinds_that(lambda kind: kind.strict)
 
 
 def _kind(name: str) -> Any:
-    """Return the key of a kind of objective."""
+    """Return the key that states an objective of this kind."""
     kind = KINDS[name]
     about = f"{kind.meaning[0].upper()}{kind.meaning[1:]}."
     if kind.one:

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 
 class RobotChange(Struct, frozen=True):
-    """A change for a robot during the run, at the beginning of tick ``at``: either a new
-    ``objective`` (each round due ``within`` this many ticks) or its service (``active``); the other
-    is None."""
+    """A change for a robot during the run, at the beginning of tick ``at``. Either it has a new
+    ``objective`` (each round due ``within`` this many ticks), or its service changes (``active``);
+    the other of the two is None."""
 
     at: Count
     robot: str
@@ -42,8 +42,8 @@ class Input(Part, frozen=True):
     """A Boolean that the environment sets.
 
     It is the same for all robots in a tick, and off before the first tick. A simulation turns it on
-    in the ticks of ``spans`` (first and last). ``again``: the values that specifications assume
-    infinitely often.
+    in the ticks of ``spans`` (first and last). ``again``: the values that specifications assume to
+    occur infinitely often.
     """
 
     one: ClassVar = "input {name}"
@@ -63,7 +63,7 @@ class Input(Part, frozen=True):
 
 
 def switching(inputs: Iterable[Input]) -> list[int]:
-    """Return the ticks, ascending, in which inputs change."""
+    """Return the ticks, in ascending order, in which an input changes."""
     found = set[int]()
     for each in inputs:
         edges = {tick for first, last in each.spans for tick in (first, last + 1)}
@@ -75,7 +75,7 @@ KnownRobot = Annotated[str, Key(by="robot")]
 
 
 class Exclusion(Part, frozen=True):
-    """Robots of which at most one is in some regions.
+    """A group of robots of which at most one may be in some regions.
 
     A robot in transit is in both of its regions.
     """
@@ -101,8 +101,8 @@ class Coordination(StrEnum):
 
 
 class Clock(StrEnum):
-    """Time of a run: in ticks, in each of which every robot takes its turn, or in seconds
-    (``live``): each robot decides when its last command has ended."""
+    """Time of a run. In lockstep it is in ticks, in each of which every robot takes its turn; in a
+    live run (``live``) it is in seconds, and each robot decides when its last command has ended."""
 
     LOCKSTEP = "lockstep"
     LIVE = "live"
@@ -231,7 +231,7 @@ class Battery(Part, frozen=True):
         return round(max(0, charge - self.move), DECIMALS)
 
     def stayed(self, charge: float, time: float, *, charging: bool) -> float:
-        """Return the charge after a time without a step; on a charger if ``charging``."""
+        """Return the charge after a time without a step; ``charging``: on a charger."""
         rate = self.charge if charging else -self.stay
         return round(min(self.capacity, max(0, charge + rate * time)), DECIMALS)
 
@@ -310,11 +310,11 @@ class RobotModel(Part, frozen=True):
 class Robot(Struct, frozen=True):
     """One robot of the team (the paper's agent p with its C_p and objective).
 
-    ``avoids``: the robots that it must not share a region with; None for those of its layer.
+    ``avoids``: the robots with which it must not share a region; None for those of its layer.
     ``tracks``: the robots whose positions its specification models, by beliefs (docs/tracking.md).
-    ``while_waiting``: its objective while it waits for help; None: it stays.
-    ``within``: the deadline of a round of its objective in ticks, if it has one.
-    ``when``: its objectives while inputs are on; the first active input counts.
+    ``while_waiting``: its objective while it waits for help; None: it stays. ``within``: the
+    deadline of a round of its objective in ticks, if it has one. ``when``: its objectives while
+    inputs are on; the first input that is on decides.
     """
 
     name: str
@@ -332,8 +332,8 @@ class Robot(Struct, frozen=True):
         return self.model.capabilities
 
     def conflicts(self, other: Robot) -> bool:
-        """Return whether these two robots must never share a region. It suffices that one of them
-        requires it: each assumes the other's guarantee."""
+        """Return whether these two robots must never share a region. One of them suffices to
+        require it: each robot assumes the other's guarantee."""
         share, pairs = self.model.layer == other.model.layer, ((self, other), (other, self))
         return any(share if a.avoids is None else b.name in a.avoids for a, b in pairs)
 
@@ -376,13 +376,13 @@ class Need(Part, frozen=True):
 
     @property
     def places(self) -> frozenset[Region]:
-        """The regions that the place names."""
+        """The regions that are listed in ``at``."""
         return self.at if isinstance(self.at, frozenset) else frozenset()
 
 
 def actions_of(needs: Sequence[Need], number: int) -> frozenset[str]:
-    """Return the actions that a robot must have for a need: its action, and the actions of later
-    needs that the same robots must fulfil."""
+    """Return the actions that a robot must have to fulfil a need: the action of the need, and those
+    of the following needs that the same robots must fulfil."""
     chain = [needs[number], *takewhile(lambda need: need.same, needs[number + 1 :])]
     return frozenset(need.action for need in chain)
 
@@ -440,12 +440,12 @@ class Obstacle(Struct, frozen=True):
 
     @property
     def order(self) -> tuple[str, int, int]:
-        """The sort key of loads: the order in which a robot takes them."""
+        """Sort key that determines the order in which a robot takes loads."""
         return self.type.name, self.region, self.number
 
     @property
     def needs(self) -> tuple[Need, ...]:
-        """The needs that resolve it, in order."""
+        """The needs that resolve the obstacle, in order."""
         return self.type.needs
 
     def blocks(self, robot: Robot) -> bool:
@@ -464,19 +464,19 @@ class Obstacle(Struct, frozen=True):
         return only and inside and last.action in robot.capabilities
 
     def closed_to(self, robot: Robot, need: int = 0) -> bool:
-        """Return whether this robot must not enter the obstacle's region while the needs from
-        number ``need`` on remain. Stricter than the paper's phi_a, which lets any robot with the
-        action pass wherever that works (docs/paper.md)."""
+        """Return whether this robot must not enter the obstacle's region until need number ``need``
+        and all later ones are fulfilled. Stricter than the paper's phi_a, which lets any robot with
+        the action pass wherever that works (docs/paper.md)."""
         return self.blocks(robot) and not self.resolved_by_entering(robot, need)
 
     def shuts_in(self, robot: Robot) -> bool:
-        """Return whether a robot starts in the region of this obstacle, which is closed to it and
-        present from the beginning. A later obstacle appears only when no robot is there."""
+        """Return whether this obstacle is present from the beginning in the start region of a robot
+        that must not enter it. A later obstacle appears only when no robot is there."""
         here = self.appears is None and self.region == robot.start.region
         return here and self.closed_to(robot)
 
     def resolution_regions(self, world: RegionMap, need: int = 0) -> tuple[Region, ...]:
-        """Return S_r of one need without walls, ascending."""
+        """Return the free regions of S_r of one need, in ascending order."""
         match self.needs[need].at:
             case ResolveAt.SELF:
                 return (self.region,)
@@ -487,8 +487,8 @@ class Obstacle(Struct, frozen=True):
 
 
 def name_parts(name: str) -> tuple[str, str, int]:
-    """Return the type, the region as it is written, and the number of a named obstacle: ``crate``,
-    ``dock`` and 2 of ``crate@dock#2``."""
+    """Return the parts of an obstacle's name: the type, the region as it is written, and the
+    number. They are ``crate``, ``dock`` and 2 for ``crate@dock#2``."""
     kind, _, place = name.partition("@")
     where, _, number = place.partition("#")
     return (kind, where, int(number)) if number.isdecimal() else (kind, place, 1)
@@ -532,18 +532,18 @@ class Scenario(Struct, frozen=True):
 
     @property
     def recorded(self) -> Scenario:
-        """The scenario as a trace has it: without the names of the files that it was read from,
-        which are also in the notes on its map."""
+        """The scenario as a trace contains it: without file names, also those in the notes on its
+        map."""
         return replace(self, source="", map=replace(self.map, notes=()))
 
     @property
     def partition(self) -> Cells | None:
-        """The cells of beliefs; None for the rooms of the map."""
+        """The cells of beliefs; None if these are the rooms of the map."""
         return tiles(self.map, *self.tiles) if self.tiles else None
 
     @property
     def deadlines(self) -> tuple[str, ...]:
-        """The keys with which the scenario sets deadlines in ticks."""
+        """The keys by which the scenario sets deadlines in ticks."""
         rounds = [*(r.within for r in self.robots), *(c.within for c in self.changes)]
         types = (*self.catalogue.obstacles.values(), *(each.type for each in self.obstacles))
         limits = [*(o.resolve_within for o in self.obstacles), *(t.resolve_within for t in types)]
@@ -562,5 +562,5 @@ class Scenario(Struct, frozen=True):
         return {robot.name: robot for robot in self.robots}[name]
 
     def restarts_rounds(self, obstacle: str) -> bool:
-        """Return whether resolving the named obstacle restarts rounds: a flat battery does not."""
+        """Return whether resolving the named obstacle restarts rounds, unlike a flat battery."""
         return self.flat is None or name_parts(obstacle)[0] != self.flat.name

@@ -1,10 +1,10 @@
 """Objectives of robots (docs/objectives.md), one class for each kind.
 
-A target is a set of regions, any of which counts. A kind is its data, its words, and the moves that
-it forbids; the order in which its targets count is a ``Pursuit``. The specification states both in
-formulas (``spec.compile``); the runtime, joint plans and graph searches count by the pursuit. The
-judge has a class of its own (``judge.lines``), on purpose. All other code queries the kind and
-never names it.
+A target is a set of regions, any of which counts. A kind consists of its data, its words, and the
+moves that it forbids; the order in which its targets count is a ``Pursuit``. The specification
+states both in formulas (``spec.compile``); the runtime, joint plans and graph searches use the
+pursuit. The judge has a class of its own (``judge.lines``), on purpose. All other code queries the
+kind and never names it.
 
 Raw formulas (``ltl``) have goals instead of targets, which count in any order: the synthesizer
 makes their automaton.
@@ -33,32 +33,32 @@ Word = Callable[[Region | Target], str]
 
 
 def number_word(place: Region | Target) -> str:
-    """Return a region's number, or the numbers of a target: ``47|58``."""
+    """Return the number of a region, or the numbers of a target's regions: ``47|58``."""
     return str(place) if isinstance(place, int) else "|".join(map(str, sorted(place)))
 
 
 class Pursuit(NamedTuple):
-    """The order in which ``targets`` targets count. Targets are numbers, sets of them masks with a
-    bit for each; the memory is the next target if they count in turn, else the set of those met in
-    this round. ``in_turn``: whether they count in their order only; ``settles``: whether it ends at
-    the last one, where each tick is a round."""
+    """The order in which targets count; there are ``targets`` of them. A target is an index, a set
+    of targets a mask with a bit for each. If targets count ``in_turn``, the memory is the next
+    target, else the set of those met in this round. ``settles``: whether the objective ends at the
+    last target, where each tick is a round."""
 
     targets: int
     in_turn: bool
     settles: bool
 
     def met(self, memory: int, here: int) -> int:
-        """Return which of the reached targets ``here`` count."""
+        """Return those of the reached targets ``here`` that count now."""
         return here & 1 << memory if self.in_turn else here
 
     def awaited(self, memory: int) -> int:
-        """Return the targets of which one must be reached next."""
+        """Return the targets of which the robot must reach one next."""
         return 1 << memory if self.in_turn else (1 << self.targets) - 1 & ~memory
 
     def step(self, memory: int, here: int) -> tuple[int, int]:
-        """Return the memory after a turn in which the targets ``here`` are reached, and the number
-        of goals met (targets in turn) or rounds completed (any order); if the objective settles,
-        only the last target is a goal."""
+        """Return the memory after a turn in which the robot reaches the targets ``here``, and a
+        count: the goals met (targets in turn) or the rounds completed (any order). If the objective
+        settles, only the last target is a goal."""
         if not self.in_turn:
             seen = memory | here
             return (seen, 0) if seen + 1 < 1 << self.targets else (0, 1)
@@ -70,11 +70,11 @@ class Pursuit(NamedTuple):
         return 0 if last else memory + 1, 1
 
     def rounds(self, met: int) -> int:
-        """Return the number of rounds in this number of counts (see ``step``)."""
+        """Return the number of complete rounds after ``met`` counts (see ``step``)."""
         return met // self.targets if self.in_turn and not self.settles else met
 
     def reached(self, memory: int, met: int) -> int:
-        """Return the number of targets met by this progress, one after the other."""
+        """Return the total number of targets met, from the memory and the counts ``met``."""
         if self.in_turn:
             return met + memory * self.settles
         return met * self.targets + memory.bit_count()
@@ -119,7 +119,7 @@ class Objective:
 
     @classmethod
     def ordered(cls) -> bool:
-        """Return whether the next target is always known."""
+        """Return whether the memory of this kind always determines the next target."""
         return cls.in_turn or cls.one
 
     @classmethod
@@ -139,8 +139,8 @@ class Objective:
         return alternation(self.targets, self) if weaker else self
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """Return the memory of a robot that is assigned the objective in ``region``, given its
-        ``memory`` before."""
+        """Return the memory of a robot in ``region`` that is assigned this objective. ``memory``:
+        the robot's memory before."""
         del region
         return memory
 
@@ -154,7 +154,7 @@ class Objective:
 
     @property
     def pursuit(self) -> Pursuit:
-        """The order in which its targets count."""
+        """The order in which the objective's targets count."""
         return Pursuit(len(self.targets), self.in_turn, self.settles)
 
     def changed(self, **parts: object) -> Self:
@@ -175,11 +175,11 @@ class Objective:
         return sum(1 << i for i, target in enumerate(self.targets) if region in target)
 
     def met(self, memory: int, region: Region) -> tuple[int, ...]:
-        """Return the numbers of the targets that are met in ``region``."""
+        """Return the indices of the targets that count as met in ``region``."""
         return tuple(bits(self.pursuit.met(memory, self.reached(region))))
 
     def turned(self, memory: int, region: Region) -> int:
-        """Return the memory of a robot after it leaves ``region`` or stays there."""
+        """Return the memory of a robot after a turn that began in ``region``."""
         return self.pursuit.step(memory, self.reached(region))[0]
 
     def forbidden(self, memory: int, region: Region, after: Region) -> bool:
@@ -190,7 +190,7 @@ class Objective:
         return self.stays(memory, region) and after != region
 
     def stays(self, memory: int, region: Region) -> bool:
-        """Return whether a robot that is in ``region`` may no longer leave it."""
+        """Return whether a robot in ``region`` must stay there, at its last target."""
         return self.settles and len(self.targets) - 1 in self.met(memory, region)
 
 
@@ -236,9 +236,9 @@ class Patrol(TargetObjective, frozen=True):
         return f"patrol {arrow.join(map(word, self.targets))}{literally}"
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """Return the target on which the robot stands, if any: the formula forbids being on a
-        target out of turn (paper, Section VI). Otherwise, and with more than two targets, return
-        ``memory``: else a robot that charges on a target could miss the others forever."""
+        """Return the index of the target that contains ``region``, if any: the formula forbids
+        being on a target out of turn (paper, Section VI). Otherwise, and for more than two targets,
+        return ``memory``, since a robot that charges on a target could miss the others forever."""
         if len(self.targets) > 2:
             return memory
         return next((i for i, target in enumerate(self.targets) if region in target), memory)
@@ -267,7 +267,7 @@ class Cover(TargetObjective, frozen=True):
 
 
 class Hold(TargetObjective, frozen=True):
-    """One visit to the target that never ends (the paper's Patrol(s, s))."""
+    """One visit to the target, which never ends (the paper's Patrol(s, s))."""
 
     kind: ClassVar[str] = "hold"
     meaning: ClassVar[str] = "go to a region and stay there"
@@ -339,21 +339,21 @@ class Ltl(Objective, Struct, frozen=True):
 
     @property
     def pursuit(self) -> Pursuit:
-        """The order in which its goals count; without goals each step is a round."""
+        """The order in which the goals count; without goals each step is a round."""
         return Pursuit(max(1, self.goals), in_turn=False, settles=False)
 
     def heard(self, on: frozenset[str]) -> dict[str, int]:
-        """Return the values of its inputs; ``on``: all inputs that are on."""
+        """Return the values of the inputs that the formulas name; ``on``: all that are on."""
         return {name: int(name in on) for name in self.inputs}
 
     def waiting(self, places: Target) -> Ltl:
-        """Return its rules with the goal to go to a target and stay."""
+        """Return an objective to go to a target and stay, under the rules of this one."""
         there = syntax.one_of("region", places)
         stay = f"{there} -> region' = {next(iter(places)) if len(places) == 1 else 'region'}"
         return replace(self, safety=(*self.safety, stay), liveness=(there,))
 
     def alternating(self, places: Target, own: Target | None) -> Ltl:
-        """Return its rules with the goal to go to a target infinitely often."""
+        """Return an objective to visit a target infinitely often, under the rules of this one."""
         del own
         return replace(self, liveness=(syntax.one_of("region", places),))
 
@@ -364,8 +364,8 @@ def target_regions(objective: Objective | None) -> frozenset[Region]:
 
 
 def unordered(name: str, objective: Objective | None) -> tuple[str, str] | None:
-    """Return the error of a robot with a battery and an objective without an order of its targets,
-    and its remedy; None if there is none."""
+    """Return an error and its remedy if a robot with a battery has an objective without an order of
+    its targets; else None."""
     if objective is None or objective.ordered():
         return None
     found = f"{name} has a battery, and an objective without an order of its targets"
@@ -390,7 +390,7 @@ def staying(target: Target, like: Objective | None = None) -> Objective:
 
 
 def station(objective: Objective) -> Target | None:
-    """Return the target of an objective that only stays there; None for any other objective."""
+    """Return the target of an objective to go to one target and stay; None for other objectives."""
     return objective.targets[0] if isinstance(objective, STAYING) else None
 
 
@@ -402,13 +402,13 @@ def formulas_in(objective: Objective) -> Ltl | None:
 
 
 def on_steps(formula: str) -> str:
-    """Return ``formula`` restricted to steps to another region: the team must be able to let every
-    robot wait."""
+    """Return a formula restricted to steps that change the region: the team must be able to let
+    every robot wait."""
     return f"region' = region | ({formula})"
 
 
 def ruled(objective: Objective, like: Objective) -> Objective:
-    """Return an objective to visit targets, with the rules of another."""
+    """Return an objective to visit targets, under the rules of another objective."""
     return objective.changed(avoid=like.avoid, always=like.always)
 
 

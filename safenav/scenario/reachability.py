@@ -1,4 +1,4 @@
-"""Whether robots can be at their targets: reachability, once and infinitely often, and room.
+"""Reachability of targets, once and infinitely often, and room for the robots that stay at them.
 
 It considers the modelled map and the robot alone; synthesis decides whether a strategy exists
 against the environment.
@@ -50,8 +50,8 @@ class Reachability:
 
 
 def without_room(robots: Sequence[Robot]) -> Iterator[tuple[Robot, ...]]:
-    """Yield groups of robots that outnumber the regions of their last targets, each robot in
-    conflict with all others of its group; at most one group for each maximal set of such robots."""
+    """Yield groups of robots that outnumber the regions of their last targets. Each robot is in
+    conflict with all others of its group. Each maximal set of such robots has at most one group."""
     stay = [robot for robot in robots if robot.objective.settles]
     seen = list[set[str]]()
     for first in stay if too_many(_last(stay)) else ():
@@ -71,8 +71,8 @@ def _last(robots: Sequence[Robot]) -> list[list[Region]]:
 
 
 def too_many(choices: Sequence[Collection[Region]]) -> list[int]:
-    """Return the numbers of the first of these that cannot all be in different regions, each in one
-    of its ``choices``; empty if all can (bipartite matching)."""
+    """Return the indices of some robots that cannot all be in different regions, each in one of its
+    ``choices``; empty if all robots can (bipartite matching)."""
     taken: dict[Region, int] = {}
 
     def place(one: int, tried: set[Region]) -> bool:
@@ -92,7 +92,7 @@ def too_many(choices: Sequence[Collection[Region]]) -> list[int]:
 
 
 def room_words(group: Sequence[Robot], world: RegionMap) -> str:
-    """Return a sentence stating that such a group has no room."""
+    """Return a sentence stating that the regions of a group's last targets have no room for it."""
     names = [robot.name for robot in group]
     who = f"{', '.join(names[:-1])} and {names[-1]} must {'both' if len(names) == 2 else 'all'}"
     regions = sorted(frozenset[Region]().union(*(robot.objective.targets[-1] for robot in group)))

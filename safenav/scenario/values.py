@@ -51,14 +51,14 @@ SPAN = r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?"
 
 
 def ends_of(node: Node) -> tuple[int, int] | None:
-    """Return the first and last number of a span: ``12``, or a range such as ``20-30``; None if it
-    is neither."""
+    """Return the first and last number of a span: ``12``, or a range such as ``20-30``; None for
+    other values."""
     match = re.fullmatch(SPAN, str(plain(node)), re.ASCII)
     return match and (int(match[1]), int(match[2] or match[1]))
 
 
 def matching(pattern: str) -> dict[str, object]:
-    """Return the schema of a text that matches a pattern as a whole."""
+    """Return the schema of a text that matches a pattern from beginning to end."""
     return {"type": "string", "pattern": f"^(?:{pattern})$"}
 
 
@@ -90,7 +90,7 @@ class AnyOf(Part, frozen=True):
 
 
 def united(value: Any, *_: object) -> Any:
-    """Return all regions of a target, or of a list of targets; another value as it is."""
+    """Return all regions of a target, or of a list of targets. Return any other value unchanged."""
     listed = value.any if isinstance(value, AnyOf) else value
     return frozenset[Region]().union(*listed) if isinstance(listed, tuple) else value
 
@@ -187,7 +187,7 @@ for floating point."""
 
 
 def charge(value: float, node: Node, what: str, findings: Findings) -> float | None:
-    """Return a charge, an int if it is written as one; report more than six decimals."""
+    """Return a charge, as an int if it is written as one; None if it has more than six decimals."""
     if value != round(value, 6):
         found = f"{what} is {value:g}, expected a number with at most six decimals"
         findings.add(node, found)

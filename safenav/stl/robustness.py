@@ -27,22 +27,22 @@ _NEAR = 1e-9
 
 class Recording(Protocol):
     """The signals of a motion from 0 to ``end`` (seconds), to be sampled ``rate`` times per second.
-    ``finished``: whether the run ends at ``end``, where unbounded windows then stop."""
+    ``finished``: whether the run ends at ``end``, so that unbounded windows end there."""
 
     end: float
     rate: float
     finished: bool
 
     def signal(self, which: syntax.RobotSignal, times: Array) -> tuple[Array, float]:
-        """Return the values at the times, and a bound of their change per second."""
+        """Return the values of a signal at given times, and a bound of their change per second."""
 
     def instants(self, event: syntax.Happens) -> tuple[float, ...]:
-        """Return the times of the event."""
+        """Return the times at which an event occurs."""
 
 
 class Robustness(Struct, frozen=True):
-    """The robustness at each of some times: between ``low`` and ``high``, up to ``error`` of the
-    samples. ``slope``: bound of its change per second."""
+    """The robustness at given times: between ``low`` and ``high``, each up to the sampling error
+    ``error``. ``slope``: a bound of its change per second."""
 
     low: Array
     high: Array
@@ -66,8 +66,8 @@ def robustness(formula: syntax.Requirement, recording: Recording) -> tuple[Array
 
 
 def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
-    """Return the instants at which the value of a formula can jump: those of its events, moved by
-    the windows around them, and where windows reach the ends of the record."""
+    """Return the instants at which the value of a formula can jump: those of its events, shifted by
+    the windows around them, and those from which windows reach the ends of the record."""
     match tree:
         case syntax.Happens():
             return set(recording.instants(tree))
@@ -136,7 +136,7 @@ class _Evaluation:
         raise AssertionError(tree)
 
     def _behind(self, window: syntax.Window) -> NDArray[np.bool_]:
-        """Return the samples whose window extends past the end of the record."""
+        """Return for each sample whether its window extends past the end of the record."""
         if window.end == np.inf:
             return np.full(len(self._times), not self._recording.finished)
         behind: NDArray[np.bool_] = self._times + window.end > self._times[-1] + _NEAR
@@ -165,7 +165,7 @@ class _Evaluation:
         return Robustness(low, high, error, slope)
 
     def _reached(self, holds: Array, then: Array, window: syntax.Window) -> Array:
-        """Return the maximum over the instants t' of each window of the lesser of ``then`` at t'
+        """Return for each window the maximum over its instants t' of the lesser of ``then`` at t'
         and the minimum of ``holds`` before t'."""
         times = self._times
         begin, end, first, last = _bounds(times, window)
@@ -184,9 +184,9 @@ class _Evaluation:
 def _bounds(
     times: Array, window: syntax.Window
 ) -> tuple[Array, Array, NDArray[np.intp], NDArray[np.intp]]:
-    """Return the start and the end of each sample's window, at most the end of the record, and the
-    first and the last sample in it. If the record holds no part of it, the start is later than the
-    end."""
+    """Return for each sample's window the start, the end (at most the end of the record), and the
+    indices of the first and the last sample in the window. If no part of it is recorded, the start
+    is later than the end."""
     begin, end = times + window.begin, np.minimum(times + window.end, times[-1])
     begin = np.where((begin > end) & (begin <= end + _NEAR), end, begin)
     first = np.searchsorted(times, begin, "left")
@@ -194,14 +194,14 @@ def _bounds(
 
 
 def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
-    """Return the minimum of values[first..last] for each pair; +inf for an empty range."""
+    """Return, for each pair of indices, the minimum of values[first..last], or +inf for none."""
     least: Array = _folded(values[None], np.minimum, first, last)[0]
     return np.where(last >= first, least, np.inf)
 
 
 def _joined(left: Array, right: Array) -> Array:
-    """Join two consecutive stretches. A stretch has the minimum of ``holds``, and the greatest
-    value that ``then`` reaches while ``holds``."""
+    """Return the join of two consecutive stretches. A stretch has the minimum of ``holds``, and the
+    greatest value that ``then`` reaches while ``holds``."""
     reached = np.maximum(left[1], np.minimum(left[0], right[1]))
     return np.array([np.minimum(left[0], right[0]), reached])
 
@@ -212,8 +212,8 @@ def _folded(
     first: NDArray[np.intp],
     last: NDArray[np.intp],
 ) -> Array:
-    """Join the columns first..last of ``row`` for each pair, by two overlapping stretches of 1, 2,
-    4, 8, ... columns; their overlap must not change the result of ``join``."""
+    """Return for each pair (first, last) the columns first..last of ``row``, joined from two
+    overlapping stretches of 1, 2, 4, ... columns; ``join`` must allow the overlap."""
     found = np.zeros((len(row), len(first)))
     level = np.frexp(np.maximum(last - first + 1, 0))[1] - 1
     for k in range(int(level.max(initial=-1)) + 1):
@@ -225,6 +225,6 @@ def _folded(
 
 
 def _between(times: Array, values: Array, at: Array) -> Array:
-    """Interpolate between samples; an infinite value fills the gaps beside it."""
+    """Return values interpolated between samples; an infinite value fills the gaps beside it."""
     finite = np.interp(at, times, np.clip(values, -1e30, 1e30))
     return np.where(np.abs(finite) > 1e20, np.copysign(np.inf, finite), finite)

@@ -44,7 +44,7 @@ class Arithmetic(Struct, frozen=True):
 
 
 class Margin(Struct, frozen=True):
-    """``term >= 0``: its robustness is the term."""
+    """The condition ``term >= 0``. Its robustness is the value of the term."""
 
     term: SignalTerm
 
@@ -79,7 +79,7 @@ Node = SignalTerm | Requirement
 
 
 def children(tree: Node) -> tuple[Node, ...]:
-    """Return the parts of a node, from left to right."""
+    """Return the operands of a node, from left to right; none for a leaf."""
     match tree:
         case Margin(term):
             return (term,)
@@ -92,7 +92,7 @@ def children(tree: Node) -> tuple[Node, ...]:
 
 
 def nodes(tree: Node) -> Iterator[Node]:
-    """Yield the tree and everything below it, from left to right."""
+    """Yield the root of a tree and all nodes below it, from left to right."""
     yield tree
     for child in children(tree):
         yield from nodes(child)
@@ -228,7 +228,7 @@ def _value(number: Token) -> float:
 
 
 def _condition(tree: Node, begin: Token) -> Requirement:
-    """Return the tree, which begins at a token and must not be a number."""
+    """Return the tree, which begins at a token, if it is a condition; a number is an error."""
     if isinstance(tree, RobotSignal | Literal | Arithmetic):
         hint = "compare it: distance(a, b) >= 1"
         raise FormulaError(begin.column, "found a number, expected a condition", hint)

@@ -57,7 +57,7 @@ class _Placing:
 
 
 def drawing_of(text: str, stem: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any]:
-    """Return the drawing of a text on its map. ``stem``: the name of a text that states none."""
+    """Return the drawing of a text on its map. ``stem``: name of a scenario that states none."""
     root = read_document(text).root
     placing = _Placing(world, entries_of(below(root, "map", "names")))
     robots = [r for r in _robots(root, placing) if r["start"] is not None]
@@ -83,7 +83,7 @@ def drawing_of(text: str, stem: str, world: RegionMap, catalogue: Catalogue) -> 
 
 
 def palette(catalogue: Catalogue) -> dict[str, Any]:
-    """Return the kinds of items that can be placed on the map or given to a robot."""
+    """Return the kinds of robots and obstacles that a user can place on the map, as data."""
     return {
         "robots": [
             {
@@ -136,7 +136,7 @@ def _robots(root: Node, placing: _Placing) -> Iterable[dict[str, Any]]:
 
 
 def _stated(objective: Node | None) -> tuple[str, tuple[Node, ...]]:
-    """Return the kind of an unchecked objective and the nodes of its targets."""
+    """Return the kind of an unchecked objective (empty if unknown) and the nodes of its targets."""
     for key, value in entries_of(objective):
         if key.text == "ltl":
             return key.text, ()
@@ -147,7 +147,7 @@ def _stated(objective: Node | None) -> tuple[str, tuple[Node, ...]]:
 
 
 def _obstacles(root: Node, placing: _Placing, key: str) -> Iterable[dict[str, Any]]:
-    """Yield the entries of ``obstacles`` or ``orders`` whose region is on the map."""
+    """Yield the entries of a ``key`` (``obstacles`` or ``orders``) whose region is on the map."""
     for index, node in enumerate(items_of(below(root, key))):
         region = placing.region(below(node, "region"))
         if region is not None and isinstance(node, Mapping):
@@ -174,7 +174,7 @@ def _tracks(robots: list[dict[str, Any]], catalogue: Catalogue) -> Iterable[Robo
 
 
 def _hidden(obstacle: dict[str, Any], key: str, catalogue: Catalogue) -> Hidden:
-    """Return an undiscovered obstacle, or an order; ``key`` distinguishes equal names."""
+    """Return an undiscovered obstacle or order; ``key`` distinguishes equal names."""
     kind = catalogue.obstacles.get(obstacle["type"])
     actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
     name = f"{obstacle['type']}@{obstacle['region']} {key}{obstacle['index']}"

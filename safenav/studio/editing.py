@@ -1,4 +1,4 @@
-"""Operations of the drawing on the text, one function each.
+"""Operations of the drawing on the text of a scenario, one function each.
 
 An operation is an object with ``op`` and its arguments. Regions are given by number, robots by
 name, obstacles by index.
@@ -26,8 +26,8 @@ Step = str | int
 
 
 class Spot(Struct, frozen=True):
-    """A node: the index of its first character and of the one after its last. ``flow``: between
-    brackets. ``entries``: for each key or index the start of its entry, and its value, or None."""
+    """The position of a node: indices of its first character and of the one after its last.
+    ``flow``: in brackets. ``entries``: start and value of each entry by key or index, or None."""
 
     start: int
     end: int
@@ -37,7 +37,7 @@ class Spot(Struct, frozen=True):
 
 class ScenarioText:
     """The text of a scenario that is edited, its ``data`` and its map. Raises UsageError for
-    invalid YAML, or for a text without a map."""
+    invalid YAML, or if the map is unreadable."""
 
     def __init__(self, text: str, world: RegionMap | None) -> None:
         self.read(text)
@@ -58,15 +58,15 @@ class ScenarioText:
         self._root = _spot(text, next(e for e in events if isinstance(e, _NODES)), events)
 
     def region(self, value: Any) -> Region | None:
-        """Return the region that a value names; None if it names none."""
+        """Return the region that a value of the text names; None if it names none."""
         if isinstance(value, str):
             return self.world.names.get(value)
         place = place_of(value)
         return self.world.region(*place) if isinstance(place, tuple) else place
 
     def written(self, region: Region, like: Any = None) -> Any:
-        """Return a region in the notation of ``like``: its name if ``like`` is a text or None and
-        there is one, a number, else [row, column]. Raises UsageError for a region off the map."""
+        """Return a region in the notation of ``like``: its name if it has one and ``like`` is a
+        text or None; a number; or [row, column]. Raises UsageError for a region off the map."""
         if not 0 <= region < self.world.size:
             raise UsageError(f"{region} is not a region of the map")
         if (isinstance(like, str) or like is None) and region in self.world.named:
@@ -84,14 +84,14 @@ class ScenarioText:
         return found
 
     def spot(self, *path: Step) -> Spot | None:
-        """Return the node at a path; None if there is none."""
+        """Return the position of the node at a path; None if there is no such node."""
         found: Spot | None = self._root
         for step in path:
             found = ((found and found.entries) or {}).get(step, (0, None))[1]
         return found
 
     def put(self, path: tuple[Step, ...], value: str, after: str = "") -> None:
-        """Set the YAML at a path. A new key follows the key ``after``, or comes last."""
+        """Write YAML at a path. A new key follows the key ``after``, or becomes the last one."""
         spot, holder = self.spot(*path), self.spot(*path[:-1])
         if spot is not None:
             return self._replace(spot, value)
@@ -104,14 +104,14 @@ class ScenarioText:
         return self._add(holder, before[1], f"{flow(key)}: {value}".replace(": \n", ":\n"))
 
     def append(self, path: tuple[str, ...], value: str, after: str) -> None:
-        """Append YAML to a list. A new list follows the key ``after``."""
+        """Append an item, as YAML, to a list. A new list follows the key ``after``."""
         holder = self.spot(*path)
         if holder and holder.entries:
             return self._add(holder, [*holder.entries.values()][-1][1], value, "- ")
         return self.put(path, f"\n  - {value}", after)
 
     def remove(self, *path: Step) -> None:
-        """Remove an entry; with its only entry, a list disappears and a mapping becomes empty."""
+        """Remove an entry. Without its only entry, a list disappears and a mapping is empty."""
         holder = self.spot(*path[:-1])
         assert holder is not None and holder.entries is not None
         entries = [*holder.entries.values()]
@@ -159,7 +159,7 @@ _ENDS = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
 
 
 def _spot(text: str, event: Any, events: Any) -> Spot:
-    """Return the node that begins with an event."""
+    """Return the position of the node that begins with an event."""
     start, end = event.start_mark.index, event.end_mark.index
     if not isinstance(event, yaml.CollectionStartEvent):
         return Spot(start, max(start, len(text[:end].rstrip())) if end > start else start)
@@ -186,8 +186,8 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def edited(text: str, operation: Operation, world: RegionMap | None) -> str:
-    """Return the text after an operation. ``world``: its map; None if that is unreadable. Raises
-    UsageError for an impossible operation."""
+    """Return the text after an operation. ``world``: the map of the text, None if that is
+    unreadable. Raises UsageError for an impossible operation."""
     does = OPERATIONS.get(str(operation.get("op")))
     if does is None:
         raise UsageError(f"unknown edit '{str(operation.get('op'))[:40]}'")
@@ -222,7 +222,7 @@ def paint(file: ScenarioText, edit: Operation) -> None:
 
 
 def _start_of_any(file: ScenarioText) -> Any:
-    """Return the start of the first robot, for its notation; a list if there is none."""
+    """Return the start of the first robot as an example of notation; [] if there is none."""
     robots = file.at("robots")
     found = robots.values() if isinstance(robots, dict) else ()
     return next((r["start"] for r in found if isinstance(r, dict) and "start" in r), [])
@@ -249,8 +249,8 @@ def move_robot(file: ScenarioText, edit: Operation) -> None:
 
 
 def set_objective(file: ScenarioText, edit: Operation) -> None:
-    """Set the objective ``kind`` with ``regions`` in order: numbers, lists of numbers of which any
-    counts, or names of areas. Targets that stay keep their text."""
+    """Set the objective ``kind`` with ``regions`` in order. Each is a number, a list of numbers any
+    of which counts, or the name of an area. Unchanged targets keep their text."""
     robot = _robot(file, edit)
     kind, regions = edit["kind"], list(edit["regions"])
     if kind not in KINDS:
@@ -306,7 +306,7 @@ def _new_name(model: str, robots: Any) -> str:
 
 
 def add_obstacle(file: ScenarioText, edit: Operation) -> None:
-    """Add an obstacle of ``type`` at ``region``, written like the regions of other obstacles; with
+    """Add an obstacle of ``type`` at ``region``, in the notation of the other obstacles; with
     ``from``, ``until`` and ``traversable`` if given."""
     entries = file.at("obstacles")
     entries = entries if isinstance(entries, list) else []

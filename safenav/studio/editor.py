@@ -1,4 +1,4 @@
-"""The studio with its editor: a scenario's text, its drawing and its errors."""
+"""The studio with its editor: the text of a scenario, its drawing and its errors."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _HEAD = 4096
 
 
 class ScenarioFolder(Struct, frozen=True):
-    """The scenarios below ``folder``, to open and to save."""
+    """The scenarios below ``folder``, which can be opened and saved."""
 
     folder: Path
 
@@ -46,7 +46,7 @@ class ScenarioFolder(Struct, frozen=True):
         return found[:_MOST]
 
     def path(self, name: str) -> Path:
-        """Return the file of that name. Raises UsageError for a file outside the folder."""
+        """Return the path of a file by its name. Raises UsageError if it is not in the folder."""
         pure = PurePosixPath(name)
         hidden = any(part.startswith(".") for part in pure.parts)
         if pure.is_absolute() or hidden or pure.suffix not in _ENDINGS:
@@ -75,7 +75,7 @@ def read_text(path: Path) -> str:
 
 
 def save_text(path: Path, text: str, known: str | None, *, replace: bool) -> None:
-    """Write a file whole or not at all. ``known``: the content that may be replaced.
+    """Write a file as a whole or not at all. ``known``: the content that may be replaced.
 
     Raises ReplaceError if the file has another content, unless ``replace``.
     """
@@ -97,7 +97,7 @@ class TextOrigin(Struct, eq=False):
 class Editor(Studio):
     """Owner of the ``text``. ``revision`` grows with every change; pages keep the history.
     ``scenarios``: the folder in which scenarios are opened and saved; ``named``: the folder whose
-    files a text may name, if the user named a folder."""
+    files the text may name, if the user has given one."""
 
     def __init__(
         self, text: str, origin: TextOrigin, scenarios: ScenarioFolder, named: Path | None
@@ -148,7 +148,7 @@ class Editor(Studio):
             self._realizability.check(self._order)
 
     async def made(self, name: str) -> Made | None:
-        """Return the download of this name: the scenario, or a file made from the run."""
+        """Return the download of this name: the scenario's text, or a file made from the run."""
         if name == "scenario":
             stem = "scenario" if self.origin.file is None else self.origin.file.stem
             return f"{stem}.yaml", self.text.encode(), "application/yaml"
@@ -163,7 +163,7 @@ class Editor(Studio):
         return {**super()._hello(), **more}
 
     def _view(self) -> dict[str, Any]:
-        """Return the message with the text, its drawing, palette and errors."""
+        """Return a message for pages: the text, its drawing, its errors and the palette."""
         file = self.origin.file
         return {
             "is": "document",
@@ -183,9 +183,9 @@ class Editor(Studio):
         return self._order
 
     def _draw(self) -> None:
-        """Read the text and draw it. While the map is unreadable, the previous drawing stays. That
-        robots can reach their targets is checked later, with their strategies. The text may name
-        files in the folder that the user named, else those in the folder of its file."""
+        """Read the text and draw it. While the map is unreadable, the previous drawing stays.
+        Whether robots can reach their targets is checked later, with their strategies. The text may
+        name files in the folder that the user has given, else those in the folder of its file."""
         file = self.origin.file or self.scenarios.folder / "scenario.yaml"
         order = RunOrder(self.text, str(file), str(self.named or file.parent))
         self._draft = load_draft(order.text, order.file, order.reach, reachable=False)
@@ -196,7 +196,7 @@ class Editor(Studio):
             )
 
     def _replace(self, text: str, origin: TextOrigin | None = None) -> None:
-        """Replace the text, and its ``origin`` if one is given; send it to every page, and check
+        """Replace the text (and its ``origin``, if one is given), send it to every page, and check
         it."""
         if text == self.text and origin is None:
             return
@@ -236,7 +236,7 @@ class Editor(Studio):
         return self._replace(text, TextOrigin(new, None if new else text))
 
     async def _files(self, _: Message) -> None:
-        """Send the names of the scenarios that can be opened."""
+        """Send the names of the scenarios that can be opened to all pages."""
         self.tell({"is": "files", "names": await asyncio.to_thread(self.scenarios.names)})
 
     async def _save(self, data: Message) -> None:

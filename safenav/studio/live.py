@@ -1,7 +1,7 @@
 """A run that pages show, with its process, its trace and its pace.
 
-All messages to pages go through ``tell``; requests of pages arrive as calls of the methods. All
-pages show the same run: a page that joins later receives ``whole``.
+All messages to pages go through ``tell``; requests of pages are calls of the methods. All pages
+show the same run: a page that joins later receives ``whole``.
 """
 
 import asyncio
@@ -68,7 +68,7 @@ class StudioRun:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The state that pages show beside the run itself."""
+        """The state that pages show in addition to the run."""
         run = None if self._live is None else self._live.run
         return {
             "phase": self.phase,
@@ -81,7 +81,7 @@ class StudioRun:
 
     @property
     def whole(self) -> dict[str, Any] | None:
-        """The run up to its last complete tick; None before its first line."""
+        """The data of the run up to its last complete tick; None before its first line."""
         return None if self._live is None else self._live.whole()
 
     @property
@@ -139,7 +139,7 @@ class StudioRun:
             await asyncio.wait(running, timeout=PATIENCE)
 
     def _advance(self) -> None:
-        """Request the next tick at its time, if the run continues and the last tick has ended."""
+        """Request the next tick when it is due, if the run continues and no tick is unfinished."""
         now = time.monotonic()
         if self._process is None or not self._ready or not (self._steps or self._playing):
             return
@@ -155,7 +155,7 @@ class StudioRun:
         self._send({"do": "step"})
 
     def _wait(self) -> None:
-        """Wait for the process; after ``BUSY`` seconds pages show that the tick takes long."""
+        """Let pages show, after ``BUSY`` seconds, that the tick takes long."""
         self._late = asyncio.get_running_loop().call_later(BUSY, self._show_busy)
 
     def _show_busy(self) -> None:
@@ -163,7 +163,7 @@ class StudioRun:
         self._tell_state()
 
     async def _listen(self) -> None:
-        """Read the lines of the process until it ends."""
+        """Read the lines that the process prints until it ends."""
         process = self._process
         assert process is not None and process.stdout is not None
         file: AbstractContextManager[object] = self._file or nullcontext()
@@ -182,7 +182,7 @@ class StudioRun:
         self._end()
 
     def _take(self, line: bytes) -> None:
-        """Take one line of the process."""
+        """Process one line that the process has printed."""
         data = json.loads(line)
         kind = data["type"]
         if kind == DONE:
@@ -205,7 +205,7 @@ class StudioRun:
             self._news.append(record)
 
     def _done(self, *, waits: bool = False) -> None:
-        """Handle the end of a tick. ``waits``: whether the run waits for help."""
+        """Show a tick that has ended. ``waits``: whether the run waits for help."""
         assert self._live is not None
         before = self._live.time
         self._rest()
@@ -217,8 +217,8 @@ class StudioRun:
         self._advance()
 
     def _rest(self) -> None:
-        """Show the lines of a tick together, so that no page misses a line, not even one that opens
-        during the tick."""
+        """Show the lines of a tick together, so that each page has all of them, even a page that
+        opens during the tick."""
         if self._late is not None:
             self._late.cancel()
         self._busy = False
@@ -228,7 +228,7 @@ class StudioRun:
             self._live.append(record)
 
     def _end(self) -> None:
-        """Handle the end of the process."""
+        """Show that the process has ended."""
         self._ended, self._ready = True, False
         self._rest()
         if self._live is not None:
@@ -255,7 +255,7 @@ class WatchedRun(StudioRun):
     _settling: asyncio.TimerHandle | None = None
 
     def hear(self, record: Record) -> None:
-        """Take one line of the trace. Pages get the lines of a tick when the next one begins, or
+        """Add one line of the trace. Pages get the lines of a tick when the next one begins, or
         when the tick is complete and no line follows for ``_SETTLED`` seconds."""
         self._playing = True
         if self._settling is not None:
@@ -269,8 +269,8 @@ class WatchedRun(StudioRun):
             self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
 
     def _is_tick_complete(self) -> bool:
-        """Return whether the new lines can be shown: they move each robot or no robot, or the run
-        has a clock."""
+        """Return whether the new lines can be shown: they move all robots or none, or the run has a
+        clock."""
         assert self._live is not None
         run, moved = self._live.run, sum(isinstance(line, Move) for line in self._news)
         return run.seconds is not None or moved in (0, len(run.robots))

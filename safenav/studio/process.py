@@ -42,8 +42,8 @@ DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
 
 class RunOrder(Struct, frozen=True):
-    """A scenario to run. ``folder``: the folder whose files it may read; None: any, since the user
-    named it. ``seed`` and ``clock`` override those of the scenario."""
+    """A scenario to run. ``folder``: the folder whose files the scenario may name; None: any, since
+    the user named it. ``seed`` and ``clock`` override those of the scenario."""
 
     text: str
     file: str
@@ -58,7 +58,7 @@ class RunOrder(Struct, frozen=True):
 
 
 async def started(job: str, order: RunOrder) -> Process:
-    """Start a process of the studio in its own session, and send its order."""
+    """Start a process of the studio in its own session, send it the order, and return it."""
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", __name__, job),
         stdin=PIPE,
@@ -91,7 +91,7 @@ class RealizabilityQueue:
         self._task: asyncio.Task[None] | None = None
 
     def check(self, order: RunOrder | None) -> None:
-        """Check a text instead of the previous one; None: check none."""
+        """Check the text of an order instead of the previous one; None: check no text."""
         self.verdicts = {}
         if self._task is not None:
             self._task.cancel()
@@ -121,7 +121,7 @@ class RealizabilityQueue:
 
 
 def main() -> None:
-    """Do a job, ``run`` or ``robots``, over standard input and output."""
+    """Execute a job, ``run`` or ``robots``, over standard input and output."""
     say, order = _line_output(), decode(sys.stdin.readline(), type=RunOrder)
     if sys.argv[1] == "robots":
         return _check(order, say)
@@ -134,8 +134,8 @@ def main() -> None:
 
 
 def _line_output() -> Callable[[Any], None]:
-    """Return a writer of JSON lines to the present standard output; all other output then goes to
-    standard error."""
+    """Return a function that prints data as a line of JSON on the present standard output. All
+    other output then goes to standard error."""
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
@@ -176,7 +176,7 @@ def _serve(order: RunOrder, requests: IO[str], say: Any) -> None:
 
 
 def _check(order: RunOrder, say: Any) -> None:
-    """Check the robots of a text: all verdicts first, then the reasons."""
+    """Check the robots of a text. Write all verdicts first, then the reasons."""
     scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
     if scenario is None:
         return

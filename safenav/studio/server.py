@@ -1,5 +1,5 @@
-"""The web server of the studio: files of the page, one stream of events for each page, its requests
-as POST, downloads. Each connection serves one request.
+"""The web server of the studio: it serves the files of the page, one stream of events for each
+page, the requests of pages (POST) and downloads. Each connection serves one request.
 
 It listens on the loopback interface, which every program and every web page in a browser of this
 machine can reach. So each request must contain the token of the address, use an address of this
@@ -66,7 +66,7 @@ APART = (
 
 
 class Guard(Struct, frozen=True):
-    """Check of requests. ``token`` of the address; ``port`` of the server."""
+    """Check of requests by the ``token`` of the address and the ``port`` of the server."""
 
     token: str
     port: int
@@ -76,7 +76,7 @@ class Guard(Struct, frozen=True):
         return f"http://127.0.0.1:{self.port}/{self.token}/"
 
     def refusal(self, path: str, headers: Mapping[str, str]) -> tuple[int, str] | None:
-        """Return why a request is refused, as a status and a sentence; None if it is accepted."""
+        """Return status and sentence of the refusal of a request; None if it is accepted."""
         hosts = {f"127.0.0.1:{self.port}", f"localhost:{self.port}"}
         host = headers.get("Host", "")
         if host not in hosts:
@@ -105,7 +105,7 @@ PATIENCE = 30.0
 
 
 class Answer(Struct, frozen=True):
-    """The answer to a request; ``headers`` replace those of ``HEADERS``."""
+    """The answer to a request. ``headers`` take precedence over those of ``HEADERS``."""
 
     status: int
     content: bytes = b""
@@ -157,7 +157,7 @@ class Server:
         self._over.set()
 
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Serve the request of a connection."""
+        """Answer the one request of a connection."""
         task = asyncio.current_task()
         assert task is not None
         self._connections.add(task)
@@ -235,7 +235,7 @@ class Server:
             self.studio.leave(send)
 
     async def _take(self, text: bytes) -> dict[str, Any] | None:
-        """Handle the request of a page. Return the refusal for that page, if it is refused."""
+        """Execute the request of a page. Return a message if it is refused, else None."""
         data: Any = None
         try:
             data = json.loads(text)

@@ -1,4 +1,4 @@
-"""The studio itself: one scenario, one run, and the pages that show them.
+"""A session of the studio: one scenario, one run, and the pages that show them.
 
 Pages hold no state of their own: they show the state of this module, so that two pages agree and a
 reload loses nothing. All messages of pages enter by ``take``, all messages to pages leave by
@@ -31,7 +31,7 @@ def replay_page(trace: bytes, name: str) -> bytes:
 
 
 def page_3d(trace: bytes, name: str) -> bytes:
-    """Return the run in 3D as one HTML page. Raises UsageError without the extra ``motion``."""
+    """Return a run in 3D as an HTML page. Raises UsageError without the extra ``motion``."""
     with needing("the 3D page", "motion"):
         from safenav.motion.making import motion_of
     from safenav.report.page.motion import page3d_of
@@ -41,7 +41,7 @@ def page_3d(trace: bytes, name: str) -> bytes:
 
 
 def bundle(trace: bytes, name: str) -> bytes:
-    """Return the run with its proofs and their checker, zipped. Raises SafenavError if refused."""
+    """Return a zipped bundle: a run, its proofs and a checker. Raises SafenavError if refused."""
     with TemporaryDirectory() as folder:
         out = Path(folder) / "bundle.zip"
         bundle_of_trace(trace, name, out)
@@ -67,7 +67,7 @@ Made = tuple[str, bytes, str]
 
 
 class ReplaceError(UsageError):
-    """A file that saving would replace: the user decides."""
+    """Saving would replace a file, so the user must decide."""
 
 
 class Studio:
@@ -131,7 +131,7 @@ class Studio:
         await wanted(data)
 
     async def made(self, name: str) -> Made | None:
-        """Return the file ``name`` to save from the run; None if there is none."""
+        """Return the file ``name``, made from the run for the user; None if there is none."""
         if self.run is None or not self.run.lines or name not in SAVERS:
             return None
         make, ending, kind = SAVERS[name]
@@ -145,18 +145,18 @@ class Studio:
             await self.run.end()
 
     def _everything(self) -> list[dict[str, Any]]:
-        """Return the messages with the whole state, for a newly opened page."""
+        """Return messages that contain the whole state, for a newly opened page."""
         messages = [self._hello()]
         if self.run is not None:
             messages.append({"is": "run", "run": self.run.whole, "state": self.run.state})
         return messages
 
     def _hello(self) -> dict[str, Any]:
-        """Return the description of this studio."""
+        """Return the message that describes this studio."""
         return {"is": "hello", "editor": False, "palette": palette(self._catalogue)}
 
     def _ordered(self) -> RunOrder:
-        """Return the scenario and settings of the next run. Raises InputError if it cannot run."""
+        """Return scenario and settings of the next run. Raises InputError if it cannot run."""
         return self._order
 
     async def _begin(self) -> StudioRun:
@@ -171,7 +171,7 @@ class Studio:
             return run
 
     async def _direct(self, data: Message) -> None:
-        """Let the run play, pause or step; the first order to play or step begins it."""
+        """Let the run play, pause or step. The first request to play or step starts a run."""
         if self.run is None and data["do"] == "pause":
             return
         run = self.run or await self._begin()

@@ -1,4 +1,4 @@
-"""Records as JSON data and back: msgspec converts by the annotations, and names the first error."""
+"""Conversion of records to and from JSON data: msgspec checks types, and names the first error."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -35,11 +35,11 @@ _WORDS = {
 
 
 class WrongError(Exception):
-    """The error of a value: one sentence."""
+    """An error in a value, described by one sentence."""
 
 
 def convert(kind: Any, value: object) -> Any:
-    """Convert JSON data to a class of records. Raises WrongError."""
+    """Return JSON data as an object of a class of records. Raises WrongError."""
     try:
         return msgspec.convert(value, kind, dec_hook=_hook)
     except msgspec.ValidationError as error:
@@ -49,7 +49,7 @@ def convert(kind: Any, value: object) -> Any:
 
 
 def _sentence(error: str) -> str:
-    """Return an error of msgspec in words: field, expected and found."""
+    """Return the text of an error of msgspec as a sentence: field, expected and found."""
     match = _PLACED.fullmatch(error)
     assert match is not None, "each text matches"
     found, path = match[1], match[2] or ""
@@ -79,7 +79,7 @@ def _hook(kind: Any, value: Any) -> Any:
 
 
 def to_data(objective: Objective) -> dict[str, object]:
-    """Return the objective as JSON data, regions as numbers.
+    """Return an objective as JSON data, with regions as numbers.
 
     A target of one region is a number, a larger one a sorted list.
     """
@@ -121,7 +121,7 @@ class _Formulas(Struct, frozen=True):
 
 
 def objective_of(data: Any) -> Objective:
-    """Return the objective in JSON data (``to_data``). Raises an error of msgspec, or
+    """Return the objective in JSON data that ``to_data`` has made. Raises an error of msgspec, or
     ValueError."""
     known = data if isinstance(data, Mapping) else ()
     word, *others = [key for key in known if key not in _Rules.__struct_fields__]
@@ -144,8 +144,7 @@ def objective_of(data: Any) -> Objective:
 
 @cache
 def entries(kind: Any) -> tuple[FieldInfo, ...]:
-    """Return the fields of a record class, or of a class of objects in one, in the order of a
-    file."""
+    """Return the fields of a class of records, or of objects in records, in the order of a file."""
     known = {each.name: each for each in fields(kind)}
     names = dict.fromkeys(n for base in reversed(kind.__mro__) for n in get_annotations(base))
     return tuple(known[name] for name in names if name in known and name != "line")
@@ -155,14 +154,14 @@ _PLAIN = {str, int, float, bool, type(None)}
 
 
 def plain(value: Any) -> Any:
-    """Return a part of a record as JSON data."""
+    """Return a record, or a part of one, as JSON data."""
     kind: Any = type(value)
     return value if kind in _PLAIN else _writer(kind)(value)
 
 
 @cache
 def _writer(kind: Any) -> Callable[[Any], Any]:
-    """Return the function that makes JSON data of the values of a class."""
+    """Return the function that converts values of a class to JSON data."""
     if issubclass(kind, Enum):
         return attrgetter("value")
     if issubclass(kind, Objective):

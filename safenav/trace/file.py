@@ -1,4 +1,4 @@
-"""Trace files (docs/trace.md): typed records are read from them, and appended to them.
+"""Trace files (docs/trace.md): reading and appending typed records.
 
 A writer that was killed leaves an incomplete last line, which is not an error: ``cut_off`` records
 it. Any other line that violates the format is one diagnostic; the first ones are reported, others
@@ -41,7 +41,7 @@ from safenav.trace.records import (
 
 
 class Trace(Struct, frozen=True):
-    """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
+    """A whole trace. ``cut_off``: whether its last line was incomplete (the writer was killed).
     ``digest``: sha256 of its file; ``first``: the text of its first line."""
 
     source: str
@@ -53,12 +53,12 @@ class Trace(Struct, frozen=True):
 
     @property
     def outcome(self) -> End | None:
-        """The end of the run, or None if the trace does not record it."""
+        """The end of the run; None if the trace does not record it."""
         return next((r for r in reversed(self.records) if isinstance(r, End)), None)
 
     @property
     def scenario(self) -> Scenario:
-        """The scenario of the run; its source is the trace."""
+        """The scenario of the run, with the trace as its source."""
         return replace(self.header.scenario, source=self.source)
 
     @property
@@ -74,20 +74,20 @@ class Trace(Struct, frozen=True):
 
     @property
     def steps(self) -> list[tuple[Depart, Arrive | None]]:
-        """The steps of a live run, each with its end: None if it was under way when the run
-        ended."""
+        """The steps of a live run as pairs of departure and arrival; None for a step that was in
+        progress when the run ended."""
         ends = {r.command: r for r in self.records if isinstance(r, Arrive)}
         return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Depart)]
 
     @property
     def acts(self) -> list[tuple[Act, ActionEnd | None]]:
-        """The actions of a live run, each with its end or None."""
+        """The actions of a live run as pairs of beginning and end; None if it has not ended."""
         ends = {r.command: r for r in self.records if isinstance(r, ActionEnd)}
         return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Act)]
 
 
 def unstarted(scenario: Scenario) -> Trace:
-    """Return the trace of a run of the scenario that has not begun."""
+    """Return the trace of a run of the scenario that has not yet begun."""
     header = Header(0, VERSION, safenav.__version__, scenario.recorded, "external")
     return Trace(scenario.name, header, (), cut_off=False)
 
@@ -117,8 +117,8 @@ def read_trace(path: str | Path) -> Trace:
 
 
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
-    """Return the trace in some bytes. ``source`` names it in messages. Raises InputError with up to
-    twenty diagnostics, one for each invalid line, and the number of others."""
+    """Return the trace in the bytes of a file. ``source``: its name in messages. Raises InputError
+    with up to twenty diagnostics, one for each invalid line, and the number of others."""
     check_kind(content[:_BEGINNING], "trace", source)
     lines = content.split(b"\n")
     cut_off = bool(lines[-1].strip()) and not _is_json(lines[-1])
@@ -156,8 +156,7 @@ def _is_json(content: bytes) -> bool:
 
 
 def _shown(value: Any, *, lines: bool = False) -> Any:
-    """Return a value whose strings are safe on a terminal; ``lines``: a text keeps its line
-    ends."""
+    """Return a value in which all strings are safe on a terminal; ``lines``: keep line ends."""
     match value:
         case str():
             return "\n".join(map(_escaped, value.split("\n"))) if lines else _escaped(value)
@@ -170,8 +169,8 @@ def _shown(value: Any, *, lines: bool = False) -> Any:
 
 
 def _escaped(text: str) -> str:
-    """Return the text with each control character as its escape, such as ``\\x1b``: a terminal
-    would obey it, a line end would start a new line, and no SVG can hold it."""
+    """Return a text with each control character replaced by an escape, such as ``\\x1b``: a
+    terminal would obey it, a line end would start a new line, and no SVG can hold it."""
     return _CONTROL.sub(lambda found: found.group().encode("unicode_escape").decode(), text)
 
 
@@ -185,7 +184,7 @@ class _Reader:
         self._obstacles: set[str] = set()
 
     def take(self, number: int, content: bytes) -> None:
-        """Take a line. Raises WrongError, with a hint if the file is not a trace."""
+        """Read a line. Raises WrongError, with a hint if the file is not a trace."""
         hint = () if self.header else (_WRITTEN,)
         if len(content) > MOST_OF_A_LINE:
             raise WrongError(f"the line is longer than {MOST_OF_A_LINE // 1_000_000} MB", *hint)
@@ -229,7 +228,7 @@ class _Reader:
         self.header = header
 
     def _add(self, record: Record) -> None:
-        """Add a line. It may name only robots of the header, except in a dropped report."""
+        """Add a record. It may name only robots of the header, unless it is a dropped report."""
         if isinstance(record, Discovered):
             if record.obstacle.name in self._obstacles:
                 raise WrongError(f"{record.obstacle.name} already exists")
@@ -244,7 +243,7 @@ R = TypeVar("R", bound=Record)
 
 
 def _converted(number: int, kind: type[R], data: dict[str, Any]) -> R:
-    """Return the line as a record. Raises WrongError."""
+    """Return a line's data as a record. Raises WrongError."""
     record: R = convert(kind, data)
     if flaw := next(flaws(data, kind.type), None):
         raise WrongError(flaw)
@@ -252,8 +251,8 @@ def _converted(number: int, kind: type[R], data: dict[str, Any]) -> R:
 
 
 def _misfit(scenario: Scenario) -> str | None:
-    """Return the error of a scenario with a name or region that team or map lacks, or two robots of
-    one name; None if there is none."""
+    """Return an error if a scenario names a robot or a region that its team or its map does not
+    have, or has two robots of one name; else None."""
     world, names = scenario.map, {robot.name for robot in scenario.robots}
     objectives = [change.objective for change in scenario.changes]
     for robot in scenario.robots:
@@ -293,10 +292,10 @@ def as_data(record: Record) -> dict[str, Any]:
 
 class TraceWriter:
     """A listener that appends each record to a file and flushes it. The first record replaces the
-    file's content; a run that is refused before leaves it unchanged.
+    file's content; a run that is refused before its first record leaves the content unchanged.
 
-    Raises UsageError when the file cannot be opened or written: a run whose trace is lost must
-    not continue.
+    Raises UsageError when the file cannot be opened or written: a run whose trace is lost must not
+    continue.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -322,7 +321,7 @@ class TraceWriter:
             raise self._failure(error) from error
 
     def _remove_empty(self) -> None:
-        """Remove the file if this writer has created it, and wrote nothing."""
+        """Remove the file if this writer has created it and has written nothing."""
         if self._made and not self._begun:
             self._path.unlink(missing_ok=True)
 

@@ -1,9 +1,9 @@
-"""The lines of a trace as typed data, once for all who write or read it (docs/trace.md).
+"""Typed data for the lines of a trace, for all code that writes or reads them (docs/trace.md).
 
 One frozen class for each type of line. The reader, the writer and the JSON Schema are driven by the
 annotations: a field's JSON name is its name here, without the underscore that distinguishes it from
-a word of Python. A field with a default may be absent; one whose default is None is left out when
-it is None.
+a word of Python. A field with a default may be absent; a field whose value and default are None is
+left out.
 """
 
 from collections.abc import Mapping
@@ -295,8 +295,8 @@ class Backtrack(Note, frozen=True, tag="backtrack"):
 
 
 class Request(Record, frozen=True, tag="request"):
-    """A request for help. ``bids``: robots with the action -> ticks, live seconds, to the need and
-    on to later needs of the ``same`` robots (null: no path); ``helpers``: perhaps with the
+    """A request for help. ``bids``: robot with the action -> ticks (live: seconds) to reach this
+    need and later ones of the ``same`` robots (null: no path); ``helpers``: perhaps with the
     requester; ``need``: its number, from 0, if the obstacle has several; ``because``: the reason,
     in words, why no robot helps, or not the nearest one. An order has no ``requester``."""
 
@@ -406,7 +406,7 @@ class Assumption(Record, frozen=True, tag="assumption"):
 
 class Deadline(Record, frozen=True, tag="deadline"):
     """The state of a deadline ``of`` a robot (a round), an obstacle (its resolution) or the
-    ``mission``. ``earliest``: the tick before whose end it cannot be met."""
+    ``mission``. ``earliest``: it cannot be met before the end of this tick."""
 
     of: str
     due: Count

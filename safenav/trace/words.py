@@ -1,4 +1,4 @@
-"""Words for obstacles, regions, times and lists, wherever text is written for people."""
+"""Words for obstacles, regions, times and lists in texts for people."""
 
 from collections.abc import Iterable
 
@@ -8,7 +8,7 @@ from safenav.world.map import Region
 
 
 def obstacle_words(name: str, word: Word = number_word) -> str:
-    """Return ``door@47``, or ``door@dock`` where the region has a name."""
+    """Return the name of an obstacle: ``door@47``, or ``door@dock`` if the region has a name."""
     _, region, _ = name_parts(name)
     if not region.isdecimal():
         return name
@@ -27,12 +27,12 @@ def seconds_words(seconds: float) -> str:
 
 
 def moment_words(tick: int, seconds: float | None) -> str:
-    """Return when something happens: ``in tick 31``, or ``after 2 min 5 s`` of a live run."""
+    """Return the moment of an event: ``in tick 31``, or ``after 2 min 5 s`` of a live run."""
     return f"in tick {tick}" if seconds is None else f"after {seconds_words(seconds)}"
 
 
 def regions_words(regions: Iterable[Region], word: Word = number_word) -> str:
-    """Return regions in short: ``22-24, 35``; a region alone by its name."""
+    """Return regions as a short text: ``22-24, 35``; a single region by its name."""
     runs: list[tuple[int, int]] = []
     for region in sorted(regions):
         if runs and region == runs[-1][1] + 1:
@@ -55,13 +55,13 @@ MANY = 8
 
 
 def some(names: Iterable[str]) -> str:
-    """Return ``listed`` names, many of them in short: ``a, b, c and 57 others``."""
+    """Return names as ``listed`` does, but many of them in short: ``a, b, c and 57 others``."""
     words = list(names)
     return listed(words if len(words) <= MANY else [*words[:3], f"{len(words) - 3} others"])
 
 
 def shortened(rule: str) -> str:
-    """Return an assumption whose list of robots at its end is cut where there are many:
+    """Return the words of an assumption, in which a long list of robots at the end is shortened:
     ``infinitely often no robot is beside it (a, b, c and 57 others)``."""
     words, found, listing = rule.rpartition(" (")
     names = listing.removesuffix(")").split(", ")
@@ -69,5 +69,5 @@ def shortened(rule: str) -> str:
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:
-    """Return ``1 state``, ``2 states``; ``plural``: the form, if not with an s."""
+    """Return a number with its noun: ``1 state``, ``2 states``. ``plural``: a plural without s."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"

@@ -53,19 +53,19 @@ class Layout(Struct, frozen=True):
 
     @classmethod
     def of_count(cls, blocked: Blocked, rows: int, cols: int) -> Layout:
-        """Divide all pixels into this many rows and columns."""
+        """Return the layout that divides all pixels into this many rows and columns."""
         return cls(rows, cols, Fraction(blocked.shape[0], rows), Fraction(blocked.shape[1], cols))
 
     @classmethod
     def of_size(cls, blocked: Blocked, side: Fraction) -> Layout:
-        """Divide all pixels into squares of ``side`` pixels; the last may extend beyond them."""
+        """Return the layout of square regions of ``side`` pixels; the last may be incomplete."""
         side = side.limit_denominator(_FINEST)
         rows, cols = (ceil(pixels / side) for pixels in blocked.shape)
         return cls(rows, cols, side, side)
 
 
 def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Region]:
-    """Return the regions that are walls. ``share``: least blocked part of a wall; 0: any."""
+    """Return the regions that are walls. ``share``: least blocked share of a wall; 0: any part."""
     free = ~blocked[::-1]  # from the south, where both start
     down, aside = (layout.height, layout.rows), (layout.width, layout.cols)
     if layout.rows * free.shape[1] < layout.cols * free.shape[0]:  # fewer sums in this order
@@ -78,9 +78,9 @@ def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Reg
 
 
 def _sums(lines: NDArray[Any], side: Fraction, count: int) -> NDArray[np.int64]:
-    """Return for each region along one axis the sum of the lines of pixels that it covers, each
-    times the length that both share. A pixel is as long as the denominator of ``side``, so that
-    lengths are integers."""
+    """Return for each region along one axis the sum of the pixel lines that it covers, each
+    multiplied by the length that both share. A pixel is as long as the denominator of ``side``, so
+    that lengths are integers."""
     long, unit = side.numerator, side.denominator
     borders = np.minimum(np.arange(count + 1) * long, len(lines) * unit)
     first, part = np.divmod(borders, unit)  # each border's pixel, and its part before the border
@@ -90,7 +90,7 @@ def _sums(lines: NDArray[Any], side: Fraction, count: int) -> NDArray[np.int64]:
 
 
 def flaw(found: str, hint: str = "", line: int = 0, column: int = 0) -> Diagnostic:
-    """Return the error for a defect of a map file."""
+    """Return the diagnostic of a defect in a map file."""
     return Diagnostic("", line, column, found, hint)
 
 
@@ -103,7 +103,7 @@ _PGM = re.compile(rb"(P[25])" + _NUMBERS)
 
 class Image(Struct, frozen=True):
     """Pixels in rows from the top: brightness (sum of the channels, 0 to ``white``) and
-    transparency (None: no pixel)."""
+    transparency (None: no pixel is transparent)."""
 
     brightness: NDArray[np.uint16]
     white: int
@@ -190,7 +190,7 @@ def _png(data: bytes) -> Image:
 
 
 def dark(image: Image) -> Blocked:
-    """Return the pixels darker than half of white. Transparent pixels count as white."""
+    """Return the pixels that are darker than half of white. Transparent pixels count as white."""
     found: Blocked = (2 * np.arange(image.white + 1) < image.white)[image.brightness]
     return found if image.transparent is None else found & ~image.transparent
 
@@ -234,7 +234,7 @@ _HEADER = {
 
 
 def read_movingai(text: str) -> Blocked:
-    """Return the characters of a map that are walls. Raises InputError with all flaws.
+    """Return the characters of a MovingAI map that are walls. Raises InputError with all errors.
 
     The format is that of Sturtevant's benchmarks (2012): ``type octile``, ``height`` and ``width``,
     then ``map`` and the rows. A robot walks on ground (``.`` and ``G``) and through swamp (``S``).

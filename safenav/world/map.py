@@ -1,4 +1,4 @@
-"""The region map: where regions are, which are walls, how they are numbered and named.
+"""The region map: positions of regions, walls, numbers and names.
 
 Regions of an R x C map are numbered 0 .. R*C-1 in English reading order from the north-west (paper,
 Section VI): ``id = row * cols + col``. Specifications and masks of poses rely on it.
@@ -28,19 +28,19 @@ class Frame(Struct, frozen=True):
     yaw: float = 0.0
 
     def centre(self, row: float, col: float, rows: int) -> tuple[float, float]:
-        """Return x and y in metres of the centre of a region, on a map with this many rows; with a
-        fractional ``row`` or ``col``, of a point between regions."""
+        """Return x and y in metres of the centre of a region, on a map with ``rows`` rows. A
+        fractional ``row`` or ``col`` gives a point between regions."""
         return self.in_world((col + 0.5) * self.resolution, (rows - row - 0.5) * self.resolution)
 
     def in_world(self, east: float, north: float) -> tuple[float, float]:
-        """Return x and y of a point by its metres east and north of the map's south-western
-        corner."""
+        """Return x and y of a point that is ``east`` and ``north`` metres from the map's
+        south-western corner, along the sides of the map."""
         x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)
         y = self.origin[1] + east * sin(self.yaw) + north * cos(self.yaw)
         return x, y
 
     def on_map(self, x: float, y: float) -> tuple[float, float]:
-        """Return the metres east and north of the map's south-western corner, along its sides."""
+        """Return the metres of a point east and north of the map's corner, along its sides."""
         dx, dy = x - self.origin[0], y - self.origin[1]
         east = dx * cos(self.yaw) + dy * sin(self.yaw)
         return east, dy * cos(self.yaw) - dx * sin(self.yaw)
@@ -83,7 +83,7 @@ class RegionMap(Struct, frozen=True, dict=True):
     """An R x C grid of regions, some of them walls (the paper's set O of known obstacles).
 
     ``names`` gives regions a name that scenarios may use instead of the number, ``areas`` names
-    sets of free regions. ``frame`` says where the map lies in metres, if that is known. ``notes``:
+    sets of free regions. ``frame``: the position of the map in metres, if it is known. ``notes``:
     sentences on losses, guesses and keys without effect when its scenario was read.
     """
 
@@ -100,7 +100,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @classmethod
     def from_grid(cls, lines: Iterable[str], **fields: Any) -> RegionMap:
-        """Return the map given by rows of ``#`` (wall) and ``.`` (free), all of one length.
+        """Return the map given by rows of ``#`` (wall) and ``.`` (free), all of equal length.
         ``fields``: other fields of the map."""
         rows = list(lines)
         cols = len(rows[0])
@@ -109,7 +109,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @property
     def placement(self) -> tuple[float, float, float]:
-        """x and y in metres of the map's south-western corner, and the rotation."""
+        """x and y in metres of the map's south-western corner, and its rotation in radians."""
         return (0.0, 0.0, 0.0) if self.frame is None else (*self.frame.origin, self.frame.yaw)
 
     @property
@@ -149,8 +149,8 @@ class RegionMap(Struct, frozen=True, dict=True):
     def distances(
         self, targets: Iterable[Region], inside: Collection[Region] | None = None
     ) -> dict[Region, int]:
-        """Return the steps to the nearest of ``targets`` from every free region that is connected
-        to a target (only ``inside``, if given), for a robot that can turn on the spot."""
+        """Return the number of steps to the nearest of ``targets`` from each free region that is
+        connected to a target (only ``inside``, if given), for a robot that can turn on the spot."""
         depth = dict.fromkeys(targets, 0)
         queue = list(depth)
         for region in queue:
@@ -174,13 +174,13 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @cached_property
     def _in_area(self) -> Mapping[Region, str]:
-        """The smallest area around each region that lies in an area."""
+        """The smallest area that contains a region, for each region in an area."""
         largest_first = sorted(self.areas.items(), key=lambda item: -len(item[1]))
         return {region: name for name, regions in largest_first for region in regions}
 
     def word(self, place: Region | frozenset[Region]) -> str:
-        """Return a region in one word: its name, else its number. For a set, the areas in it and
-        its other regions: ``ward_a|dock``."""
+        """Return a region as one word: its name, else its number. For a set of regions, return the
+        areas in it and the other regions: ``ward_a|dock``."""
         if isinstance(place, int):
             return self.named.get(place, str(place))
         rest, words = place, []
@@ -191,7 +191,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         return "|".join([*words, *(self.word(region) for region in sorted(rest))])
 
     def place(self, region: Region) -> str:
-        """Return the words for a region: ``dock``, ``ward_a 40`` (in an area) or ``40``."""
+        """Return words for a region: ``dock``, ``ward_a 40`` (in an area) or ``40``."""
         area = self._in_area.get(region) if region not in self.named else None
         return f"{area} {region}" if area else self.word(region)
 
@@ -207,7 +207,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         return self.label(region) + ("" if heading is None else f" facing {heading.label}")
 
     def labels(self, target: frozenset[Region]) -> str:
-        """Return the label of a target: an area by its name, else region by region."""
+        """Return the label of a target: the name of an area, or the labels of all regions."""
         if target in self.areas.values():
             return self.word(target)
         return " or ".join(self.label(region) for region in sorted(target))
@@ -224,13 +224,13 @@ Finer cells are more expensive: k cells make up to 2^k - 1 beliefs (``safenav.sp
 
 
 def in_order(cells: Iterable[Collection[Region]]) -> Cells:
-    """Return cells in the order of their lowest regions."""
+    """Return cells sorted by the lowest region of each."""
     return tuple(sorted(map(frozenset, cells), key=min))
 
 
 def coarsened(cells: Cells, most: int, world: RegionMap) -> Cells:
-    """Return the cells with the smallest one joined to its smallest neighbour, else to the
-    smallest cell, until at most ``most`` are left. Their beliefs contain those of ``cells``."""
+    """Return at most ``most`` cells: while there are more, the smallest one is joined to its
+    smallest neighbour, else to the smallest cell. Their beliefs contain those of ``cells``."""
     found = list(cells)
     while len(found) > max(1, most):
         least = min(found, key=lambda cell: (len(cell), min(cell)))
@@ -243,7 +243,7 @@ def coarsened(cells: Cells, most: int, world: RegionMap) -> Cells:
 
 @lru_cache(maxsize=64)
 def rooms(world: RegionMap) -> Cells:
-    """Return the rooms and corridors of a map, doorways with one of the rooms that they join.
+    """Return the rooms and corridors of a map. A doorway belongs to one of the rooms that it joins.
 
     Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The rest is
     narrow. A narrow piece of at most two regions is a doorway (or a nook) and belongs to a room
@@ -269,8 +269,8 @@ def rooms(world: RegionMap) -> Cells:
 
 @lru_cache(maxsize=64)
 def tiles(world: RegionMap, height: int, width: int) -> Cells:
-    """Return tiles of ``height`` rows and ``width`` columns, laid from the north-west corner; a
-    tile that walls divide gives a cell for each connected piece."""
+    """Return tiles of ``height`` rows and ``width`` columns, laid from the north-west corner. A
+    tile that walls divide becomes a cell for each connected piece."""
     blocks: dict[tuple[int, int], set[Region]] = {}
     for region in world.free:
         row, col = world.position(region)
@@ -291,6 +291,6 @@ def pieces(regions: Collection[Region], world: RegionMap) -> list[frozenset[Regi
 def _beside(
     piece: frozenset[Region], floors: list[frozenset[Region]], world: RegionMap
 ) -> list[int]:
-    """Return the indices of the floors that a piece touches."""
+    """Return the indices of those ``floors`` that are adjacent to a piece."""
     around = {near for region in piece for near in world.neighbours(region)}
     return [index for index, floor in enumerate(floors) if floor & around]

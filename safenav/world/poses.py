@@ -51,7 +51,7 @@ class Pose(Struct, frozen=True):
 def moves(
     mobility: Mobility, pose: Pose, world: RegionMap, blocked: Collection[Region] = ()
 ) -> tuple[Pose, ...]:
-    """Return all poses after one tick: the stay first, then the steps north, east, south, west.
+    """Return all poses after one tick: staying, then the steps north, east, south, west.
 
     ``blocked`` regions are treated like walls for steps (never for staying).
     """
@@ -95,7 +95,7 @@ def region_mask(regions: Iterable[Region]) -> Mask:
 class PoseGraph:
     """The poses of one mobility on one map, and the steps between them. ``closed``: steps (pairs of
     poses) that the mobility allows but the graph omits. ``remembers``: whether its numbers
-    represent poses with the memory of formulas."""
+    represent poses together with the memory of formulas."""
 
     def __init__(
         self, world: RegionMap, mobility: Mobility, closed: frozenset[tuple[int, int]] = frozenset()
@@ -120,17 +120,17 @@ class PoseGraph:
 
     @property
     def one_way(self) -> bool:
-        """Whether a step may lack the step back."""
+        """Whether there may be a step without a step back."""
         return self.blocks > 1 or bool(self._closed)
 
     @property
     def goals(self) -> tuple[Mask, ...]:
-        """The poses in which each goal of the remembered formulas is met."""
+        """For each goal of the remembered formulas, the poses in which it is met."""
         return ()
 
     @property
     def stays(self) -> tuple[Mask, ...]:
-        """The poses in which staying meets each of these goals."""
+        """For each goal of the remembered formulas, the poses in which staying meets it."""
         return ()
 
     @cached_property
@@ -139,19 +139,19 @@ class PoseGraph:
         return self.poses_on(self.free_regions)
 
     def poses_on(self, regions: Mask) -> Mask:
-        """Return all poses in a set of regions."""
+        """Return all poses whose region is in a set (a mask)."""
         return sum(regions << block * self.size for block in range(self.blocks))
 
     def on(self, regions: Iterable[Region]) -> Mask:
-        """Return all poses in some regions."""
+        """Return all poses whose region is one of these."""
         return self.poses_on(region_mask(regions))
 
     def outside(self, regions: Iterable[Region]) -> Mask:
-        """Return all poses on free regions except in some regions."""
+        """Return all poses on free regions other than these."""
         return self.everywhere & ~self.on(regions)
 
     def on_each(self, targets: Iterable[Iterable[Region]]) -> tuple[Mask, ...]:
-        """Return for each target its poses."""
+        """Return for each target the poses in its regions."""
         return tuple(map(self.on, targets))
 
     def poses(self, mask: Mask) -> frozenset[Pose]:
@@ -160,8 +160,8 @@ class PoseGraph:
 
     @cached_method
     def left_only(self, pose: int, behind: Region | None = None) -> PoseGraph:
-        """Return this graph without the steps into ``pose``, and with those from it only into the
-        region ``behind`` (None: into any)."""
+        """Return this graph without steps into ``pose``, and without steps from it into other
+        regions than ``behind`` (None: with all of them)."""
         shut = {(former, pose) for former in bits(self.backward(1 << pose))}
         if behind is not None:
             shut |= {(pose, to) for to in self.steps(pose) if to % self.size != behind}
@@ -181,17 +181,17 @@ class PoseGraph:
         return int(pose.heading) * self.size + pose.region
 
     def memory(self, number: int) -> Mapping[str, int]:
-        """Return the memory of the formulas about steps at a number."""
+        """Return the memory of the formulas about steps that a pose's number contains."""
         del number
         return {}
 
     def moved(self, number: int, pose: Pose) -> int:
-        """Return the new number of a robot at ``number`` that is put into another pose."""
+        """Return the number of a robot at ``number`` after a person has put it into ``pose``."""
         del number
         return self.number(pose)
 
     def strayed(self, number: int, pose: Pose) -> int:
-        """Return the new number of a robot whose step from ``number`` has ended in another pose."""
+        """Return the number of a robot whose step from ``number`` ends in ``pose`` instead."""
         return self.moved(number, pose)
 
     def pose(self, number: int) -> Pose:
@@ -200,8 +200,8 @@ class PoseGraph:
 
     @cached_method
     def steps(self, pose: int) -> tuple[int, ...]:
-        """Return the poses one step away from a pose (north, east, south, west), without the
-        stay."""
+        """Return the poses one step away from a pose, in the order north, east, south, west,
+        without the stay."""
         after = []
         facing, region = divmod(pose, self.size)
         for heading in Heading:
@@ -235,24 +235,24 @@ class PoseGraph:
 
     @cached_method
     def closure(self, start: Mask, allowed: Mask) -> Mask:
-        """Return the poses reachable from ``start`` through ``allowed`` poses; ``start`` itself
-        always."""
+        """Return the poses reachable from ``start`` through ``allowed`` poses. ``start`` itself is
+        always included."""
         return self._grown(self.forward, start, allowed, back=False)
 
     @cached_method
     def back(self, goal: Mask, allowed: Mask) -> Mask:
-        """Return the poses from which ``goal`` can be reached through ``allowed`` poses; ``goal``
-        itself always."""
+        """Return the poses from which ``goal`` can be reached through ``allowed`` poses. ``goal``
+        itself is always included."""
         return self._grown(self.backward, goal, allowed, back=True)
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
-        """Return the poses reachable from ``pose`` and from which ``pose`` is reachable."""
+        """Return the poses reachable from ``pose`` that also have a path to ``pose``."""
         return self.back(pose, self.closure(pose, allowed))  # a path back never leaves this set
 
     @cached_method
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
-        """Return the greatest set of ``allowed`` poses from which every target can be reached
-        inside the set, forever."""
+        """Return the greatest set of ``allowed`` poses from which a robot can visit every target
+        infinitely often without leaving the set."""
         found = allowed
         while True:
             before = found
@@ -262,8 +262,8 @@ class PoseGraph:
                 return found
 
     def where_met(self, meets: Callable[[int, int], bool]) -> Mask:
-        """Return the poses in which a goal about steps is met: by staying there, or by a step into
-        the pose if staying meets it at neither end of the step."""
+        """Return the poses in which a goal about steps is met: staying there meets it, or a step
+        into the pose does, although staying at either end of the step does not."""
         poses = list(bits(self.everywhere))
         staying = {pose for pose in poses if meets(pose, pose)}
         entered = {
@@ -276,7 +276,7 @@ class PoseGraph:
         return sum(1 << pose for pose in staying | entered)
 
     def steps_through(self, start: Mask, goals: Sequence[Mask], allowed: Mask) -> int:
-        """Return the steps of a shortest path through one pose of each goal in turn; FAR: none."""
+        """Return the steps of a shortest path that visits each goal in turn; FAR without a path."""
         waves, seen, count = [start, *(0 for _ in goals)], [0] * (len(goals) + 1), 0
         while any(waves):
             for k, goal in enumerate(goals):
@@ -288,7 +288,7 @@ class PoseGraph:
         return FAR
 
     def nearest(self, start: int, goal: Mask, allowed: Mask) -> Mask:
-        """Return the part of ``goal`` in one of its nearest regions; without a path, all of it."""
+        """Return the poses of ``goal`` in one of its nearest regions; all, if there is no path."""
         found = frontier = 1 << start
         while frontier and not frontier & goal:
             frontier = self.forward(frontier) & (allowed | goal) & ~found
@@ -298,7 +298,7 @@ class PoseGraph:
 
     @cached_method
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:
-        """Return for each pose the steps to the nearest pose of ``goal``, FAR without a path."""
+        """Return for each pose the steps to the nearest pose of ``goal``; FAR without a path."""
         field = [FAR] * (self.size * self.blocks)
         found = frontier = goal
         count = 0
@@ -325,7 +325,7 @@ class PoseGraph:
         return self._joined(_turned([self._shift(regions, (h + 2) % 4) for h, regions in after]))
 
     def _facing(self, poses: Mask) -> list[Mask]:
-        """Return the regions of a set of poses by heading (see ``_joined`` for the inverse)."""
+        """Return the regions of the poses with each heading, by heading (inverse: ``_joined``)."""
         return [poses >> heading * self.size & self._full for heading in range(4)]
 
     def _joined(self, regions: list[Mask]) -> Mask:
@@ -335,7 +335,7 @@ class PoseGraph:
     def _grown(
         self, step: Callable[[Mask], Mask], start: Mask, allowed: Mask, *, back: bool
     ) -> Mask:
-        """Return the least set with ``start`` that no ``step`` into ``allowed`` poses leaves."""
+        """Return the least set with ``start`` that steps into ``allowed`` poses do not leave."""
         found = frontier = start
         while frontier:
             frontier = step(frontier) & allowed & ~found
@@ -345,8 +345,8 @@ class PoseGraph:
         return found
 
     def _straight(self, poses: Mask, allowed: Mask, back: bool) -> Mask:
-        """Add the ``allowed`` poses that straight paths connect with ``poses`` (``back``: in
-        reverse), in passes that each double the length: up to 2, 4, 8, ..."""
+        """Return ``poses`` and the ``allowed`` poses that straight paths from them reach (``back``:
+        that reach them), in passes that each double the length: up to 2, 4, 8, ..."""
         found = 0
         for heading in range(4):
             block = heading * self.size if self.blocks > 1 else 0
@@ -377,7 +377,7 @@ class PoseGraph:
 
 
 def _turned(facing: list[Mask]) -> list[Mask]:
-    """Return the sets by heading, each with those that a quarter turn leads to it."""
+    """Return for each heading the regions with this heading or one a quarter turn from it."""
     north, east, south, west = facing
     return [west | north | east, north | east | south, east | south | west, south | west | north]
 

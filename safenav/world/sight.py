@@ -32,8 +32,8 @@ Offset = tuple[int, int]
 
 
 class Visibility:
-    """Visible regions of each region. ``radius``: a number of regions, at least 1; None: unlimited.
-    ``closed``: regions whose obstacle blocks the view."""
+    """The regions visible from each region. ``radius``: a number of regions, at least 1; None:
+    unlimited. ``closed``: regions whose obstacle blocks the view."""
 
     def __init__(
         self, world: RegionMap, radius: float | None, closed: frozenset[Region] = frozenset()
@@ -46,7 +46,7 @@ class Visibility:
 
     @cached_method
     def mask(self, source: Region) -> Mask:
-        """Return all regions visible from ``source``, itself included; none from a wall."""
+        """Return all regions visible from ``source``, which is one of them; none from a wall."""
         world, width = self.world, self._width
         row, col = world.position(source)
         here = row * width + col
@@ -67,8 +67,8 @@ class Visibility:
 
     @cached_property
     def _lines(self) -> dict[int, list[str]]:
-        """The regions of the padded map from which the line of sight is free, by number of rows to
-        the south within the radius, then by offset sideways within it (from west to east). As text,
+        """For each number of rows to the south, and each sideways offset from west to east, the
+        regions of the padded map whose line of sight over this offset is free. They are a text
         whose character ``i`` is 1 if bit ``i`` is set."""
         world = self.world
         free = self._padded(world.free)
@@ -85,7 +85,7 @@ class Visibility:
         return lines
 
     def _obstructed(self, opaque: int, rows: int, cols: int) -> int:
-        """Return the regions from which something blocks the line of that offset."""
+        """Return the regions whose line of sight over this offset is obstructed."""
         through, corners = crossed(rows, cols)
         found = 0
         for square in through:
@@ -95,7 +95,7 @@ class Visibility:
         return found
 
     def _moved(self, regions: int, offset: Offset) -> int:
-        """Return the regions from which ``offset`` leads into ``regions``."""
+        """Return the regions that this offset moves into ``regions``."""
         shift = offset[0] * self._width + offset[1]
         return regions >> shift if shift >= 0 else regions << -shift
 
@@ -110,9 +110,9 @@ visible_from = lru_cache(maxsize=64)(Visibility)
 
 @cache
 def crossed(rows: int, cols: int) -> tuple[tuple[Offset, ...], tuple[tuple[Offset, Offset], ...]]:
-    """Return the squares that the segment from the centre of (0, 0) to that of (rows, cols), rows
-    not negative, passes through (interiors, ends excluded), and for each corner that it hits
-    exactly the two squares beside it.
+    """Return two tuples for the segment from the centre of (0, 0) to that of (rows, cols), rows not
+    negative: the squares whose interior it passes through, without the ends; and for each corner
+    that it hits exactly, the two squares beside that corner.
 
     The segment leaves the j-th column at the fraction (2j + 1) / (2 |cols|) of its length, and row
     i at (2i + 1) / (2 rows); compared without division.

@@ -81,7 +81,7 @@ class Dimensions(Struct, frozen=True):
 
 
 def body_of(robot: Robot, bit: int) -> Dimensions:
-    """Return the dimensions of a robot, from its model's motion, with its contact ``bit``."""
+    """Return the dimensions of a robot of this model, whose body has the contact ``bit``."""
     model = robot.model
     flies = model.figures is not None and model.figures.kind == "flyer"
     numbers = model.figures.values if model.figures is not None else {}
@@ -98,8 +98,8 @@ def body_of(robot: Robot, bit: int) -> Dimensions:
 
 
 class Handling(Struct):
-    """The action with this ``number``, under way on ``obstacle`` (None: nothing to act on);
-    ``until``: earliest end of the action, in seconds."""
+    """The action with this ``number``, which a robot performs on ``obstacle`` (None: there is
+    nothing to act on) at least ``until`` this time, in seconds."""
 
     action: str
     number: int
@@ -108,8 +108,8 @@ class Handling(Struct):
 
 
 class SimulatedBody(Struct):
-    """One robot. ``reference``: its tracked reference; ``goal``: its present goal, if any;
-    ``acts``: its present action, if any; ``ended``: the ends of both that are not reported yet."""
+    """One robot. ``reference``: the reference that it tracks; ``goal``, ``acts``: its present goal
+    and action, if any; ``ended``: unreported messages about the ends of goals and actions."""
 
     kind: Dimensions
     dofs: tuple[int, ...]
@@ -120,8 +120,8 @@ class SimulatedBody(Struct):
 
 
 class Physics:
-    """A world in MuJoCo; robots start in the centre of their region. ``begun``: the run that it
-    continues, at its time."""
+    """A world in MuJoCo in which robots start in the centre of their region. ``begun``: the run
+    that the world continues, from that run's time on."""
 
     def __init__(
         self,
@@ -156,7 +156,7 @@ class Physics:
         mujoco.mj_forward(self._model, self._data)
 
     def _placed(self, kind: Dimensions, at: tuple[float, float, float]) -> SimulatedBody:
-        """Return the body of a robot, at rest at x, y and yaw."""
+        """Place the body of a robot at x, y and yaw, at rest."""
         joints = [self._model.joint(f"{kind.name}.{axis}") for axis in "xya"]
         dofs = tuple(int(joint.dofadr[0]) for joint in joints)
         for dof, value in zip(dofs, at, strict=True):
@@ -170,7 +170,7 @@ class Physics:
     # Robots
 
     def _track(self, body: SimulatedBody) -> None:
-        """Track the reference: its acceleration, and corrections, within limits."""
+        """Accelerate a robot as its reference does, with corrections, within limits."""
         at, row = self._at(body), body.reference.at(self.now).tolist()
         speeds, kind = [*map(self._velocity, body.dofs)], body.kind
         for axis in (0, 1):
@@ -186,7 +186,7 @@ class Physics:
         self._force[body.dofs[2]] = inertia * max(-TORQUE, min(TORQUE, spin))
 
     def _at(self, body: SimulatedBody) -> tuple[float, float, float]:
-        """Return x, y and yaw; joint positions are relative to the origin of the world."""
+        """Return x, y and yaw of a robot's body in the world."""
         x, y, yaw = map(self._coordinate, body.dofs)
         return x, y, yaw
 
@@ -201,8 +201,8 @@ class Physics:
     # Commands
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Replace the goal of a robot by a straight reference, from rest to rest, at the robot's
-        speed on average."""
+        """Give a robot a new goal, to which a straight reference leads: from rest to rest, at the
+        robot's speed on average."""
         body = self._bodies[robot]
         start, kind = self._at(body), body.kind
         yaw = start[2] if goal.yaw is None else start[2] + turned(goal.yaw - start[2])
@@ -212,8 +212,8 @@ class Physics:
         body.goal = goal
 
     def follow(self, robot: str, reference: Setpoints) -> None:
-        """Let a robot track a reference, on the clock of the simulation, from now on. During an
-        action its own controller moves it."""
+        """From now on, let a robot track a reference, whose times are on the clock of the
+        simulation. During an action of the robot, the simulation moves it."""
         body = self._bodies[robot]
         if body.acts is None:
             body.reference = reference
@@ -241,7 +241,7 @@ class Physics:
             self.standing.setdefault(obstacle.name, LabObstacle(obstacle, obstacle.name))
 
     def told(self, robot: str) -> tuple[transport.Located, list[transport.Message]]:
-        """Return a robot's odometry, and each end of a goal or an action once."""
+        """Return a robot's odometry, and the ends of goals and actions not returned before."""
         body = self._bodies[robot]
         ended, body.ended = body.ended, []
         return transport.Located(robot, self.now, *self._at(body)), ended
@@ -263,8 +263,8 @@ class Physics:
         return self.now, found
 
     def noticed(self, name: str, *, bodies: bool = False) -> dict[Region, str | None]:
-        """Return the adjacent regions with the name of the obstacle that the robot sees there: an
-        uncertain region or, with ``bodies``, any obstacle (None: it sees none)."""
+        """Return the adjacent regions, each with the name of the obstacle that the robot sees
+        there: an uncertain region or, with ``bodies``, any obstacle (None: it sees none)."""
         here = self._here(self._bodies[name])
         near = () if here is None else self._places.world.neighbours(here)
         found: dict[Region, str | None] = dict.fromkeys(near)
@@ -291,7 +291,7 @@ class Physics:
             self._judge(body)
 
     def _judge(self, body: SimulatedBody) -> None:
-        """End a goal that the robot has reached or that is overdue; end an action."""
+        """End a goal that is reached or overdue, and an action whose time has passed."""
         act, goal = body.acts, body.goal
         if goal is not None:
             x, y, yaw = self._at(body)
@@ -320,8 +320,8 @@ class Physics:
     # Obstacles
 
     def _show(self, one: LabObstacle) -> None:
-        """Put the box of an obstacle at its place, with the contact bits of the robots that must
-        not enter its region now; or below the floor, if the obstacle is not present."""
+        """Move the box of an obstacle into its region, with the contact bits of the robots that
+        must not enter this region now; if the obstacle is not present, move it below the floor."""
         if one.geom is None:
             return
         stage = self._progress.need(one.obstacle)
@@ -331,8 +331,8 @@ class Physics:
         self._model.geom_pos[one.geom.id][2] = TALL / 2 if there else BELOW
 
     def _change(self, now: float) -> None:
-        """Let obstacles appear and disappear at their times. None with a body appears in a region
-        that a robot occupies or is in transit to."""
+        """Let obstacles appear and disappear at their times. One with a body does not appear in a
+        region that a robot occupies or to which it is in transit."""
         for one in [*self.standing.values()]:
             if one.obstacle.goes is not None and one.obstacle.goes <= now:
                 self._remove(one)
@@ -357,8 +357,8 @@ class Physics:
 
     def _reached(self, here: Region, action: str) -> LabObstacle | None:
         """Return the obstacle on which a robot acts: one whose next need can be fulfilled from its
-        region, else one in or beside its region with a need of this action that is not next, or
-        cannot be fulfilled from there; None if there is none."""
+        region by this action, else one in or beside its region with a need of this action; None if
+        there is none."""
         world, beside = self._places.world, None
         near = {here, *world.neighbours(here)}
         for one in self.standing.values():
@@ -377,8 +377,8 @@ class Physics:
         return one.obstacle.needs[self._progress.need(one.obstacle)]
 
     def _worked(self, body: SimulatedBody, act: Handling) -> None:
-        """End the work of a robot: it does its part of a need, alone or with the robots that have
-        already worked."""
+        """End the work of a robot: it does its part of the obstacle's next need, alone or with the
+        robots that have also finished their work."""
         one = act.obstacle
         if one is None or self.standing.get(one.obstacle.name) is not one:
             self._answer(ActResult.NOTHING, body.kind.name)
@@ -406,7 +406,7 @@ class Physics:
             self._show(one)
 
     def _answer(self, result: ActResult, *team: str) -> None:
-        """End the actions of robots."""
+        """End the present actions of these robots with this result."""
         for name in team:
             body = self._bodies[name]
             assert body.acts is not None
@@ -453,7 +453,7 @@ def _model_text(
 
 
 def _box(places: Places, region: Region, name: str, share: float) -> str:
-    """Return a box in a region, whose half-widths are a share of the region's side."""
+    """Return a box in a region. ``share``: its half-widths as a share of the region's side."""
     x, y = places.centre(region)
     half = share * places.frame.resolution
     return (
@@ -464,7 +464,7 @@ def _box(places: Places, region: Region, name: str, share: float) -> str:
 
 
 def _robot(body: Dimensions, beside: int) -> str:
-    """Return a robot. ``beside``: the contact bits of all robots of its layer."""
+    """Return the text of a robot. ``beside``: the contact bits of all robots of its layer."""
     half = max(HEIGHT / 2 - body.radius, 0.01)
     shape, z = f'type="capsule" size="{body.radius} {half}"', half + body.radius
     if body.height:

@@ -22,9 +22,9 @@ LOOKS = 5
 
 
 class SimulationTransport:
-    """A fleet in MuJoCo. Only ``step`` advances time, at most ``pace`` times as fast as real time:
-    time stands still while the run computes, so a drive does not depend on the machine's speed.
-    ``begun``: the run that the drive continues."""
+    """A fleet in MuJoCo. Only ``step`` advances time, at most ``pace`` times as fast as real time,
+    and not while the run computes, so a drive does not depend on the machine's speed. ``begun``:
+    the run that the drive continues."""
 
     def __init__(
         self, scenario: Scenario, fleet: FleetFile, begun: Resumption | None = None
@@ -61,10 +61,10 @@ class SimulationTransport:
         self.physics.perform(robot, due if due in actions else actions[0], number)
 
     def close(self) -> None:
-        """Stop all robots: the simulation does not advance from now on."""
+        """Stop all robots: from now on, ``step`` does not advance the simulation."""
 
     def step(self) -> None:
-        """Advance to the next odometry, and post the robots' messages."""
+        """Advance to the time of the next odometry, and post the robots' messages."""
         ahead = self._due - time.monotonic()
         if ahead > 0:  # a sleep of zero seconds can yield the processor for some milliseconds
             time.sleep(ahead)
@@ -89,7 +89,7 @@ class SimulationTransport:
             self._post(transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
 
     def _report(self, name: str) -> None:
-        """Report obstacles beside a robot; without a lidar, also those that have left."""
+        """Report obstacles beside a robot; without a lidar, also those that have disappeared."""
         station = self._stations[name]
         sees = station.report is not None and station.scan is None
         found, before = self.physics.noticed(name, bodies=sees), self._beside.get(name, {})

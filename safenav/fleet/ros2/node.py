@@ -114,7 +114,7 @@ _CONFIGURATION = (
 
 def configuration(interface: str, peers: tuple[str, ...]) -> str:
     """Return the configuration of cyclonedds: one interface, and unicast discovery of the named
-    peers; multicast is used only without peers."""
+    peers. Multicast is used only if there are no peers."""
     listed = "".join(f'<Peer address="{escape(peer)}"/>' for peer in peers)
     return _CONFIGURATION.format(
         interface=escape(interface), multicast="false" if peers else "spdp", peers=listed
@@ -177,7 +177,7 @@ class Taking(Listener):
 
 
 class Participant:
-    """A participant of one domain. Close it to end all callbacks."""
+    """A participant of one domain. Call ``close`` to end all callbacks."""
 
     def __init__(self, domain: int, interface: str, peers: tuple[str, ...]) -> None:
         self._domain: Any = _joined(domain, interface, peers)

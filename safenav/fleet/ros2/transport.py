@@ -1,7 +1,7 @@
 """Robots with ROS 2 under rmw_cyclonedds: Nav2's NavigateToPose, odometry, scans, reports.
 
-For a robot of namespace ``/digit``: the action ``/digit/navigate_to_pose``, the topics
-``/digit/odom``, ``/digit/scan`` and the report topic, and a ``std_srvs/Trigger`` for each action.
+A robot of namespace ``/digit`` has the action ``/digit/navigate_to_pose``, the topics
+``/digit/odom`` and ``/digit/scan``, the report topic, and a ``std_srvs/Trigger`` for each action.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def located(robot: str, stamp: float, odometry: Any) -> Located | None:
 
 
 def _planar(place: Any, turn: Any) -> tuple[float, float, float]:
-    """Return x, y and yaw of a position and a quaternion."""
+    """Return x, y and yaw of a pose that is given as a position and a quaternion."""
     sine = 2 * (turn.w * turn.z + turn.x * turn.y)
     cosine = 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
     return float(place.x), float(place.y), atan2(sine, cosine)
@@ -112,8 +112,8 @@ class Transforms:
         """By frame: its parent, the stamp (None: static), and x, y, yaw in its parent."""
 
     def take(self, message: Any, *, static: bool) -> Located | None:
-        """Take a ``tf2_msgs/TFMessage``. Return the pose if it renews the moving transform nearest
-        to the robot, whose stamp the pose gets; else None."""
+        """Store transforms. Return the robot's pose if the ``tf2_msgs/TFMessage`` renews the moving
+        transform nearest to the robot, which has the stamp of the pose; else None."""
         fresh = set()
         for each in message.transforms:
             child, parent = each.child_frame_id.strip("/"), each.header.frame_id.strip("/")
@@ -207,7 +207,7 @@ class _Robot:
 
     @property
     def foreign(self) -> str:
-        """The middleware of its action server, if that is not Cyclone DDS."""
+        """The middleware of the robot's action server, if that is not Cyclone DDS."""
         return self._send.foreign or self._result.foreign
 
     def navigate(self, goal: GoalPoint) -> None:
@@ -347,7 +347,7 @@ class Ros2Transport:
                 yield station.path(station.report), "std_msgs/String", RELIABLE, report
 
     def _heard(self, meaning: Callable[[str, Any], Message], name: str, message: Any) -> None:
-        """Pass on a text of a robot, or the value of an input."""
+        """Pass on a text report of a robot, or the value of an input."""
         data = message.data
         self._post(meaning(name, data.strip() if isinstance(data, str) else data))
 
@@ -366,15 +366,15 @@ class Ros2Transport:
             self._post(found)
 
     def _answers(self, robot: str) -> bool:
-        """Return whether a robot's action server answers or, for a follower, its references are
-        subscribed to."""
+        """Return whether a robot's action server answers or, for a follower, whether the robot has
+        subscribed to its references."""
         reference = self._references.get(robot)
         if reference is not None:
             return bool(reference.get_matched_subscriptions())
         return self._robots[robot].connected
 
     def _send(self, robot: str, part: Setpoints) -> None:
-        """Send the next second of a reference."""
+        """Send a robot the next second of its reference."""
         header = ros.MessageHeader(_whole(ros.Time, time.time()), FRAME)
         points = [_point(k * part.step, row) for k, row in enumerate(part.rows.tolist())]
         self._references[robot].write(ros.Trajectory(header, [JOINT], points))
@@ -396,7 +396,7 @@ def _topic(name: str) -> str:
 
 
 def _whole(kind: Any, seconds: float) -> Any:
-    """Return seconds as a time or duration of ROS 2."""
+    """Return seconds as a time or a duration of ROS 2, with whole nanoseconds."""
     return kind(int(seconds), int(seconds % 1 * 1e9))
 
 

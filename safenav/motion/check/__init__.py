@@ -2,5 +2,5 @@
 its scenario.
 
 The rules use the format of the file, its mathematics (``geometry``, ``columns``) and the times of
-its trace (``timing``); nothing of the computation of motions.
+its trace (``timing``), but no code that computes motions.
 """

@@ -1,6 +1,5 @@
-"""A motion with its trace, the findings about it, and the space that bodies occupy, as samples of
-discs. Rules of space: bodies inside the regions of their steps, and distances.
-"""
+"""A motion with its trace, its findings, and the space that bodies occupy, as sampled discs. The
+rules of space: bodies stay inside the regions of their steps, and keep their distances."""
 
 from collections.abc import Hashable, Iterator, Sequence
 from functools import partial
@@ -20,8 +19,8 @@ from safenav.trace.file import Trace
 
 
 class Disc(Struct, frozen=True):
-    """A moving disc: times since the start of the motion (n), centres (n, 2), radius, and name in
-    messages."""
+    """A moving disc: times (n) in seconds since the start of the motion, centres (n, 2), radius,
+    and a name for messages."""
 
     what: str
     radius: float
@@ -61,12 +60,12 @@ class Grid(MetricFloor, frozen=True):
     """The map, and the cells beyond it."""
 
     def place(self, region: int) -> tuple[int, int]:
-        """Return the column from the west, row from the south."""
+        """Return the column (from the west) and the row (from the south) of a region."""
         row, col = divmod(region, self.cols)
         return col, self.rows - 1 - row
 
     def region(self, cell: tuple[int, int]) -> int:
-        """Return the region at a place."""
+        """Return the region in this column and row."""
         return (self.rows - 1 - cell[1]) * self.cols + cell[0]
 
     def distance(self, points: Array, cell: tuple[int, int]) -> Array:
@@ -92,8 +91,8 @@ class Grid(MetricFloor, frozen=True):
 
 class Examination:
     """A motion, its trace, and the ``findings`` so far. ``pieces``: the pieces of each robot in the
-    order of the file; ``numbers``: the numbers of each robot in the header; ``held``: the
-    reservations."""
+    order of the file; ``numbers``: the numerical parameters of each robot in the header; ``held``:
+    the reservations."""
 
     def __init__(self, motion: file.Motion, trace: Trace) -> None:
         header = motion.header
@@ -116,8 +115,8 @@ class Examination:
     def limit(
         self, robot: str, times: Array, found: Array, most: float, rule: str, words: str
     ) -> None:
-        """Report a broken rule if values at some times exceed ``most``; ``words`` describe the
-        largest one."""
+        """Report a broken rule if the largest of the ``found`` values, one for each time, exceeds
+        ``most``. ``words``: message with places for both."""
         worst = int(found.argmax())
         if found[worst] > most:
             self.wrong(float(times[worst]), robot, rule, words.format(found[worst], most))
@@ -127,13 +126,12 @@ class Examination:
         return one != other and robots[one].conflicts(robots[other])
 
     def radius(self, robot: str) -> float:
-        """Return the radius of the disc that its body fits in, in metres."""
+        """Return the radius in metres of a disc that contains the robot's body."""
         return self.numbers[robot]["size"] / 2
 
     @cached_method
     def walked(self, segment: file.Segment) -> Walked:
-        """Return the motion of a segment, or of another one of its shape: a walker has few shapes,
-        each computed once."""
+        """Return the samples of a segment. Those of a segment of the same shape are reused."""
         key = segment.robot, shape_of(segment)
         if key not in self._shapes:
             self._shapes[key] = walked(segment, self.numbers[segment.robot])
@@ -154,8 +152,8 @@ class Examination:
 
     @cached_method
     def discs(self, piece: file.Moving) -> list[Disc]:
-        """Return the discs that a piece moves: the body, and a walker's feet, on the ground and in
-        the air."""
+        """Return the discs that a piece of motion moves: first the body, then a walker's feet, on
+        the ground and in the air."""
         return [*self._made(piece)]
 
     def _made(self, piece: file.Moving) -> Iterator[Disc]:
@@ -178,7 +176,7 @@ class Examination:
                 yield Disc("swinging foot", foot, begin + moved.times.ravel(), places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
-        """Return the centres of a body (n, 2) at its motion's samples between two times."""
+        """Return those sampled centres (n, 2) of a robot's body that lie between two times."""
         found = [np.empty((0, 2))]
         for piece in self.pieces[robot]:
             if piece.t0 < end - NEAR and piece.t1 > begin + NEAR:
@@ -188,7 +186,7 @@ class Examination:
         return np.concatenate(found)
 
     def places(self, robot: str, times: Array) -> Array:
-        """Return the centre of a body (n, 2) at some times."""
+        """Return the centre of a robot's body at each of some times: (times, 2)."""
         bodies = [self.discs(piece)[0] for piece in self.pieces[robot]]
         samples = np.concatenate([body.times for body in bodies])
         centres = np.concatenate([body.centres for body in bodies])
@@ -204,8 +202,8 @@ INSTANT = 0.05
 
 
 def outside(case: Examination, disc: Disc, spans: Sequence[Holding]) -> tuple[float, str] | None:
-    """Return the time and the place, in words, at which a disc is inside a region that its robot
-    has not reserved then (``spans``); None: it never is."""
+    """Return a time at which a disc is inside a region that its robot has not reserved then
+    (``spans``), and a description of the place; None if there is no such time."""
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)
@@ -306,7 +304,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
 
 
 def _up(rows: Array) -> Array:
-    """Return the direction (n, 3) of the thrust."""
+    """Return the direction (n, 3) of the thrust in each row of a simulated flight."""
     w, x, y, z = rows[:, 6:10].T
     axis: Array = np.stack(
         [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x**2 + y**2)], axis=1

@@ -51,8 +51,8 @@ def check_order(case: Examination) -> None:
 
 
 def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding]:
-    """Yield the rules of live runs that the lines of a trace break at their times. ``serial``: the
-    lines in the trace's order, in which robots move and act after decisions."""
+    """Yield the findings about a trace by the rules of live runs, at the times of its lines.
+    ``serial``: the lines in the trace's order, in which robots move only after decisions."""
     live = timing.by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
     data = map(as_data, (live.header, *lines))
@@ -71,8 +71,8 @@ def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding
 
 
 def _steps(case: Examination, trace: Trace) -> None:
-    """Check that the pieces of each robot that cross a border are the robot's steps, in order and
-    at their times."""
+    """Check that the pieces of each robot between two regions carry out its steps in order and in
+    time."""
     steps: dict[str, list[Step]] = {name: [] for name in case.trace.robots}
     for depart, arrive in trace.steps:
         if arrive is None or arrive.at != depart.from_:
@@ -147,8 +147,8 @@ def _actions(case: Examination, trace: Trace) -> None:
 def _done(
     case: Examination, wanted: timing.TimedAction, record: records.Record, waiting: list[Action]
 ) -> Iterator[Action]:
-    """Take the lines of an action of some robots; check that each robot acts where it is, and for
-    long enough."""
+    """Yield the actions of the motion that carry out one action of the trace, and remove them from
+    those ``waiting``; check that each robot acts where it is, and for long enough."""
     assert isinstance(record, records.Part | records.Resolved)
     for robot in wanted.robots:
         mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, wanted.obstacle))
@@ -167,7 +167,7 @@ def _done(
 
 
 def _performed(case: Examination, action: Action, at: int | None) -> None:
-    """Check that an action is performed at rest, in region ``at``, on its obstacle."""
+    """Check that a robot performs an action at rest, in the region ``at``, on its obstacle."""
 
     def wrong(found: str, rule: str = "action") -> None:
         case.wrong(action.t0, action.robot, rule, found)
@@ -189,13 +189,13 @@ def _performed(case: Examination, action: Action, at: int | None) -> None:
 
 
 def _moved(path: Array) -> float:
-    """Return the maximum distance of a body from its first position."""
+    """Return the greatest distance in metres between a position of the path and the first one."""
     return float(np.hypot(*(path - path[0]).T).max()) if len(path) else 0.0
 
 
 def _past(case: Examination, at: int, action: Action) -> float:
-    """Return the distance by which a robot passes the centre of its region before it has resolved
-    an obstacle there; 0 for any other action."""
+    """Return the metres by which a robot passes the centre of its region before it has resolved an
+    obstacle there; 0 for any other action."""
     own = case.pieces[action.robot]
     entering = [p for p in own if p.to == at and p.origin != at and p.t1 <= action.t0 + NEAR]
     here = [p for p in own if p.t0 <= action.t0 + NEAR and p.t1 >= action.t0 - NEAR]
@@ -235,8 +235,8 @@ def _charges(case: Examination, trace: Trace) -> None:
 
 
 def _comes_to_rest(case: Examination, piece: Moving) -> bool:
-    """Return whether a robot only comes to rest: a walker by a step on the spot; a robot that has
-    acted short of the centre of its region by continuing to the centre."""
+    """Return whether a piece of motion only brings a robot to rest: the stop of a walker, or the
+    way to the centre of its region for a robot that has acted short of the centre."""
     path = case.body(piece.robot, piece.t0, piece.t1)
     off = np.hypot(*(path - case.grid.centre(piece.to)).T)
     if piece.primitive == "stop":

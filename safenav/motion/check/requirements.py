@@ -31,8 +31,8 @@ SATISFIED, VIOLATED, UNDECIDED = "satisfied", "violated", "undecided"
 
 
 class Judgement(Struct, frozen=True):
-    """The verdict on a requirement: its robustness at the start is between ``low`` and ``high``, up
-    to ``error``. ``advice``: the remedy for an undecided one."""
+    """The verdict on a requirement. Its robustness at the start is between ``low`` and ``high``,
+    each up to the sampling error ``error``. ``advice``: the remedy for an undecided verdict."""
 
     name: str
     formula: str
@@ -43,7 +43,7 @@ class Judgement(Struct, frozen=True):
     advice: str = ""
 
     def data(self) -> dict[str, object]:
-        """Return JSON data: None for an infinite bound."""
+        """Return the verdict as JSON data, with None for an infinite bound."""
         bounds = [value if isfinite(value) else None for value in (self.low, self.high)]
         data: dict[str, object] = {"name": self.name, "formula": self.formula}
         data |= {"verdict": self.verdict, "robustness": bounds, "error": self.error}
@@ -86,7 +86,7 @@ class MotionRecording:
         return self._motion.header.robots
 
     def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
-        """Return the values at the times, and a bound of their change per second."""
+        """Return the values of a signal at given times, and a bound of their change per second."""
         if times is not self._times:
             self._times, self._bodies = times, {}
         for robot in {*which.robots} - self._bodies.keys():
@@ -103,7 +103,7 @@ class MotionRecording:
                 return first.place["xyz".index(_AXES[name])], first.fastest
 
     def instants(self, event: Happens) -> tuple[float, ...]:
-        """Return the times of the event, in seconds of the motion."""
+        """Return the times at which an event occurs, in seconds of the motion."""
         return self._events.get((event.kind, event.obstacle), ())
 
 
@@ -111,7 +111,7 @@ _AXES = {"x": "x", "y": "y", "height": "z"}
 
 
 class _Body:
-    """The centre of a body (3, times), its speed (times), and bounds of the changes of both."""
+    """The centre (3, times) and speed (times) of a body, and bounds of the changes of both."""
 
     def __init__(self, columns: Columns, times: Array) -> None:
         self.place = np.array([columns[axis] for axis in "xyz"])
@@ -129,7 +129,7 @@ class _Body:
 
 
 def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, ...]]:
-    """Return the times of requests and resolutions, in seconds of the motion."""
+    """Return the times of each kind of event of each obstacle, in seconds of the motion."""
     found: dict[tuple[str, str], set[float]] = {}
     for record in dated(trace, paces_of(trace, motion.header)):
         if isinstance(record, Request | Resolved) and record.t is not None:
@@ -141,8 +141,8 @@ def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, 
 def judged(
     motion: Motion, trace: Trace, more: tuple[str, ...] = (), rate: float = RATE
 ) -> list[Judgement]:
-    """Return the verdict on each requirement of a trace, and on ``more`` formulas, named by their
-    text. Raises UsageError for a formula that cannot be read or evaluated."""
+    """Return the verdict on each requirement of a trace, and on each of the formulas ``more``,
+    named by its text. Raises UsageError for a formula that cannot be read or evaluated."""
     formulas = {**trace.header.scenario.requirements, **{text: text for text in more}}
     if not formulas:
         return []
@@ -151,7 +151,7 @@ def judged(
 
 
 def readable(recording: MotionRecording, text: str) -> Requirement:
-    """Return a formula over the robots of the motion. Raises UsageError if it cannot be read."""
+    """Return the formula in a text about robots of a motion. Raises UsageError for other texts."""
     try:
         formula = parse_requirement(text)
     except FormulaError as error:

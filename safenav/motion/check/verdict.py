@@ -1,4 +1,4 @@
-"""All rules of a motion, and its findings by time.
+"""All rules of a motion, and the findings about a motion by time.
 
 Contradictions between a motion file and its trace are excluded first. This module also has the
 rules of flights and of consecutive pieces: no gap, no jump, no sudden change of velocity.
@@ -31,7 +31,7 @@ from safenav.trace.file import Trace
 
 
 def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
-    """Return the motion of this trace in a file; ``name``: the file of the trace.
+    """Return the motion of a trace in the file ``path``. ``name``: the file of the trace.
 
     Raises InputError as ``read_motion``, and UsageError for the motion of another trace, or with
     impossible times.
@@ -45,8 +45,8 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
 
 
 def _gap(motion: file.Motion) -> str:
-    """Return the error for a robot whose pieces do not follow one another from the start to the end
-    of a motion; empty if there is none."""
+    """Return the error of a motion in which the pieces of some robot do not follow one another from
+    the start to the end; empty if there is no such robot."""
     for name in motion.header.robots:
         pieces = motion.of(Moving, name)
         begins = [*(piece.t0 for piece in pieces), motion.outcome.makespan]
@@ -58,8 +58,8 @@ def _gap(motion: file.Motion) -> str:
 
 
 def mismatch(motion: file.Motion, trace: Trace) -> str:
-    """Return the first contradiction between the parts of a motion, or with its trace; empty if
-    there is none."""
+    """Return the first contradiction between parts of a motion, or between the motion and its
+    trace; empty if there is none."""
     header, world = motion.header, trace.header.scenario.map
     if header.trace != trace.digest:
         return "the motion is of another trace, whose header has another sha256"
@@ -146,7 +146,7 @@ def _jumps(before: Curve | Moving, after: Curve | Moving) -> Iterator[str]:
 
 
 def _state(piece: Curve | Moving, *, last: bool) -> dict[str, tuple[float, ...]]:
-    """Return the values that must not jump at one end of a piece of motion, by name."""
+    """Return the values that must not jump at the start or end (``last``) of a piece, by name."""
     if isinstance(piece, Segment):
         return dict(_walking(piece, last=last))
     if not isinstance(piece, Curve):
@@ -177,7 +177,7 @@ def _walking(piece: Segment, *, last: bool) -> Iterator[tuple[str, tuple[float, 
 
 
 def check_joins(case: Examination, robot: str) -> None:
-    """Check that the pieces of one robot join, from the start to the makespan."""
+    """Check that the pieces of a robot follow each other from start to end of the motion."""
     pieces = case.pieces[robot]
     if not pieces:
         if case.makespan > NEAR:  # a run without duration needs no motion
@@ -216,7 +216,7 @@ def check_joins(case: Examination, robot: str) -> None:
 
 
 def joined(case: Examination, before: Moving, after: Moving) -> None:
-    """Check that a piece continues the piece before."""
+    """Check that the piece ``after`` continues the piece ``before`` in time and in space."""
 
     def wrong(found: str) -> None:
         case.wrong(before.t1, before.robot, "continuity", found)
@@ -234,12 +234,12 @@ def joined(case: Examination, before: Moving, after: Moving) -> None:
 
 
 def _place(piece: Moving, *, last: bool = False) -> tuple[float, ...]:
-    """Return x and y of the centre of a body at one end of a piece."""
+    """Return x and y of the body's centre at the start or the end (``last``) of a piece."""
     return _state(piece, last=last)["it"][:2]
 
 
 def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
-    """Return every broken rule, by time; none if the motion carries out the trace as
+    """Return the findings about broken rules, by time; none if the motion carries out the trace as
     docs/motion_file.md demands."""
     if found := mismatch(motion, trace):
         return [Finding(0.0, "", "header", found)]
@@ -258,7 +258,7 @@ def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
 
 
 def _check_paths(case: Examination) -> None:
-    """Check the rules for motions whose pieces are sound."""
+    """Check the rules of a motion in which each piece keeps its own rules."""
     for name, robot in case.trace.robots.items():
         pieces = case.pieces[name]
         check_joins(case, name)

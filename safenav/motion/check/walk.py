@@ -1,5 +1,5 @@
-"""The steps of a walker: its motion during a segment, and the rules of segments: the pendulum of
-its mass, and feet that support it."""
+"""The motion of a walker during a segment, and the rules of segments: the pendulum of the walker's
+mass, and the feet that support it."""
 
 from cmath import rect
 from collections.abc import Hashable, Iterator, Mapping
@@ -39,7 +39,7 @@ Broken = tuple[float, str, str]
 
 
 def grid(seconds: float, step: float = STEP) -> Array:
-    """Return times from 0 to the end, at most a step apart.
+    """Return times from 0 to the end, consecutive ones at most a step apart.
 
     Raises UsageError for a duration that no file of safenav has: its samples would fill the memory.
     """
@@ -63,7 +63,7 @@ class Walked(Struct, frozen=True):
     broken: list[Broken]
 
     def moved(self, segment: Segment, points: Array) -> Array:
-        """Return points (n, 2) of this segment as those of another one of its shape."""
+        """Return points (n, 2) of this segment, moved to those of another segment of its shape."""
         (here, before), (there, after) = start_frame(self.segment), start_frame(segment)
         flat = np.ascontiguousarray(points).view(complex)
         found: Array = (there + (flat - here) * (after / before)).view(np.float64)
@@ -76,8 +76,8 @@ def start_frame(segment: Segment) -> tuple[complex, complex]:
 
 
 def shape_of(segment: Segment) -> Hashable:
-    """Return all numbers of a segment in its start frame: equal for segments that differ only in
-    their place, direction and time."""
+    """Return a key of all numbers of a segment in its start frame: two segments that differ only in
+    place, direction and start time have equal keys."""
     start, ahead = start_frame(segment)
     own = transformed(segment, -start / ahead, 1 / ahead, -segment.turning[0])
     numbers = [own.t1 - own.t0, *own.turning, *own.start, *own.goal]
@@ -90,7 +90,8 @@ def shape_of(segment: Segment) -> Hashable:
 
 
 def walked(segment: Segment, limits: Limits) -> Walked:
-    """Solve the pendulum of a segment and the quintics of its feet; check the rules of segments."""
+    """Return the samples of a segment, from the pendulum of its mass and the quintics of its feet,
+    and the rules that it breaks."""
     ends = np.cumsum([phase.seconds for phase in segment.phases])
     rests = segment.start == segment.goal and not any(segment.start[2:])
     still = rests and len(segment.phases) == 1
@@ -161,8 +162,8 @@ def _support(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 
 def _double(segment: Segment, limits: Limits) -> Iterator[Broken]:
-    """Check the share of a segment during which both feet are on the ground, if it begins and ends
-    on one foot, as a walk does."""
+    """Check the share of time with both feet on the ground in a segment that begins and ends on one
+    foot, as a walk does."""
     lasting = segment.t1 - segment.t0
     ends = [
         sum(foot.down <= t + NEAR and foot.up >= t - NEAR for foot in segment.feet)
@@ -190,8 +191,8 @@ def _stance(segment: Segment, path: Mass, limits: Limits) -> Iterator[Broken]:
 
 
 def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) -> float:
-    """Return a point's distance from the span of one or two feet, each with a margin of ``sole``
-    metres ahead and aside."""
+    """Return a point's distance in metres from the area between one or two feet, each with a margin
+    of ``sole`` metres ahead and aside."""
     one, other = feet[0], feet[-1]
     across = (other.x - one.x, other.y - one.y)
     square = across[0] ** 2 + across[1] ** 2
@@ -205,7 +206,7 @@ def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) ->
 
 
 def _steps(segment: Segment, limits: Limits) -> Iterator[Broken]:
-    """Check that feet land near each other, each on its own side, and little turned."""
+    """Check that the feet land near each other, each on its own side, and turn little."""
     feet = sorted(segment.feet, key=lambda foot: foot.down)
     together = [(a, b) for a, b in combinations(feet, 2) if b.down < a.up + NEAR]
     for before, after in {*pairwise(feet), *together}:
@@ -225,7 +226,7 @@ def _steps(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 def _swings(segment: Segment, speeds: Array, limits: Limits) -> Iterator[Broken]:
     """Check that a foot in the air is not too fast, leaves and reaches the ground at rest on its
-    footholds, and is in the air at an end of the segment only if the next one continues it."""
+    footholds, and is in the air at an end of the segment only if the next segment continues it."""
     for swing, speed in zip(segment.swings, speeds.max(axis=1).tolist(), strict=True):
         if speed > limits["swing"] + NEAR:
             what = f"a foot swings at {speed:.2f} m/s, more than {limits['swing']:g}"

@@ -1,4 +1,4 @@
-"""One self-contained HTML file: style, program and run. It needs no network.
+"""A replay as one self-contained HTML file with style, program and run. It needs no network.
 
 The program is built from ``front/`` (TypeScript, Preact, esbuild) and committed, since users of
 safenav have no Node. A content security policy in the page forbids every request.
@@ -57,7 +57,7 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 
 
 def page_of(trace: Trace, source: str) -> str:
-    """Return the replay of a trace as an HTML document. ``source``: its name."""
+    """Return the replay of a trace as an HTML document. ``source``: the name of the trace."""
     run = run_of(trace)
     return document(f"{run.name}: replay", data_element("run", encoded(run, source)))
 
@@ -74,7 +74,7 @@ def framed(title: str, head: str, *scripts: str) -> str:
 
 
 def data_element(name: str, data: object) -> str:
-    """Return a script element with data that the page's program reads by this id."""
+    """Return a script element from which the page's program reads data by this id."""
     return f'<script type="application/json" id="{name}">{embedded(data)}</script>'
 
 
@@ -101,7 +101,7 @@ Sets = dict[str, int]
 
 
 def written(regions: Iterable[Region]) -> str:
-    """Return regions, ascending, as gaps and lengths of runs."""
+    """Return a set of regions, given in ascending order, as gaps and lengths of its runs."""
     numbers: list[int] = []
     end = 0
     for region in regions:
@@ -114,8 +114,8 @@ def written(regions: Iterable[Region]) -> str:
 
 
 def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
-    """Return the data of the page. ``source``: the name of the trace; ``sets``: the sets of regions
-    that pages already have."""
+    """Return a run as data of the page. ``source``: the name of the trace; ``sets``: the sets of
+    regions that pages already have."""
     ending, now = run.ending, _Rows(run, {} if sets is None else sets).since(0)
     both = zip(run.robots, now["robots"], strict=True)
     now["robots"] = [_robot(track) | rows for track, rows in both]
@@ -147,7 +147,7 @@ def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
 
 
 class _Rows:
-    """The entries of a run that grow with its ticks: changes of values as [tick, value...]."""
+    """The entries of a run that grow with its ticks: each change of a value as [tick, value...]."""
 
     def __init__(self, run: Run, sets: Sets) -> None:
         self._run, self._sets = run, sets
@@ -155,8 +155,8 @@ class _Rows:
         self._begin = 0
 
     def since(self, tick: int) -> dict[str, Any]:
-        """Return the entries from a tick on, 0: all of them. An obstacle has all its entries, or is
-        left out if none is new."""
+        """Return the entries from a tick on (0: all of them). An obstacle has all its entries, or
+        is left out if none of them is new."""
         run, self._begin = self._run, tick
         first = bisect_left(run.events, tick, key=lambda event: event.tick)
         return {
@@ -172,7 +172,7 @@ class _Rows:
     def _changes(
         self, changes: values.Changes[T], value: Callable[[T], list[Any]], whole: bool = False
     ) -> list[list[Any]]:
-        """Return ticks, each with the value that holds from then on: the last of that tick."""
+        """Return ticks, each with the value (as ``value`` writes it) that holds from then on."""
         begin = 0 if whole else self._begin
         new = changes.after(begin - 1) if begin else changes
         return [[tick, *value(held)] for tick, held in {max(0, t): v for t, v in new}.items()]
@@ -203,7 +203,7 @@ class _Rows:
         return [self._run.doing(objective), sorted(target_regions(objective)), sorted(avoid)]
 
     def _set(self, regions: Iterable[Region]) -> int:
-        """Return the number of a set of regions (ascending)."""
+        """Return the index of a set of regions (given in ascending order); add a new set."""
         return self._sets.setdefault(written(regions), len(self._sets))
 
     def _belief(self, held: values.RobotBelief | None) -> list[Any]:
@@ -281,7 +281,7 @@ class LiveRun:
 
     @property
     def time(self) -> float:
-        """The last tick, or the seconds on the clock of the run."""
+        """The time of the run so far: its last tick, or the seconds on its clock."""
         return self.run.time(self.run.last)
 
     def whole(self) -> dict[str, Any]:
@@ -289,8 +289,8 @@ class LiveRun:
         return encoded(self.run, self._source, self._sets)
 
     def news(self) -> dict[str, Any]:
-        """Return the entries since the last tick of the last call, in the form of ``whole``, which
-        replace those of pages; and the sets after the first ``known`` ones."""
+        """Return the entries since the last tick of the previous call, in the form of ``whole``, to
+        replace those of pages, and the sets of regions that the previous call did not include."""
         since, known = self._told, self._told_sets
         new = self._rows.since(since)
         self._told, self._told_sets = self.run.last, len(self._sets)

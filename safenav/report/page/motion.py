@@ -67,13 +67,13 @@ def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
 
 
 def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
-    """Return names and packed values of columns, with yaw unwrapped."""
+    """Return the names of columns and their packed values, in which yaw does not jump."""
     smooth = (np.unwrap(c) if name.endswith("yaw") else c for name, c in found.items())
     return {"columns": list(found), "data": packed(smooth)}
 
 
 def _feet(motion: records.Motion, robot: str) -> Iterator[tuple[int, ...]]:
-    """Yield the footholds: x, y and yaw (thousandths) and the landing (ms), each once."""
+    """Yield each foothold once: x, y and yaw (thousandths) and the time of landing (ms)."""
     latest: dict[int, tuple[int, int]] = {}
     for line in motion.of(records.Segment, robot):
         for foot in sorted(line.feet, key=lambda foot: foot.down):
@@ -84,8 +84,8 @@ def _feet(motion: records.Motion, robot: str) -> Iterator[tuple[int, ...]]:
 
 
 def packed(columns: Iterable[Array]) -> str:
-    """Return columns in thousandths, each as its first value and then differences: JSON, deflated,
-    in base64."""
+    """Return columns as text: thousandths, written as the first value of each column and then its
+    differences, as JSON, deflated, in base64."""
     steps = [np.diff(np.rint(1000 * each).astype(int), prepend=0).tolist() for each in columns]
     return deflated(json.dumps(steps, separators=(",", ":")).encode())
 

@@ -75,8 +75,8 @@ class Film:
         frames[0].save(path, "GIF", **more)
 
     def _frame(self, tick: int, part: float, caption: str) -> Image.Image:
-        """Return the frame of a moment: ``part`` is the elapsed fraction from ``tick`` to the next
-        one. Pictures are drawn once per tick; between two ticks, robots are placed on them."""
+        """Return the frame of a moment: a ``part`` (0 to 1) of the time from ``tick`` to the next.
+        Pictures are drawn once per tick; between two ticks, robots are placed on them."""
         (ground, zoom), at = self._ground, (tick, caption)
         if self._still is None or self._still[0] != at:
             marks = svg_of(self._run, tick, caption=caption, layers=[Layer.MARKS])
@@ -91,12 +91,12 @@ class Film:
 
     @cached_property
     def _ground(self) -> tuple[Image.Image, float]:
-        """The ground, and the pixels per unit of pictures."""
+        """The picture of the ground, and the number of pixels per unit of pictures."""
         ground = svg_of(self._run, self._ticks[0], caption="", layers=[Layer.GROUND])
         return _drawn(ground, self._width), self._width / size_of(ground)[0]
 
     def _captioned(self) -> Iterable[tuple[int, float, str, int]]:
-        """Yield the moments of the frames, with caption and duration in milliseconds."""
+        """Yield for each frame its moment (tick and part), caption and duration in milliseconds."""
         first, last = self._ticks[0], self._ticks[-1]
         milliseconds = round(1000 * PAUSE)
         caption, since, shown = "", first, first - 1
@@ -116,9 +116,9 @@ class Film:
             yield tick, part, caption, milliseconds + halt
 
     def _colours(self) -> Image.Image:
-        """Return the most frequent colours of some moments as a palette for all frames: plain
-        colours stay exact, and a frame holds only the pixels that changed. Pillow may confuse
-        colours that are nearer to each other than ``APART``."""
+        """Return a palette for all frames: the most frequent colours of some moments. Plain colours
+        stay exact, and a frame holds only the pixels that changed. Pillow may confuse colours that
+        are nearer to each other than ``APART``."""
         from PIL import Image
 
         ticks = sorted({self._ticks[0], self._ticks[-1], *self._halts})

@@ -1,4 +1,4 @@
-"""The ground of all pictures: free regions, walls, numbers, names."""
+"""The ground of all pictures: free regions, walls, numbers of regions, names."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ LEAST_NUMBERED = 28.0
 
 
 def cell_size(world: RegionMap) -> float:
-    """Return the side of one region: 48 for the maps of a paper, less for large ones."""
+    """Return the side of one region in units of the picture: 48, or less for large maps."""
     return max(14.0, min(48.0, 1150.0 / max(world.cols, world.rows * 1.4)))
 
 
 @lru_cache(maxsize=1)  # each frame of an animation needs it
 def window(world: RegionMap) -> tuple[float, float, float, float]:
-    """Return the part of a map that pictures show, in regions: its left and upper border, width and
-    height. It ends half a region beyond the free regions."""
+    """Return the part of a map that pictures show: left border, upper border, width and height, in
+    regions. It ends half a region beyond the free regions."""
     free = [world.position(region) for region in world.free] or [(0, 0)]
     rows, cols = [row for row, _ in free], [col for _, col in free]
     left, upper = max(0.0, min(cols) - 0.5), max(0.0, min(rows) - 0.5)
@@ -39,7 +39,7 @@ def window(world: RegionMap) -> tuple[float, float, float, float]:
 
 
 def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
-    """Draw regions and walls, the map's north-western corner at the origin."""
+    """Draw regions and walls. The origin is the north-western corner of the map."""
     width, height = world.cols * cell, world.rows * cell
     page.rect(0, 0, width, height, fill="#FFFFFF", stroke=WALL_LINE, stroke_width=1)
     lines = [f"M0,{number(r * cell)}H{number(width)}" for r in range(1, world.rows)]
@@ -50,7 +50,7 @@ def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
 
 
 def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
-    """Return a path of one rectangle for each run of regions in a row, which avoids seams."""
+    """Return a path with one rectangle for each run of regions in a row, which avoids seams."""
     parts, count = [], 0
     for region in sorted(regions):
         row, col = world.position(region)
@@ -65,8 +65,8 @@ def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
 def draw_numbers(
     page: SvgWriter, world: RegionMap, cell: float, names: Sequence[PlacedName]
 ) -> None:
-    """Draw the number of each free region without a name in its corner; none where the numbers of
-    neighbours would overlap."""
+    """Draw the number of each free region without a name in its corner. If numbers of neighbours
+    would overlap, draw none."""
     size = max(_LEGIBLE, cell * 0.17)
     if cell < max(LEAST_NUMBERED, text_width(f"{world.size - 1} ", size)):
         return
@@ -91,8 +91,8 @@ _GAP = 2.0
 
 
 class PlacedName(Struct, frozen=True):
-    """A name in one or two ``lines``, abbreviated if necessary, in ``regions`` of one row. ``x`` is
-    the middle of the text, ``bottom`` its lower edge."""
+    """A name in one or two ``lines``, abbreviated if necessary, in ``regions`` of one row. ``x``:
+    the middle of the text; ``bottom``: its lower edge."""
 
     text: str
     lines: tuple[str, ...]
@@ -132,7 +132,7 @@ def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
 
 
 def _longest(world: RegionMap, regions: Collection[Region]) -> range:
-    """Return the longest run of regions in a row; among equals, the one nearest to their middle."""
+    """Return the longest run of regions in a row; of several, the one nearest to the middle row."""
     runs: list[range] = [range(0)]
     for region in sorted(regions):
         joins = runs[-1].stop == region and region % world.cols
@@ -142,8 +142,8 @@ def _longest(world: RegionMap, regions: Collection[Region]) -> range:
 
 
 def _fitted(text: str, wide: float, side: float) -> tuple[tuple[str, ...], float] | None:
-    """Return a text in at most two lines that fit into a width and a region, and their size; None
-    if there is no room for three letters."""
+    """Return a text, in lines that fit into a width and a region of this side, and its size; None
+    if not even three letters fit."""
     folds = [(text[: at.end()], text[at.end() :]) for at in re.finditer("[ _-](?=.)", text)]
     short = [(f"{text[:length]}…",) for length in range(len(text) - 1, 2, -1)]
     for lines in ((text,), *folds, *short):
@@ -155,7 +155,7 @@ def _fitted(text: str, wide: float, side: float) -> tuple[tuple[str, ...], float
 
 
 def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
-    """Draw names with a light outline, so that they are also readable on marks."""
+    """Draw names with a light outline, so that they can be read on top of marks."""
     for name in names:
         for i, line in enumerate(reversed(name.lines)):
             page.text(
@@ -181,7 +181,7 @@ def draw_areas(page: SvgWriter, world: RegionMap, cell: float) -> None:
 
 
 def outline(world: RegionMap, regions: frozenset[Region], cell: float, inset: float = 0.0) -> str:
-    """Return the outer border of a set of regions, moved inwards by ``inset``."""
+    """Return the outer border of a set of regions as a path, moved inwards by ``inset``."""
 
     def has(row: int, col: int) -> bool:
         inside = 0 <= row < world.rows and 0 <= col < world.cols

@@ -69,8 +69,8 @@ def svg_of_scenario(scenario: Scenario) -> str:
 
 
 class Layout(Struct, frozen=True):
-    """Dimensions of a picture: the side of a region, the shown part of the map, the width below the
-    title, and the top of the map."""
+    """Dimensions of a picture: the side of a region, the visible part of the map, the width below
+    the title, and the top of the map."""
 
     cell: float
     left: float
@@ -153,8 +153,8 @@ def svg_of(
 
 
 def sprites(run: Run, tick: int, part: float) -> Iterator[tuple[str, float, float]]:
-    """Yield the parts that move between two ticks as pictures of their own, each with its upper
-    left corner: the words of the moment and the robots. Headings are in steps of 15 degrees."""
+    """Yield the moving parts of a picture, each as a picture with x and y of its upper left corner:
+    the words of the moment, then the robots. Headings are in steps of 15 degrees."""
     of, page = Layout.of(run), svg.SvgWriter()
     page.text(0, 14, run.stage(tick, part), 13, fill=floor.MUTED)
     yield page.document(of.inner, 20), MARGIN, of.top - 23
@@ -185,7 +185,7 @@ class _Drawing(Struct):
     names: list[floor.PlacedName]
 
     def ground(self) -> None:
-        """Draw the parts that never change."""
+        """Draw the parts of the picture that never change."""
         run, cell = self.run, self.cell
         floor.draw_floor(self.page, run.map, cell)
         floor.draw_areas(self.page, run.map, cell)
@@ -214,7 +214,7 @@ class _Drawing(Struct):
         floor.draw_names(self.page, self.names, floor.INK)
 
     def placed(self) -> Iterator[tuple[RobotTrack, float, float, float | None]]:
-        """Yield the robots with the centres of their bodies and their headings."""
+        """Yield the robots, each with the centre of its body (x, y) and its heading."""
         places = [self.run.place(track, self.tick, self.part) for track in self.run.robots]
         shifts = svg.separated([(row, col) for row, col, _ in places])
         for track, (row, col, heading), (down, right) in zip(
@@ -277,9 +277,9 @@ class _Drawing(Struct):
         self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
 
     def _targets(self) -> None:
-        """Draw a ring in the robot's colour in each of its target regions, or a line around an
-        area, with its shape; that of its next target is filled. Rings of several robots are nested,
-        and above the name of their region."""
+        """Draw each of a robot's target regions as a ring, or an area as a line around it, in the
+        robot's colour and with its shape; that of its next target is filled. Rings of several
+        robots are nested, above the name of their region."""
         world = self.run.map
         tops = {world.names[n.text]: n.top for n in self.names if not n.area}
         areas = [area for area in world.areas.values() if len(area) > 1]
@@ -314,7 +314,7 @@ class _Drawing(Struct):
                 )
 
     def robot(self, track: RobotTrack, x: float, y: float, heading: float | None) -> None:
-        """Draw a robot with its load around a point, and a sign if it is out of service."""
+        """Draw a robot around a point, with its load, and with a sign if it is out of service."""
         radius = self.radius
         if heading is not None:
             self.page.glyph(svg.GLYPHS.nose, x, y, radius * 0.92, heading, fill=floor.INK)
@@ -327,7 +327,7 @@ class _Drawing(Struct):
             self._badge(shape, x + BADGE * radius, y - BADGE * radius)
 
     def _badge(self, shape: str, x: float, y: float) -> None:
-        """Draw a glyph on a plate around a point beside a robot's body."""
+        """Draw a glyph on a plate, around a point beside the body of a robot."""
         side = 1.4 * self.radius
         corner = (x - side / 2, y - side / 2, side, side)
         self.page.rect(*corner, rx=side / 12, fill="#FFFFFF", stroke=floor.INK, stroke_width=0.8)

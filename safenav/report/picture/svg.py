@@ -42,7 +42,7 @@ def text_width(text: str, size: float, bold: bool = False) -> float:
 
 
 def wrapped(text: str, size: float, width: float, bold: bool = False) -> list[str]:
-    """Return the text in lines no wider than ``width``, broken at spaces; a longer word is cut."""
+    """Return the text in lines no wider than ``width``, broken at spaces; longer words are cut."""
     lines: list[str] = []
     for word in text.split():
         candidate = f"{lines[-1]} {word}" if lines else word
@@ -59,12 +59,12 @@ def wrapped(text: str, size: float, width: float, bold: bool = False) -> list[st
 
 
 def number(value: float) -> str:
-    """Return a number with at most two decimals, no trailing zeros."""
+    """Return the text of a number with at most two decimals and no trailing zeros."""
     return f"{value:.2f}".rstrip("0").rstrip(".") or "0"
 
 
 def polyline(*points: tuple[float, float]) -> str:
-    """Return the path of a line through points."""
+    """Return the data of an SVG path that connects points by lines."""
     return "M" + "L".join(f"{number(x)},{number(y)}" for x, y in points)
 
 
@@ -95,7 +95,7 @@ class SvgWriter:
     def text(
         self, x: float, y: float, words: str, size: float, bold: bool = False, **attributes: object
     ) -> None:
-        """Add one line of text with the baseline ``y``."""
+        """Add one line of text. ``y``: its baseline."""
         font = {"font_size": size, "font_weight": "bold" if bold else None}
         self.element("text", escape(words), **{"x": x, "y": y, **font, **attributes})
 
@@ -109,7 +109,7 @@ class SvgWriter:
         self.path(path, transform=transform, fill_rule="evenodd", **attributes)
 
     def open(self, tag: str, /, **attributes: object) -> None:
-        """Begin an element whose content follows, until it is closed."""
+        """Begin an element. Further elements are its content until it is closed."""
         self.element(tag, "", **attributes)
         self._parts[-1] = self._parts[-1].removesuffix(f"</{tag}>")
 
@@ -190,10 +190,10 @@ class Mark(Struct, frozen=True):
 
 
 class Glyphs(Struct, frozen=True):
-    """SVG paths in [-1, 1] squared, y downwards, filled by the even-odd rule; shapes repeat what
-    colours show. ``nose`` shows a heading, pointing north, outside the body; ``charger`` a region
-    where batteries are charged; ``obstacles`` are silhouettes by type,
-    ``opened`` those of doors that are resolved."""
+    """SVG paths in [-1, 1] squared, y downwards, filled by the even-odd rule; the shapes repeat the
+    meaning of colours. ``nose`` shows a heading, pointing north, outside the body; ``charger`` a
+    region where batteries are charged; ``obstacles`` are silhouettes by type, ``opened`` those of
+    resolved doors."""
 
     nose: str
     charger: str
@@ -217,8 +217,8 @@ def opened_pictogram(kind: str) -> str:
 
 
 def _found(paths: Mapping[str, str], name: str) -> str:
-    """Return the path of the longest known name that equals ``name``, or ends it after ``_`` or
-    ``-`` (``fire_door``: that of ``door``); empty if there is none."""
+    """Return the path of ``name``, or of the longest known name that follows ``_`` or ``-`` at its
+    end (``fire_door``: that of ``door``); empty if there is none."""
     plain = name.replace("-", "_")
     fits = [known for known in paths if plain == known or plain.endswith(f"_{known}")]
     return paths[max(fits, key=len)] if fits else ""

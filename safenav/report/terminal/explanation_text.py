@@ -1,5 +1,5 @@
-"""Explanations in words: of a robot without a strategy, and of a run that needed
-an operator. They claim only proven facts about a core."""
+"""Explanations, in words, of a robot without a strategy and of a run that needed an operator. They
+claim only proven facts about a core."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -33,7 +33,7 @@ _SHOWN, _ENDING = 12, 3
 
 
 def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
-    """Yield the explanation as text."""
+    """Yield the explanation of a robot without a strategy as lines of text."""
     world = scenario.map
     red = click.style("unrealizable:", fg="red", bold=True)
     yield f"{found.robot}: {red} it cannot {describe(asked_of(found.task), scenario.map.word)}"
@@ -83,7 +83,7 @@ def cause_words(found: Explanation, world: RegionMap) -> str:
 
 
 def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> str:
-    """Return one member of a core in the scenario's terms."""
+    """Return one member of a core, in the words of the scenario."""
     if member.origin.item == "map" and member.regions:
         verb = "is a wall" if len(member.regions) == 1 else "are walls"
         return f"{_regions(member.regions, world)} {verb}"
@@ -127,7 +127,7 @@ def repair_words(repair: Repair, world: RegionMap) -> str:
 
 
 def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterator[str]:
-    """Yield the losing play as text."""
+    """Yield a play that the robot loses, as lines of text."""
     robot = found.robot
     match play.ending:
         case PlayEnd.CONFINED:
@@ -159,7 +159,7 @@ def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterat
 
 
 def _rule(rule: str, found: Explanation, world: RegionMap) -> str:
-    """Return a rule in terms of the objective that the user wrote."""
+    """Return the words of a rule, with the objective replaced by the one that the user wrote."""
     stands = describe(found.task.objective)
     return rule.replace(stands, describe(asked_of(found.task), world.word))
 
@@ -171,20 +171,20 @@ def _goal_words(goal: Constraint, found: Explanation, world: RegionMap) -> str:
 
 
 def _named(formula: str, world: RegionMap) -> str:
-    """Return a formula with the names of regions, as in a scenario."""
+    """Return a formula with region numbers replaced by names of regions, as in a scenario."""
     return re.sub(r"(\bregion'?\s*!?=\s*)(\d+)\b", lambda m: m[1] + world.word(int(m[2])), formula)
 
 
 def _others(found: Explanation) -> str:
-    """Return the environment of the robot in words: the inputs of its objective, or else other
-    robots."""
+    """Return words for the environment of the robot: the inputs of its objective if it has any,
+    otherwise ``other robots``."""
     inputs = [each.name for each, _ in found.task.inputs]
     some = f"the input{'s' if len(inputs) > 1 else ''} {listed(inputs)}"
     return some if inputs else "other robots"
 
 
 def _in_order(core: Core) -> list[CoreMember]:
-    """Return the members with all walls as one, after the others."""
+    """Return the members of a core, with all walls joined to one member at the end."""
     walls = [m for m in core.members if m.origin.item == "map"]
     rest = [m for m in core.members if m.origin.item != "map"]
     if len(walls) < 2:
@@ -246,8 +246,8 @@ def core_heading(core: Core) -> str:
 
 
 def core_notes(core: Core, others: str, name: Callable[[CoreMember], str]) -> Iterator[str]:
-    """Yield notes on a core. ``others``: the players that could cooperate; ``name``: a member in
-    words."""
+    """Yield notes on a core as text. ``others``: noun for the players that could cooperate;
+    ``name`` returns the words for a member."""
     if core.together and core.all_together:
         yield f"(realizable if {others} cooperated)"
     elif core.together:
@@ -274,7 +274,7 @@ _CAUSES = {
 
 
 def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
-    """Yield the reasons as text; ``word`` names regions."""
+    """Yield the reasons for the end of a run as text. ``word`` returns names of regions."""
     result = found.result
     if result.outcome is Outcome.COMPLETED:
         good = click.style("realizable", fg="green")
@@ -307,7 +307,7 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
 
 
 def _missing_lines(missing: Sequence[Missing], word: Word) -> Iterator[str]:
-    """Yield the actions that the team lacks, and the models that have them."""
+    """Yield lines about actions that the team lacks, and the models that have these actions."""
     if missing:
         yield "  in all, this team lacks:"
     for each in missing:

@@ -1,4 +1,4 @@
-"""Lines on a terminal: tables, the progress of long work."""
+"""Tables and progress of long work, as lines on a terminal."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class StatusLine:
         self.last, self._shown = 0.0, False
 
     def show(self, text: str, seconds: float) -> None:
-        """Show the state of the work, ``seconds`` old."""
+        """Show ``text`` as the state of the work, which began ``seconds`` ago."""
         if self.live:
             width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
             click.echo(f"\r\033[K{text[: width - 1]}", nl=False, err=True)
@@ -68,7 +68,7 @@ class StatusLine:
 
 
 class WaitingLine(StatusLine):
-    """A status line of the running synthesis."""
+    """A status line that shows the progress of a synthesis while it runs."""
 
     def __call__(self, progress: SynthesisProgress) -> None:
         if progress.result is None:

@@ -27,7 +27,7 @@ _LONGEST = 160
 
 
 def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
-    """Yield the fault, the constraint that it breaks with its origin, and a shortest path to it."""
+    """Yield the fault, the violated constraint with its origin, and a shortest path to it."""
     yield from failure.lines
     if failure.path:
         yield f"shortest path, {counted(len(failure.path) - 1, 'step')}:"
@@ -44,7 +44,7 @@ def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
 
 
 def _without_the_middle(lines: Sequence[str]) -> Sequence[str]:
-    """Return the lines; of too many, the first and last, with the number of the others between."""
+    """Return lines; of too many, return the first and the last, with the number of the others."""
     half, more = _SHOWN // 2, len(lines) - _SHOWN
     return lines if more <= 0 else [*lines[:half], f"... {more} more", *lines[-half:]]
 
@@ -54,7 +54,7 @@ def _values_words(values: Values, strategy: Strategy) -> str:
 
 
 def line_explanation_lines(found: LineExplanation, file: str) -> Iterator[str]:
-    """Yield the explanation as text, without the verdict."""
+    """Yield the explanation of an unrealizable specification as text, without the verdict."""
     yield core_heading(found.core)
     yield from (f"  - {line_words(c, file)}" for c in found.core.constraints)
     for note in core_notes(found.core, "the environment", lambda m: _place(m.constraints[0], file)):
@@ -128,8 +128,8 @@ _LEFT_OUT = (Scenario, Strategy, Task)
 
 
 def data_of(value: Any) -> Any:
-    """Return results as data for machines: the fields of their classes, without the scenario, the
-    task and strategies, and obstacles by name."""
+    """Return results as JSON data: the fields of their classes, but an obstacle as its name, and
+    without the scenario, the task and strategies."""
     if isinstance(value, Obstacle):
         return value.name
     if isinstance(value, Struct):

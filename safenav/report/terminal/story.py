@@ -1,9 +1,8 @@
-"""The run as a story on the terminal: discoveries, helpers and cost.
+"""A run as a story on the terminal: discoveries, helpers and cost.
 
 A listener of the mission's lines that prints the events of their run, after a map of its start. The
-map is text, two characters per region:
-robots as labels, obstacles as blocks. Two robots above each other (one flies) share the two
-characters.
+map is text with two characters per region: robots as labels, obstacles as blocks. Two robots above
+each other (one flies) share the two characters.
 """
 
 import re
@@ -37,7 +36,7 @@ _NAME = re.compile(r"(?<![\w@])[\w-]+(?:@[\w|#-]+)?")
 
 
 class Story:
-    """Listener that prints a run, line by line by ``echo``."""
+    """Listener that prints a run, line by line, with ``echo``."""
 
     def __init__(self, scenario: Scenario, echo: Echo = click.echo, maps: bool = True) -> None:
         self._write, self._maps = echo, maps
@@ -93,7 +92,7 @@ class Story:
             self._changed(event)
 
     def _changed(self, event: Event) -> None:
-        """Print that rounds restart, if an event resolves an obstacle and progress was lost."""
+        """Print that rounds restart if an event resolves an obstacle and progress is lost."""
         status = self._run.hidden[event.obstacle].status.now if event.obstacle else None
         over = event.kind is StoryKind.RESOLVED and status in _OVER
         if over and self._in_rounds and self._run.restarts_rounds(event.obstacle or ""):
@@ -143,7 +142,7 @@ class Story:
         self._write(self._painted(line))
 
     def _painted(self, line: str) -> str:
-        """Return a line with its robots in their colours, and its obstacles in bold letters."""
+        """Return a line with robots' names in their colours, and obstacles' names in bold."""
         return _NAME.sub(lambda name: self._styled(name[0]), line)
 
     def _styled(self, name: str) -> str:
@@ -162,8 +161,8 @@ WALL, FREE, TARGET, CLOSED = "██", " ·", " o", "▒▒"
 
 
 def signs_of(robots: Iterable[RobotTrack]) -> dict[Region, str]:
-    """Return the two characters of robots at their present poses: a label, with the heading if the
-    label has one character; for several robots in one region, the last characters of two labels."""
+    """Return for each occupied region two characters: a robot's label, with its heading if the
+    label has one character; for several robots, the last characters of two labels."""
     found: dict[Region, list[RobotTrack]] = {}
     for track in robots:
         found.setdefault(track.pose[0], []).append(track)

@@ -39,8 +39,8 @@ def built_in() -> Catalogue:
 
 
 def read_catalogue_file(path: Path, reading: Reading, named_at: Node | None = None) -> None:
-    """Add the catalogue in a file to that of ``reading``. ``named_at``: the place at which the file
-    of ``reading`` names this one; None if they are the same."""
+    """Add the catalogue in a file to that of ``reading``. ``named_at``: the place at which another
+    file, which ``reading`` reads, names this one; None if ``reading`` reads this file."""
     inside = reading if named_at is None else reading.beside(str(path), named_at)
     text = read_source(path, reading, named_at)
     root = None if text is None else parsed(text, inside, "catalogue")
@@ -52,7 +52,7 @@ def read_catalogue_file(path: Path, reading: Reading, named_at: Node | None = No
 
 
 def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading) -> None:
-    """Add the entries of a catalogue (None after a reported error) to that of ``reading``."""
+    """Add a catalogue's entries to that of ``reading``. ``item``: None after a reported error."""
     base = reading.catalogue
     if item is None:
         reading.broken.add("*")
@@ -67,8 +67,8 @@ def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading) -> 
 def _completed(
     base: Mapping[str, T], own: Mapping[str, T | None], listed: Node | None, reading: Reading
 ) -> dict[str, T]:
-    """Return the entries of a catalogue: those of ``base``, replaced by its ``own`` ones. A name
-    whose own entry was reported has no entry, rather than the one of ``base``."""
+    """Return the entries of ``base`` with those replaced that are in ``own``. A name whose own
+    entry was reported has no entry, rather than the one of ``base``."""
     every = {key.text: own.get(key.text) for key, _ in entries_of(listed)}
     reading.broken |= {name for name, each in every.items() if each is None}
     return {name: each for name, each in {**base, **every}.items() if each is not None}
@@ -88,7 +88,7 @@ def _type(
 
 
 def _needs(item: language.TypeKeys, reading: Reading) -> tuple[Need, ...]:
-    """Return the needs in order, each ``same`` one with the number of robots before it."""
+    """Return the needs in order. A ``same`` need has the number of robots of the previous one."""
     if item.action is not None:
         return (Need(item.action, at=item.resolve_at),)
     found: list[Need] = []

@@ -1,5 +1,5 @@
-"""Events of a run: hidden ``obstacles``, ``orders``, ``changes`` for robots, ``inputs``; and its
-expected result: ``expect``, and ``requirements``, formulas of signal temporal logic."""
+"""Events of a run: hidden ``obstacles``, ``orders``, ``changes`` for robots, ``inputs``; and the
+expected result of the run: ``expect``, and ``requirements``, formulas of signal temporal logic."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -80,7 +80,7 @@ def resolve_orders(
 
 
 def _truth(item: language.ObstacleKeys, kind: ObstacleType | None, reading: Reading) -> bool | None:
-    """Return the truth of an obstacle: traversable by default; None for a type without a truth."""
+    """Return whether an obstacle's region is traversable, by default True; None without a truth."""
     if kind is not None and kind.has_truth:
         return item.traversable is not False
     if kind is not None and item.at("traversable") is not None:
@@ -102,7 +102,7 @@ def read_changes(node: Node | None, reading: Reading) -> tuple[RobotChange, ...]
 def resolve_changes(
     items: Sequence[language.ChangeKeys], reading: Reading
 ) -> tuple[RobotChange, ...]:
-    """Return the readable changes by tick, those of one tick in the order of the file."""
+    """Return the readable changes by tick. Those of one tick are in the order of the file."""
     found = [_change(item, reading) for item in items]
     return tuple(sorted((c for c in found if c is not None), key=lambda change: change.at))
 
@@ -168,7 +168,7 @@ def _entries(given: values.Requirements | None) -> Iterator[tuple[Scalar | None,
 
 
 def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
-    """Return the text with the regions in its events as numbers."""
+    """Return a formula as text in which the events name regions by numbers."""
     # Imported here: few scenarios have requirements.
     from safenav.stl.syntax import Happens, RobotSignal, nodes, parse_requirement
 

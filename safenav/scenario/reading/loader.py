@@ -51,9 +51,9 @@ def load_scenario_text(
     reachable: bool = True,
     reach: Path | None = None,
 ) -> model.Scenario:
-    """Return the scenario in a text. ``file`` is named in messages and as the scenario's source; a
-    catalogue file is searched beside it. ``change`` is applied to the document first. ``reach``:
-    the folder whose files it may name; None: any.
+    """Return the scenario in a text. ``file``: name of the text in messages and as the scenario's
+    source; a catalogue file is searched beside it. ``change`` is applied to the document first.
+    ``reach``: the folder whose files the text may name; None: any.
 
     Raises InputError.
     """
@@ -71,8 +71,8 @@ def load_draft(
     *,
     reachable: bool = True,
 ) -> Reading:
-    """Return the readable parts of a text that is still being edited, and its diagnostics; the
-    scenario only if there are none. Raises nothing."""
+    """Return the readable parts of a text that is still being edited, and its diagnostics. It has a
+    scenario only if there are no diagnostics. Raises nothing."""
     reading = Reading(file, reach, reachable=reachable)
     reading.catalogue = catalogue.built_in()
     root = parsed(text, reading)
@@ -110,7 +110,7 @@ STAGES: Stages = {
 
 
 def _scenario(root: Node, reading: Reading) -> model.Scenario | None:
-    """Return the scenario, which is valid only if nothing was reported."""
+    """Return the scenario in a document, which is valid only if no error was reported."""
     reading.named = tuple(key.text for key, _ in entries_of(below(root, "robots")))
     item: language.ScenarioKeys | None = read(
         language.ScenarioKeys, root, "the scenario", reading, stages=STAGES
@@ -151,8 +151,8 @@ def _scenario(root: Node, reading: Reading) -> model.Scenario | None:
 
 
 def conflicts(scenario: model.Scenario) -> tuple[Diagnostic, ...]:
-    """Return the errors, without places in a file, of a scenario that was changed after it was
-    read; among them robots with a battery that reach no charger."""
+    """Return the errors of a scenario that was changed after it was read, such as a robot with a
+    battery that reaches no charger. They have no places in a file."""
     findings = Findings(scenario.source)
     check_combinations(scenario, None, findings)
     for robot in scenario.robots:
@@ -173,8 +173,8 @@ def check_assignable(
     node: Node | None,
     findings: Findings,
 ) -> None:
-    """Report settings that 'coordination: assignable' (at ``node``) does not support; a goal that
-    is assigned at runtime could, for example, lie beyond a target of a literal patrol."""
+    """Report settings that 'coordination: assignable' (at ``node``) does not support. For example,
+    a goal assigned at runtime could lie beyond a target of a literal patrol."""
     given = [(robot.name, robot.objective) for robot in team]
     given += [(robot.name, objective) for robot in team for _, objective in robot.when]
     given += [(change.robot, change.objective) for change in changes if change.objective]
@@ -188,7 +188,7 @@ def check_assignable(
 
 
 def check_combinations(scenario: model.Scenario, item: Node | None, findings: Findings) -> None:
-    """Report values that contradict each other. ``item``: the document, for places."""
+    """Report values that contradict each other. ``item``: the document with their places."""
     if scenario.clock is model.Clock.LIVE and (refused := refused_by_clock(scenario)) is not None:
         findings.add(below(item, "clock") or item, refused)
     for robot in scenario.robots:
@@ -204,8 +204,8 @@ def check_combinations(scenario: model.Scenario, item: Node | None, findings: Fi
 
 
 def refused_by_clock(scenario: model.Scenario) -> str | None:
-    """Return why a scenario cannot run on its clock: live, a deadline in ticks; in lockstep, a
-    charge per second; None if it can."""
+    """Return why a scenario cannot run on its clock: a live run has no deadlines in ticks, and a
+    run in lockstep no charge per second. None if it can run."""
     live = scenario.clock is model.Clock.LIVE
     if live and scenario.deadlines:
         return (

@@ -1,5 +1,5 @@
-"""The ``map:`` of a scenario, drawn in it or read from a file, with names and metres. Also a map
-file alone, to draw it."""
+"""The ``map:`` of a scenario, drawn in it or read from a file, with names and metres; and a map
+file without a scenario, to draw it."""
 
 from collections.abc import Mapping as Names
 from pathlib import Path
@@ -19,8 +19,8 @@ from safenav.world.map import FREE, WALL, Frame, RegionMap
 
 
 def resolve_map(item: language.MapKeys | None, _: Node | None, reading: Reading) -> None:
-    """Add the map and its names to ``reading``. After an error in the map was reported, only its
-    names are available."""
+    """Add the map and its names to ``reading``. If an error in the map was reported, add its names
+    only."""
     reading.names_known = item is not None
     if item is not None:
         reading.world = _read_form(item, reading)
@@ -49,7 +49,7 @@ def _read_form(item: language.MapKeys, reading: Reading) -> RegionMap | None:
 
 
 def _frame(item: language.MapKeys) -> Frame | None:
-    """Return the frame of the map, if the scenario states the size of regions."""
+    """Return the frame of the map; None if the scenario does not state the size of regions."""
     side, origin = item.resolution, item.origin
     if side is None:
         return None
@@ -72,8 +72,8 @@ _OF_FILES = {".png": "image", ".pgm": "image", ".map": "movingai"}
 
 
 def form_of(path: Path) -> str | None:
-    """Return the form of a map file in a scenario: ``image``, ``ros`` or ``movingai``; None if it
-    is not a map file."""
+    """Return the key of a map file in a scenario: ``image``, ``ros`` or ``movingai``; None for
+    other files."""
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
         return "ros" if kind_of(read_source(path, Findings(str(path))) or "") == ROS_MAP else None
@@ -81,8 +81,8 @@ def form_of(path: Path) -> str | None:
 
 
 def load_map(path: Path, form: str, division: Names[str, float | None]) -> RegionMap:
-    """Return the regions of a map file. ``division``: the keys that divide it, None if not given.
-    Raises InputError with all errors."""
+    """Return the map in a map file. ``division``: the keys that divide it into regions, None for
+    those not given. Raises InputError with all errors."""
     if not path.is_file():
         message = "this is a directory" if path.is_dir() else "no such file"
         raise InputError([Diagnostic(str(path), 0, 0, message, "check the path")])

@@ -31,8 +31,8 @@ from safenav.world.map import Frame, RegionMap
 
 
 def read_drawing(form: str, node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
-    """Return the map of an ``image`` divided into ``rows`` and ``cols``, or of a ``movingai`` map,
-    whose characters are regions unless it is divided; None after an error was reported."""
+    """Return the map of an ``image`` divided into ``rows`` and ``cols``, or of a ``movingai`` file
+    (each character is a region unless it is divided); None after an error was reported."""
     path = findings.folder / node.text
     blocked = None
     if form == "image":
@@ -61,8 +61,8 @@ def read_pixels(node: Scalar, findings: Reading) -> Image | None:
 def with_walls(
     blocked: Blocked, layout: Layout, share: float, node: Node, findings: Findings
 ) -> RegionMap | None:
-    """Return the map of a layout over the pixels. ``share``: a region is a wall if at least this
-    share of it is blocked (0: any part). None after an error was reported."""
+    """Return the map with this layout over the pixels. ``share``: a region is a wall if at least
+    this share of it is blocked (0: any part). None after an error was reported."""
     if layout.rows * layout.cols > MOST_REGIONS:
         found, hint = too_large(layout.rows, layout.cols)
         findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")
@@ -81,7 +81,7 @@ def with_walls(
 
 
 def lost_walls(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> Iterator[str]:
-    """Warn of free regions that a wall of the drawing crosses."""
+    """Yield a warning if a wall of the drawing crosses free regions."""
     if lost := images.crossed(blocked, layout, world):
         some = f"region {world.label(lost[0])} is"
         if len(lost) > 1:
@@ -109,8 +109,8 @@ UNKNOWN = 205 / 255
 
 
 def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
-    """Warn of unknown pixels that count as free: until 2025 map_saver of Nav2 wrote a threshold of
-    0.25, by which map_server reads them as free (pull request 5278 of
+    """Yield a warning about unknown pixels that count as free: until 2025 map_saver of Nav2 wrote a
+    threshold of 0.25, by which map_server reads them as free (pull request 5278 of
     ros-navigation/navigation2)."""
     gray = np.arange(image.white + 1) == round(UNKNOWN * image.white)
     count = int((gray[image.brightness] & ~occupied(image, settings)).sum())
@@ -141,7 +141,7 @@ class RosMap(Part, frozen=True):
     mode: Literal["trinary", "scale"] | None = key(why="save it again with 'mode: trinary'")
 
     def flaws(self) -> Iterator[tuple[str, str, str]]:
-        """Yield the lower threshold if it is above the other."""
+        """Yield an error for the lower threshold if it is above the other one."""
         if self.free_thresh > self.occupied_thresh:
             most = f"'occupied_thresh: {self.occupied_thresh:g}'"
             found = f"is {self.free_thresh:g}, more than {most}"

@@ -48,7 +48,7 @@ _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
 
 
 def place_of(value: object) -> Region | tuple[int, int] | None:
-    """Return the number, or row and column, by which plain data names a region; None if neither."""
+    """Return the number, or the row and column, of a region in plain data; None for other data."""
     match value:
         case bool() | [bool(), _] | [_, bool()]:
             return None
@@ -115,7 +115,7 @@ class Reading(Findings):
         self.obstacles_known = self.obstacles_known and whole
 
     def region(self, node: Node | None, what: str) -> Region | None:
-        """Return a region that is not a wall; None if there is none or it was reported."""
+        """Return a region that is not a wall; None if the node is missing or was reported."""
         if node is None:
             return None
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value:
@@ -130,14 +130,14 @@ class Reading(Findings):
         return None
 
     def regions(self, node: Node, what: str) -> Target | None:
-        """Return the regions of an area, or one region; None for an error, which is reported."""
+        """Return the regions of an area, or of one region; None after a reported error."""
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value in self.areas:
             return self.areas[node.value]
         region = self.region(node, what)
         return None if region is None else frozenset({region})
 
     def exclusion(self, node: Node, _: str) -> Exclusion | None:
-        """Return an exclusion, in whose regions at most one robot starts."""
+        """Return an exclusion; report two robots that start in its regions."""
         found: Exclusion | None = read(Exclusion, node, "an entry of never_together", self)
         if found is not None and self.named and len(found.robots) < 2:
             message = "'robots' of never_together: at least two robots are needed"
@@ -150,7 +150,7 @@ class Reading(Findings):
         return found
 
     def spans(self, node: Node, what: str) -> tuple[tuple[int, int], ...]:
-        """Return ticks and ranges of ticks."""
+        """Return ticks and ranges of ticks as pairs of the first and the last tick."""
         found = []
         for part in node.items if isinstance(node, Sequence) else (node,):
             first, last = values.ends_of(part) or (0, 0)
@@ -170,14 +170,14 @@ class Reading(Findings):
         return self._known(node, what, "unknown obstacle type", self.catalogue.obstacles, LISTED)
 
     def task(self, node: Node, what: str) -> ObstacleType | None:
-        """Return an obstacle type of the catalogue that stops no robot."""
+        """Return an obstacle type of the catalogue that blocks no robot."""
         kind = self.type(node, what)
         if kind is not None and kind.blocks != frozenset():
             self.add(node, f"{what}: a {kind.name} stops robots", f"give {kind.name} 'blocks: []'")
         return kind
 
     def robot(self, node: Node, what: str) -> str | None:
-        """Return the name of a robot; None also if there are no robots."""
+        """Return the name of a robot; None also if the scenario has no robots."""
         robots = {name: name for name in self.named}
         return self._known(node, what, "no robot is named", robots) if robots else None
 
@@ -187,7 +187,7 @@ class Reading(Findings):
         return self._known(node, what, "no input is named", inputs, "declare it in 'inputs'")
 
     def check_variable(self, key: Scalar) -> None:
-        """Report a variable of formulas with the name of something else."""
+        """Report a variable of formulas whose name is that of a robot, input, region or area."""
         kinds = {"a robot": self.named, "an input": self.input_names}
         for kind, names in (kinds | {"a region": self.names, "an area": self.areas}).items():
             if key.text in names:
@@ -215,8 +215,8 @@ class Reading(Findings):
         return self.obstacle(node, what) if self.named else None
 
     def written(self, text: str) -> Region | None:
-        """Return the region of the part after the ``@`` in a name such as ``door@dock``; None if
-        there is none."""
+        """Return the region that follows the ``@`` in a name such as ``door@dock``; None for any
+        other text."""
         if text.isascii() and text.isdigit() and len(text) < 10:
             return int(text)
         if (match := _BRACKETS.fullmatch(text)) and self.world is not None:
@@ -226,8 +226,8 @@ class Reading(Findings):
         return self.names.get(text)
 
     def names_obstacle(self, node: Node, written: str, what: str, column: int = 0) -> str | None:
-        """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``.
-        None if it was reported, or obstacles are not known. ``column`` of the name in a text."""
+        """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``;
+        None after an error, or if obstacles are unknown. ``column``: that of the name in a text."""
         if not self.obstacles_known or self.world is None:
             return None
         kind, where, number = name_parts(written)
@@ -266,7 +266,7 @@ class Reading(Findings):
         return None
 
     def _numbered(self, node: Node, what: str) -> Region | None:
-        """Return the region of a number, or of a row and a column."""
+        """Return the region given by a number, or by a row and a column; None after an error."""
         world, place = self.world, place_of(document.plain(node))
         if place is None:
             wrong_type(node, what, _EXPECTED, self)
@@ -307,7 +307,7 @@ def resolve_areas(listed: Names[Scalar, Raw] | None, _: Node | None, reading: Re
 
 
 def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
-    """Return the free regions of an area; None if something was reported."""
+    """Return the free regions of an area; None after an error was reported."""
     before = len(reading)
     found: set[Region] = set()
     if isinstance(node, Scalar):
@@ -352,7 +352,7 @@ def _span(span: Raw | None, count: int | None, reading: Reading) -> range:
 def check_starts(
     each: Exclusion, team: Nodes[Robot], node: Node | None, findings: Findings
 ) -> None:
-    """Report two robots of an exclusion (at ``node``) that start in its regions."""
+    """Report two robots of an exclusion that both start in its regions (at ``node``)."""
     inside = sorted(
         r.name for r in team if r.name in each.robots and r.start.region in each.regions
     )

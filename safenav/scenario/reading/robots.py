@@ -36,7 +36,7 @@ def resolve_robots(
 
 
 def _robot(name: str, item: language.RobotKeys, reading: Reading) -> Robot | None:
-    """Return a robot; None after an error."""
+    """Return a robot; None after an error was reported."""
     before, model, start = len(reading), item.model_, item.start
     if item.at("vision") is not None:
         model = model and replace(model, vision=item.vision)
@@ -73,7 +73,7 @@ def _robot(name: str, item: language.RobotKeys, reading: Reading) -> Robot | Non
 def _heading(
     item: language.RobotKeys, model: RobotModel | None, reading: Reading
 ) -> Heading | None:
-    """Return the heading; report a missing one, and note one without effect."""
+    """Return the heading at the start; report a missing one, and note one that has no effect."""
     missing = item.at("heading") is None
     if missing and model is not None and model.mobility is Mobility.HEADING:
         found = f"robot {item.of.removeprefix('of ')}: the key 'heading' is missing"
@@ -88,7 +88,7 @@ def _heading(
 def _check_start(
     robot: Robot, item: language.RobotKeys, others: Iterable[Robot], reading: Reading
 ) -> None:
-    """Report a robot that starts in the region of another one with which it is in conflict."""
+    """Report a robot that starts in the region of another robot with which it conflicts."""
     region = robot.start.region
     for other in others:
         if other.start.region == region and robot.conflicts(other):
@@ -98,8 +98,8 @@ def _check_start(
 
 
 def _check_timing(robot: Robot, item: language.RobotKeys, reading: Reading) -> None:
-    """Report beliefs together with steps of several ticks: the assumptions about the other robots
-    would be false."""
+    """Report a robot that has beliefs if its steps, or those of robots that it tracks, take several
+    ticks: the assumptions about the other robots would be false."""
     involved = {robot.name, *robot.tracks} if robot.tracks else set()
     slow = [o.name for o in reading.team if o.name in involved and o.model.timing > 1]
     if slow:
@@ -134,8 +134,8 @@ def _check_reachable(
 def misses_targets(
     robot: Robot, objective: Objective | None, item: language.ObjectiveKeys | None, reading: Reading
 ) -> bool:
-    """Return whether a robot cannot reach some target of an objective from its start; report those
-    targets."""
+    """Report the targets of an objective that a robot cannot reach from its start; return whether
+    there are any."""
     world, before = reading.world, len(reading)
     if objective is None or item is None or world is None or not reading.reachable:
         return False
@@ -167,8 +167,8 @@ Declared = Mapping[str, tuple[int, int] | None]
 def resolve_objective(
     item: language.ObjectiveKeys | None, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
-    """Return an objective with its form and the rules beside it; None if there is none or it was
-    reported. ``mobility``: its robot's mobility, if known."""
+    """Return an objective with its form and the rules beside it; None if it is missing or was
+    reported. ``mobility``: the mobility of its robot, if known."""
     if item is None:
         return None
     given = [key for key in (*KINDS, "ltl") if item.at(key) is not None]
@@ -186,7 +186,7 @@ def _ruled(
     mobility: Mobility | None,
     reading: Reading,
 ) -> Objective | None:
-    """Return the objective with the rules beside it; rules beside ``ltl`` become formulas."""
+    """Return the objective with the rules beside it. Rules beside ``ltl`` become formulas."""
     avoid = item.avoid
     always = _lines("always", item, _pose(mobility, reading), reading)
     if objective is None or (avoid is None and item.at("avoid") is not None):
@@ -246,7 +246,7 @@ def _memory(item: language.LtlKeys, reading: Reading) -> dict[str, tuple[int, in
 
 
 def _pose(mobility: Mobility | None, reading: Reading) -> Declared:
-    """Return the variables of a robot's own pose."""
+    """Return the variables of a robot's own pose with their ranges."""
     heading = {} if mobility is Mobility.FREE else {"heading": (0, 3)}
     return {"region": (0, (reading.world.size if reading.world else 2**31) - 1), **heading}
 
@@ -254,8 +254,8 @@ def _pose(mobility: Mobility | None, reading: Reading) -> Declared:
 def _lines(
     key: str, item: language.LtlKeys | language.ObjectiveKeys, declared: Declared, reading: Reading
 ) -> tuple[str, ...]:
-    """Return the formulas of a key as text with region and heading names replaced by their
-    numbers."""
+    """Return the formulas of a key as text, with numbers instead of the names of regions and
+    headings."""
     given: tuple[Scalar, ...] = getattr(item, key) or ()
     lines = (_line(node, item.named(key), declared, key != "init", reading) for node in given)
     return tuple(line for line in lines if line is not None)
@@ -264,7 +264,7 @@ def _lines(
 def _line(
     node: Scalar, what: str, declared: Declared, next_allowed: bool, reading: Reading
 ) -> str | None:
-    """Return the formula as text with region and heading names replaced by their numbers."""
+    """Return a formula as text, with numbers instead of names; None after an error."""
     try:
         formula = parse(node.text)
     except FormulaError as error:
@@ -306,7 +306,7 @@ def _line(
 
 
 def _walls(formula: syntax.Formula, walls: Collection[Region]) -> Iterator[syntax.Number]:
-    """Yield the walls that a formula equates with its robot's region (``!=`` is harmless)."""
+    """Yield the walls, as numbers, that a formula equates with its robot's region."""
     if isinstance(formula, syntax.Comparison) and formula.relation is syntax.Relation.EQUAL:
         sides = (formula.left, formula.right)
         if any(isinstance(side, syntax.Name) and side.name == "region" for side in sides):

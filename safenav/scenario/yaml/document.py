@@ -30,8 +30,7 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 class Place(Struct, frozen=True):
-    """Line and column, both from 1; ``file``: the file of a value that replaces one of the
-    document."""
+    """Line and column, both from 1. ``file``: the file from which a replacing value comes."""
 
     line: int = 1
     column: int = 1
@@ -41,9 +40,9 @@ class Place(Struct, frozen=True):
 class Scalar(Struct, frozen=True):
     """A number, truth value, null or text.
 
-    ``text`` is as written, ``style`` YAML's: empty for plain, the quote, or ``|`` and ``>`` for
-    blocks. ``literal``: whether it is on one line without escapes, so that a column of the text is
-    a column of the line.
+    ``text`` is as written; ``style`` is YAML's: empty for plain, the quote, or ``|`` and ``>`` for
+    blocks. ``literal``: whether the text is on one line without escapes, so that a column of the
+    text is a column of the line.
     """
 
     place: Place
@@ -59,7 +58,7 @@ class Sequence(Struct, frozen=True):
 
 
 class Mapping(Struct, frozen=True):
-    """A mapping with distinct keys of text. ``cut``: whether others were dropped and reported."""
+    """A mapping with distinct keys of text. ``cut``: whether other keys were left out."""
 
     place: Place
     entries: tuple[tuple[Scalar, Node], ...]
@@ -78,19 +77,19 @@ _KEYS = "keys are words; a list needs brackets: [3, 8]"
 
 
 def below(node: Node | None, *keys: str) -> Node | None:
-    """Return the node at a path of keys below another node; None if there is none."""
+    """Return the node at a path of keys below another node; None if the path does not exist."""
     for key in keys:
         node = node.get(key) if isinstance(node, Mapping) else None
     return node
 
 
 def entries_of(node: Node | None) -> tuple[tuple[Scalar, Node], ...]:
-    """Return the keys and values of a mapping; for any other node, none."""
+    """Return the keys and values of a mapping; for any other node, an empty sequence."""
     return node.entries if isinstance(node, Mapping) else ()
 
 
 def items_of(node: Node | None) -> tuple[Node, ...]:
-    """Return the items of a list; for any other node, none."""
+    """Return the items of a list; for any other node, an empty sequence."""
     return node.items if isinstance(node, Sequence) else ()
 
 
@@ -100,7 +99,7 @@ def is_nothing(node: Node) -> bool:
 
 
 def plain(node: Node) -> Any:
-    """Return the data of a node: scalars, lists and dicts."""
+    """Return the data of a node as Python values: scalars, lists and dicts."""
     if isinstance(node, Scalar):
         return node.value
     if isinstance(node, Mapping):
@@ -109,7 +108,7 @@ def plain(node: Node) -> Any:
 
 
 def node_of(data: Any, place: Place) -> Node:
-    """Return plain data as nodes, all at one place."""
+    """Return plain data as a node; all nodes have the same place."""
     if isinstance(data, dict):
         entries = ((Scalar(place, k, k), node_of(item, place)) for k, item in data.items())
         return Mapping(place, tuple(entries))
@@ -121,8 +120,8 @@ def node_of(data: Any, place: Place) -> Node:
 
 
 class DocumentError(Exception):
-    """An error that makes a file or text unusable: its place (None: the whole text), description
-    and remedy."""
+    """An error that makes a file or text unusable: its place (None: the whole text), a description
+    and a remedy."""
 
     def __init__(self, place: Place | None, found: str, hint: str = "") -> None:
         self.place = place
@@ -132,7 +131,7 @@ class DocumentError(Exception):
 
 
 class Document(Struct, frozen=True):
-    """A tree, and the errors that did not prevent reading it: (place, found, hint)."""
+    """A tree, and the errors that did not prevent reading it, as triples (place, found, hint)."""
 
     root: Node
     flaws: tuple[tuple[Place, str, str], ...] = ()
@@ -194,7 +193,7 @@ _SPECIAL = re.compile(r"(?P<sign>[-+])?\.(?P<word>inf|Inf|INF|nan|NaN|NAN)")
 
 class _Builder:
     """Builder of nodes from PyYAML's events, by recursion of bounded depth. ``_open``: the anchors
-    of unfinished collections; ``_known``: finished nodes by anchor, with their number of values."""
+    of unfinished collections; ``_known``: finished nodes and their numbers of values, by anchor."""
 
     def __init__(self, events: Iterator[Any]) -> None:
         self._events = events
@@ -203,7 +202,7 @@ class _Builder:
         self.flaws: list[tuple[Place, str, str]] = []
 
     def node(self, event: Any) -> tuple[Node, int]:
-        """Return the node that begins with an event, and its number of values."""
+        """Return the node that begins with an event, and the number of values in it."""
         place = _place(event)
         if isinstance(event, yaml.AliasEvent):
             return self._named(event.anchor, place)
@@ -257,7 +256,7 @@ class _Builder:
         return Scalar(place, value, event.value, style, literal)
 
     def _named(self, anchor: str | None, place: Place) -> tuple[Node, int]:
-        """Return the node that an alias refers to, and its number of values."""
+        """Return the node to which an alias refers, and the number of values in it."""
         if (known := self._known.get(anchor or "")) is not None:
             node, weight = known
             # Diagnostics point at the alias of a scalar, but into the anchored node otherwise.
@@ -268,7 +267,7 @@ class _Builder:
         raise DocumentError(place, f"*{anchor} refers to nothing", f"no &{anchor} before it")
 
     def _enter(self, entries: dict[str, tuple[Scalar, Node]], key: Node, node: Node) -> None:
-        """Add a key with its value, or report why it cannot be a key."""
+        """Add a key with its value to ``entries``, or report why it cannot be a key."""
         if not isinstance(key, Scalar):
             self.flaws.append((key.place, "a key is a list or a mapping", "keys are words"))
         elif not isinstance(key.value, str):
@@ -315,7 +314,7 @@ def clipped(text: str, width: int = 40) -> str:
 
 
 def one_of(keys: Iterable[str], quote: str = "") -> str:
-    """Return keys as a choice in a message: ``patrol, visit or hold``."""
+    """Return keys as alternatives in a message: ``patrol, visit or hold``."""
     *some, last = (f"{quote}{key}{quote}" for key in keys)
     return f"{', '.join(some)} or {last}" if some else last
 
@@ -353,7 +352,7 @@ _WORD = re.compile(r"[A-Za-z_][\w-]*", re.ASCII)
 
 
 def flow(data: object) -> str:
-    """Return data as YAML on one line. A key whose value is None is left out."""
+    """Return data as YAML on one line. Keys whose value is None are left out."""
     match data:
         case dict():
             entries = (

@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 class Findings:
     """Diagnostics of one file; ``beside`` returns those of another file of the same input.
-    ``reach``: the folder whose files it may name; None for any file."""
+    ``reach``: the folder whose files the file may name; None for any file."""
 
     def __init__(self, file: str, reach: Path | None = None) -> None:
         self.file = file
@@ -30,8 +30,8 @@ class Findings:
         self._texts: dict[str, list[str]] = {}
 
     def beside(self, file: str, named_at: Node | Place) -> Self:
-        """Return the findings of a file that this one names at a place; both are raised together.
-        The first diagnostic of that file states the place."""
+        """Return the findings of another file, which this file names at a place; both are raised
+        together. The first diagnostic of the other file states the place."""
         other, place = copy(self), named_at if isinstance(named_at, Place) else named_at.place
         other.file = file
         line = f", line {place.line}" if place.line else ""
@@ -39,7 +39,7 @@ class Findings:
         return other
 
     def read_from(self, text: str) -> None:
-        """Set the text of this file, for messages to quote."""
+        """Store the text of this file, so that messages can quote its lines."""
         self._texts[self.file] = text.split("\n")
 
     @property
@@ -48,9 +48,9 @@ class Findings:
         return self._texts.get(self.file, [])
 
     def add(self, where: Node | Place | None, found: str, hint: str = "", column: int = 0) -> None:
-        """Add a diagnostic: its place (None: of the whole file), ``found`` and ``hint``. An error
-        at a ``column`` of a text is at that column of the file if the text is ``literal``, else at
-        its beginning, with the column in the message."""
+        """Add a diagnostic: its place (None: the whole file), ``found`` and ``hint``. An error at a
+        ``column`` of a text is at that column of the file if the text is ``literal``, else at the
+        text's beginning, with the column in the message."""
         place = where if isinstance(where, Place) else where.place if where else Place(0, 0)
         if column and isinstance(where, Scalar) and where.literal:
             place = replace(place, column=place.column + bool(where.style) + column - 1)
@@ -68,14 +68,14 @@ class Findings:
         hint: str = "",
         column: int = 0,
     ) -> None:
-        """Report a word that is not ``known``; ``hint``: if no known word is suggested; ``column``:
-        that of the word in a text."""
+        """Report a word that is not ``known``. ``hint``: used if no known word is suggested;
+        ``column``: position of the word in a text."""
         self.add(where, f"{found} '{clipped(word)}'", suggestion(word, known) or hint, column)
 
     def attempt(self, read: Callable[[], T], path: Path, named_at: Node | Place | None) -> T | None:
-        """Return what ``read`` makes of a file; None if it raises InputError. Its errors are
+        """Return the result of ``read`` on a file; None if it raises InputError. Its errors are
         reported, those without a line at ``named_at``, where this file names the other one (None:
-        it is this file)."""
+        both are the same)."""
         try:
             return read()
         except InputError as error:
@@ -103,7 +103,7 @@ class Findings:
         return len(self._found)
 
     def raise_if_any(self) -> None:
-        """Raise InputError with all diagnostics, if there are any."""
+        """Raise InputError with all diagnostics if there are any."""
         if self._found:
             raise InputError(self.diagnostics)
 
@@ -119,14 +119,14 @@ class Findings:
 
 
 def closest(word: str, known: Iterable[str], alike: float = 0.6) -> list[str]:
-    """Return the known word that was probably meant, if any; ``alike``: similarity from 0 to 1."""
+    """Return the known word that was probably meant, in a list; ``alike``: least similarity."""
     from difflib import get_close_matches  # only needed for errors
 
     return get_close_matches(word[:80], sorted(known), n=1, cutoff=alike)
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return a hint with the word that was probably meant, and all known words if they are few."""
+    """Return a hint with the word that was probably meant, and all known words if there are few."""
     words = sorted(known)
     close = closest(word, words)
     parts = [f"did you mean '{close[0]}'?"] if close else []
@@ -142,7 +142,7 @@ def listed(words: Collection[str]) -> str:
 
 
 def described(node: Node) -> str:
-    """Return a description of a node's value, for "found ..."."""
+    """Return words for a node's value, to follow "found"."""
     match node:
         case Sequence(_, items):
             return f"a list of {len(items)}" if items else "an empty list"
@@ -161,7 +161,7 @@ def described(node: Node) -> str:
 def wrong_type(
     node: Node | None, what: str, expected: str, findings: Findings, hint: str = ""
 ) -> None:
-    """Report that a node is not of the expected type; do nothing if it is missing, or a mapping
+    """Report that a node does not have the expected type; do nothing if it is missing, or a mapping
     that is empty because its entries were reported."""
     if node is None or (isinstance(node, Mapping) and node.cut and not node.entries):
         return
@@ -185,9 +185,9 @@ _UNITS = {"tick", "ticks", "round", "rounds", "s", "sec", "seconds", "m", "metre
 def as_meant(
     node: Mapping, what: str, known: Iterable[str], elsewhere: Wanted[str, str], findings: Findings
 ) -> tuple[Mapping, set[str]]:
-    """Report keys that are not ``known``. Return the mapping with the keys that were probably meant
-    in their place, and the set of these: a misspelt key neither hides nor causes other errors.
-    ``elsewhere``: hints for keys that belong in another mapping."""
+    """Report keys that are not ``known``. Return the mapping in which each has been replaced by the
+    key that was probably meant, and the set of these keys: a misspelt key neither hides nor causes
+    other errors. ``elsewhere``: hints for keys that belong in another mapping."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
     entries, meant, before = [], set(), ""
@@ -257,7 +257,7 @@ _SUFFIXES = {"", ".yaml", ".yml", ".json", ".txt"}
 def read_source(path: Path, findings: Findings, named_at: Node | None = None) -> str | None:
     """Return the text of a file; None if an error was reported.
 
-    ``named_at``: the node at which another file (that of ``findings``) names this one.
+    ``named_at``: the node at which the file of ``findings`` names this one.
     """
     data = read_bytes(path, findings, named_at, MAX_BYTES)
     if data is None:
@@ -280,7 +280,7 @@ def read_bytes(
 
 
 def _refuse_outside(path: Path, reach: Path) -> None:
-    """Raise InputError before opening a file outside a folder."""
+    """Raise InputError if a file is outside a folder, so that the file is not opened."""
     try:
         inside = path.resolve().is_relative_to(reach.resolve())
     except (OSError, RuntimeError, ValueError):
@@ -292,7 +292,7 @@ def _refuse_outside(path: Path, reach: Path) -> None:
 
 
 def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
-    """Return the YAML document in a text; report its errors. None if that is unreadable.
+    """Return the YAML document in a text, and report its errors; None if the text is unreadable.
     ``expected``: the kind of file."""
     try:
         check_kind(text, expected, findings.file)
@@ -342,5 +342,5 @@ def root_of(text: str) -> Node | None:
 
 
 def _file(node: Node | None, folder: Path) -> Path | None:
-    """Return the path in a node; None if it is not text, such as a catalogue in place."""
+    """Return the path in a node; None if it is not text, such as an inline catalogue."""
     return folder / node.value if isinstance(node, Scalar) and isinstance(node.value, str) else None

@@ -1,5 +1,5 @@
-"""Declarations of the language of a YAML document: the annotations of frozen classes, a class for
-each mapping, a field for each key; and the JSON Schema of such documents.
+"""Declarations of the language of a YAML document: the annotations of frozen classes, with a class
+for each mapping and a field for each key; and the JSON Schema of such documents.
 
 Annotations: ``int``, ``float``, ``str``, ``bool``, ``Literal``, ``StrEnum``, ``X | Y``, lists
 (``tuple[X, ...]``), pairs (``tuple[X, Y]``), mappings (``dict[Scalar, X]`` or ``dict[str, X]``),
@@ -80,14 +80,14 @@ class Key(Struct, frozen=True, eq=False):
 
     @property
     def described(self) -> str:
-        """The meaning of the key, with its default."""
+        """The meaning of the key, followed by its default."""
         value = str(self.default).lower() if isinstance(self.default, bool) else self.default
         plain = isinstance(value, str | int | float) and value != ""
         default = f"Default: {f'{value:g}' if isinstance(value, float) else value}."
         return " ".join(filter(None, (self.about, default if plain else "")))
 
     def range(self, kind: type) -> tuple[float, float]:
-        """Return the limits of a number; by default, those of numbers in traces."""
+        """Return the least and the greatest number; by default, those of traces."""
         least, most = (0, MOST) if kind is int else (-MOST_NUMBER, MOST_NUMBER)
         return least if self.least is None else self.least, most if self.most is None else self.most
 
@@ -99,7 +99,7 @@ class Key(Struct, frozen=True, eq=False):
 
 
 def key(about: str = "", required: str = "", **rest: Any) -> Any:
-    """Return a key in place of the default of a field."""
+    """Return a key, to be written in place of the default of a field."""
     return Key(about, required, **rest)
 
 
@@ -112,8 +112,8 @@ def name_key(
     reserved: str = "is reserved",
     why: str = "use another name",
 ) -> Key:
-    """Return the key of a name for ``what``. ``identifier``: without hyphens; ``taken`` and
-    ``prefixes``: reserved words and beginnings of names; ``reserved``, ``why``: the message."""
+    """Return the key of a name for ``what``. ``identifier``: without hyphens; ``taken``,
+    ``prefixes``: reserved words and beginnings; ``reserved``, ``why``: their error and remedy."""
     pattern, signs = (IDENTIFIER, "digits and '_'") if identifier else (NAME, "digits, '_' and '-'")
 
     def check(word: Any, node: Node, _what: str, findings: Findings) -> Any:
@@ -160,8 +160,8 @@ class OneOf(Struct, frozen=True):
 
 
 class Beside(Struct, frozen=True):
-    """A key that has a meaning only beside one of some other keys. Without a ``hint`` the reader of
-    the class reports it."""
+    """A key that has a meaning only beside one of some other keys. If ``hint`` is empty, the reader
+    of the class reports the error."""
 
     key: str
     others: tuple[str, ...]
@@ -173,8 +173,8 @@ class Beside(Struct, frozen=True):
 
 
 class _TakesKeys(StructMeta):
-    """Metaclass of classes with keys. It replaces the key of each field by its default; except in
-    an ``Item``, a field with a key that is required, or has a ``like``, gets none."""
+    """Metaclass of classes with keys. It replaces the key of each field by the key's default.
+    Except in an ``Item``, a field has no default if its key is required or has a ``like``."""
 
     def __new__(
         cls, name: str, bases: tuple[type, ...], members: dict[str, Any], **config: Any
@@ -213,8 +213,8 @@ class Part(Struct, metaclass=_TakesKeys, frozen=True):
 
 
 class Item(Part, frozen=True, kw_only=True):
-    """A part that is also read if it has errors: a field is None if its key is missing without a
-    default, or was reported. ``node``: the mapping; ``of``: the words that follow its keys in
+    """A part that is also read if it has errors: a field is None if its key was reported, or is
+    missing and has no default. ``node``: the mapping; ``of``: the words that follow its keys in
     messages; ``flawed``: whether an error in it was reported."""
 
     node: document.Mapping
@@ -222,17 +222,17 @@ class Item(Part, frozen=True, kw_only=True):
     flawed: bool = False
 
     def at(self, key: str) -> Node | None:
-        """Return the node of a key, for diagnostics; None if it is missing."""
+        """Return the node of a key's value, for diagnostics; None if the key is missing."""
         return self.node.get(key)
 
     def named(self, key: str) -> str:
-        """Name a value for messages."""
+        """Return the name of a value in messages."""
         return f"'{key}' {self.of}".rstrip()
 
 
 @cache
 def entries(kind: type[Part]) -> Mapping[str, Key]:
-    """Return the keys of a class, by their spelling."""
+    """Return the keys of a class by their spelling in documents."""
     found = {}
     for each in fields(kind):
         default = each.default if each.default_factory is NODEFAULT else None
@@ -245,7 +245,7 @@ def entries(kind: type[Part]) -> Mapping[str, Key]:
 
 @cache
 def key_of(annotation: Any, outer: Key | None = None) -> Key:
-    """Return the key of an annotation, else the ``outer`` one, with the limits of a ``Meta``."""
+    """Return the key of an annotation, else the key ``outer``, with the limits of a ``Meta``."""
     parts = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
     key = next((each for each in parts if isinstance(each, Key)), outer or _PLAIN_KEY)
     for each in parts:
@@ -260,7 +260,7 @@ OwnName = Annotated[str, Key(own=True)]
 
 
 def version(number: int, file: str, mark: str) -> Any:
-    """Return the key of the version of a format: ``safenav: 1``."""
+    """Return the key of a format's version: ``safenav: 1``."""
 
     def check(value: int, node: Node, _what: str, findings: Findings) -> int:
         if value != number:
@@ -331,7 +331,7 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
 
 
 def _defined(kind: type[Part], definitions: dict[str, Any]) -> dict[str, Any]:
-    """Return the reference to a class, which becomes a definition."""
+    """Return a reference to the definition of a class; add the definition if it is new."""
     name = _definition(kind)
     if name not in definitions:
         definitions[name] = {}

@@ -1,7 +1,7 @@
 """Typed reading of YAML documents by the declarations of their language (``keys``).
 
-``read`` returns the value of a node, or None after it reported an error. It continues after errors,
-so that one error does not hide another.
+``read`` returns the value of a node, or None after it has reported an error. It continues after
+errors, so that one error does not hide another.
 """
 
 import math
@@ -35,8 +35,8 @@ def read(
     name: str = "",
 ) -> Any:
     """Return the value of a node; None if there is no node, or an error in it was reported.
-    ``what`` names it in messages; ``key`` describes it; ``stages``: stages of reading a class;
-    ``name``: its key in the mapping that holds it."""
+    ``what`` names the node in messages; ``key`` describes it; ``stages``: stages of reading a
+    class; ``name``: key of the node in the mapping that holds it."""
     if node is None:
         return None
     origin, arguments = get_origin(annotation), get_args(annotation)
@@ -75,7 +75,7 @@ def read(
 
 
 def _inner(annotation: Any) -> Any:
-    """Return the form of a value in the document; by default it is that of its class."""
+    """Return the annotation of a value in the document: the key's form, else its class."""
     key, kind = key_of(annotation), get_args(annotation)[0]
     return kind if key.by or key.form is None or kind is Raw else key.form
 
@@ -130,8 +130,8 @@ def _check_rules(
     known: Collection[str],
     findings: Findings,
 ) -> None:
-    """Report keys that are missing or have no meaning beside the other keys, each once. A missing
-    key may be a misspelt one, which was already reported."""
+    """Report keys that are missing, or that have no meaning beside the other keys, each once. A
+    missing key may be a misspelt one that was already reported."""
     given = {key.text: key for key, _ in node.entries}
     told = {word for word in given if word not in known}
     for rule in rules:
@@ -152,7 +152,7 @@ def _check_rules(
 
 
 def _filled(form: str, what: str, node: Node | None = None, name: str = "") -> str:
-    """Return a name for messages: ``form`` with its fields filled."""
+    """Return ``form`` with its fields filled: a name for messages."""
     words = {"what": what, "rest": what.partition(" ")[2], "name": name}
     for field in re.findall(r"{(\w+)}", form):
         if field not in words:
@@ -180,7 +180,7 @@ def _list(inner: Any, node: Node, what: str, findings: Findings, key: Key) -> An
 
 
 def sequence(node: Node, what: str, findings: Findings) -> tuple[Node, ...] | None:
-    """Return the items of a list; None for another node, which is reported."""
+    """Return the items of a list. For another node, report the error and return None."""
     if isinstance(node, Sequence):
         return node.items
     shown = clipped(node.text) if isinstance(node, Scalar) else ""
@@ -232,7 +232,7 @@ def _choice(
 
 
 def _union(choices: list[Any], node: Node, what: str, findings: Findings, key: Key) -> Any:
-    """Read the choice that has the form of the node: mapping, list, number, text."""
+    """Read a node by the first choice that fits its form: mapping, list, number or text."""
     fitting = [choice for choice in choices if _fits(choice, node)]
     if fitting or not key.expected:
         return read((*fitting, choices[-1])[0], node, what, findings, key)
