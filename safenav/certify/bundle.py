@@ -37,7 +37,7 @@ from safenav.verify.verification import first_failure
 
 
 class Made(Struct, frozen=True):
-    """A written bundle, and the verdict of its own checker."""
+    """A bundle that was written, with the verdict of its checker on it."""
 
     path: Path
     verdict: Judged
@@ -82,8 +82,8 @@ def make_bundle(
 
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside the target. Report a failure to write in it as a failure of
-    the target."""
+    """Yield a temporary folder beside the target. A failure to write into it is reported as a
+    failure to write the target."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=".bundle-") as folder:
@@ -234,8 +234,8 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 
 def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
-    """Return the measures for the edges of nodes. For a goal without a measure, return a constant.
-    For a ``counter``strategy, raise NoMeasureError instead."""
+    """Return the measures of a strategy on the edges of nodes: a constant for a goal without a
+    measure. Those of a ``counter``strategy must all exist. Raises NoMeasureError otherwise."""
     graph = task.graph
     edges = graph.edges(nodes)
     goals, assumed = task.met(edges)

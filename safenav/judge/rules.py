@@ -1,6 +1,6 @@
-"""The table of rules, and those on what robots do: motion, charge, actions.
+"""The table of rules, and the rules on what robots do: motion, charge, actions.
 
-A rule is a generator over a line and the state before the line. It yields the violations.
+A rule is a generator function of a line and the state before it. It yields the violations.
 """
 
 from collections.abc import Callable, Iterator
@@ -253,9 +253,9 @@ def actions(e: Line, s: State) -> Iterator[str]:
 
 
 def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
-    """Return whether a robot of a simulated world can take part in an action where it stands.
-    ``knew``: the team knew the obstacle as the action began; then, in a live run, only the robots
-    that act on it take part. Otherwise robots in service do as well."""
+    """Return whether a robot of a simulated world can take part in an action on an obstacle where
+    it stands. ``knew``: the team knew the obstacle when the action began; in a live run, only the
+    robots of that action then take part, otherwise also all idle robots in service."""
     act = robot.acts or (robot.acted if robot.acted.tick == s.tick else None)
     if s.live and (knew or act is not None):
         return act is not None and (not knew or one.name in (act.obstacles or [one.name]))
@@ -324,7 +324,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
 
 
 def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Iterator[str]:
-    """Yield why some robots cannot do a part. ``told``: an earlier line records each part."""
+    """Yield why robots cannot do a part of a need. ``told``: earlier lines record other parts."""
     need, who = one.rest.left[number - one.stage], frozenset(e.robots or [e.robot])
     knew = one.known and (one.name, number) in s.robots[e.robot].knew
     near = (n for n in need.able if s.robots[n].pose[0] in need.regions)
