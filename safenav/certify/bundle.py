@@ -104,8 +104,9 @@ def _certifiable(scenario: Scenario) -> None:
 def files_of_run(
     trace: bytes, sources: Mapping[str, bytes], synthesizer: Synthesizer
 ) -> dict[str, bytes]:
-    """Return all files except the page and the manifest, with the strategies of repeated syntheses,
-    from the cache. Raises UsageError, which names the missing part, if that is not possible."""
+    """Return all files of a bundle except the page and the manifest. The strategies of repeated
+    syntheses come from the cache. Raises UsageError, which names the missing part, if that
+    fails."""
 
     def automata(e: Line) -> Iterator[bytes]:
         text = synthesizer.cache.load_text(e.spec)

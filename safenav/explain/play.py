@@ -122,8 +122,8 @@ def anywhere(_goal: Constraint) -> Nearness:
 def losing_play(
     whole: Specification, core: Specification, ask: Questions, near: Near = anywhere
 ) -> LosingPlay | None:
-    """Return a play that an unrealizable ``core`` of ``whole`` loses; None if the limits do not
-    allow it."""
+    """Return a play that the system loses although it has to keep only the unrealizable ``core`` of
+    the specification ``whole``; None if the limits do not allow one."""
     strategy = ask.counterstrategy(core)
     if strategy is None:
         return None

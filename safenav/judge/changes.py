@@ -22,9 +22,9 @@ def listed(e: Line, s: State) -> Iterator[str]:
 
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world. Those
-    of a scenario or a user, unless ordered, never appear where a robot is. Truths change only when
-    obstacles appear."""
+    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world.
+    Obstacles of a scenario or user, except orders, never appear where a robot is. Truths change
+    only when obstacles appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         if not one.open or one.blocks or not one.ordered:
@@ -57,7 +57,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
     """Inputs change as the scenario lists, or by a user; objectives and service also with an input
-    or a battery, or in a user's world. A robot's changes in the scenario come in their order."""
+    or a battery, or in a user's world. The scenario's changes of a robot come in order."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"

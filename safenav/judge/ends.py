@@ -102,7 +102,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
     can meet it. An obstacle's deadline is excused once the obstacle need not be resolved, a round's
-    if the robot pursued something else in this or the previous round."""
+    deadline if the robot pursued something else in this or the previous round."""
     due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
     robot, one = s.robots.get(e.of), s.obstacles.get(e.of)
     excused = bool(robot.away or robot.was_away if robot else one and (one.shut or not one.open))
@@ -119,8 +119,8 @@ def deadline(e: Line, s: State) -> Iterator[str]:
 
 @rule("outcome")
 def deadlines(e: Line, s: State) -> Iterator[str]:
-    """The outcome lists exactly the missed deadlines; that of the mission is kept when it is
-    completed."""
+    """The outcome lists exactly the missed deadlines. The mission's deadline is kept when the
+    mission is completed."""
     late, missed = {*(e.late or ())}, s.missed | s.overdue(e.tick)
     if forgotten := (missed if e.outcome == "completed" else s.missed) - late:
         yield f"missed, but not listed: {', '.join(sorted(forgotten))}"

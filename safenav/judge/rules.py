@@ -44,8 +44,8 @@ def rule(*kinds: str) -> Callable[[Judge], Judge]:
 
 @rule(*STEPS)
 def continuity(e: Line, s: State) -> Iterator[str]:
-    """A robot departs from where it is, and arrives only if it has departed. Out of service, or
-    lost, it begins no step."""
+    """A robot departs from where it is, and arrives only if it has departed. A robot out of
+    service, or lost, begins no step."""
     robot, step = s.robots[e.robot], e.step
     begins = robot.bound is None and step.to != step.start and not step.strays
     if begins and (robot.out or robot.lost):
@@ -141,8 +141,8 @@ def pace(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS, "operator")
 def collision(e: Line, s: State) -> Iterator[str]:
     """Robots in conflict never occupy the same region; a robot in transit occupies two, and a lost
-    robot all regions in which it may be. At most one robot of an entry of `never_together` is in
-    the entry's regions."""
+    robot all regions in which it may be. At most one robot of a `never_together` entry is in the
+    entry's regions."""
     for other in s.mates[e.robot] if e.step else ():
         held = s.robots[other].holds
         if both := e.step.holds & s.kept_out(e.robot, other, held):
@@ -152,7 +152,7 @@ def collision(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
-    entering; else it returns to where it came from. If an obstacle appears in its region (user's
+    entering. Inside, it returns to where it came from; if the obstacle appeared around it (user's
     worlds), it leaves on any side."""
     robot, step = s.robots[e.robot], e.step
     entered = step.holds - robot.holds

@@ -28,19 +28,20 @@ SLOWEST = 20
 
 @dataclass
 class Robot:
-    """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region that it
-    is in transit to since tick ``began``; ``came``: the region that it entered its own from;
-    ``before``: its pose before its last move; ``given``: the objective that lines last gave it;
-    ``begun``: the tick in which its round began; ``within``: the ticks that it may take; ``away``:
-    whether it does something else in this round, so that this has no deadline; ``was_away``: in the
-    one before; ``memories``: states that its formulas may have (None: not followed), ``recalled``:
-    before its last step, ``heard``: those with the inputs since that step began; ``stands``: since
-    when it uses its ``charge`` without a step (None: it takes one); ``filled``: its battery was
-    replaced; ``kept``: its progress with the objective that it resumes after an input; ``first``:
-    the target with which its strategy begins; ``told``: a user gave it its objective; ``acts``: the
-    action in which it takes part, ``acted``: the one that ended last, with its end; ``knew``: the
-    obstacles that the team knew as it began, each with its stage; ``met``: the goals that its last
-    step has met, each with its tick; ``turn``: the line of its last turn."""
+    """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region to
+    which it is in transit since tick ``began``; ``came``: the region from which it entered its
+    present one; ``before``: its pose before its last move; ``given``: the objective that trace
+    lines gave it last; ``begun``: the tick in which its round began; ``within``: the ticks that a
+    round may take; ``away``, ``was_away``: whether it pursues something else in this round, or did
+    in the previous one, so that there is no deadline; ``memories``: those that its formulas may
+    have (None: not followed); ``recalled``: those before its last step; ``heard``: those with the
+    inputs since that step began; ``stands``: the time since which it uses ``charge`` without a step
+    (None: in a step); ``filled``: whether its battery was replaced; ``kept``: its progress with the
+    objective that it resumes after an input; ``first``: the target with which its strategy begins;
+    ``told``: whether a user gave it its objective; ``acts``: the action in which it takes part;
+    ``acted``: the last action that ended, with its end; ``knew``: the obstacles that the team knew
+    when the action began, each with its stage; ``met``: the goals that its last step has met, each
+    with its tick; ``turn``: the line of its last turn."""
 
     name: str
     data: Line
@@ -180,11 +181,12 @@ class Rest(NamedTuple):
 
 @dataclass
 class Obstacle:
-    """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part; ``asked``:
-    those that encountered it; ``there``: whether it is present; ``since``: the tick in which it
-    last appeared, unless by the scenario; ``shut``: whether it is given up or permanent;
-    ``known``: whether the team knows it; ``declared``: by an operator; ``begun``: the line since
-    which its next need is the next one, and no robot has returned to service."""
+    """An obstacle. ``rest``: its open needs; ``group``: the robots that did the last part;
+    ``asked``: the robots that have encountered it; ``there``: whether it is present; ``since``: the
+    tick in which it last appeared, except by the scenario; ``shut``: whether it is given up or
+    permanent; ``known``: whether the team knows it; ``declared``: whether an operator declared it
+    permanent; ``begun``: the line since which its next need is next and no robot has returned to
+    service."""
 
     name: str
     type: str
@@ -236,10 +238,10 @@ class Obstacle:
 
 
 class Step(NamedTuple):
-    """A move, departure or arrival in one form. After it the robot, which was in ``start``, is
-    ``at`` a region with a ``heading``, in transit to ``bound`` (None: it is not), and ``holds``
-    regions. ``to``: where the step ends. ``strays``: whether it ended elsewhere than commanded, or
-    failed."""
+    """A move, departure or arrival in one form. The robot was in ``start``. It is now ``at`` a
+    region with a ``heading``, in transit to ``bound`` (None: not in transit), and ``holds``
+    regions. ``to``: where the step ends. ``strays``: whether it failed, or ended elsewhere than
+    commanded."""
 
     start: int
     at: int
@@ -254,16 +256,16 @@ class Step(NamedTuple):
 
 
 class State:
-    """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the scenario's obstacles
-    that have not appeared yet; ``changes``: changes for robots, not applied yet; ``dues``: the
-    deadlines of rounds, requests and the mission that were not met yet, ``missed``: those that were
-    not met in time; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
-    the tick in which each input changed last; ``limit``: ticks (live: seconds); ``rivals``:
-    the robots in conflict with each, ``mates``: also those with which it shares a zone of
-    ``never_together``; ``promised``: the tick in which the deadline of the mission is kept;
-    ``over``: the tick in which a lost deadline shows that the present turn is over (None: it is
-    not); ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user or
-    the world."""
+    """The state at a line of a trace. ``tick``, ``time`` (live: seconds); ``coming``: the
+    scenario's obstacles that have not appeared yet; ``changes``: changes of robots that are not
+    applied yet; ``dues``: the deadlines of rounds, requests and the mission that were not met yet;
+    ``missed``: those not met in time; ``kept``: for each robot and obstacle, the last deadline that
+    was met; ``switched``: the tick in which each input changed last; ``limit``: ticks (live:
+    seconds); ``rivals``: the robots in conflict with each robot; ``mates``: these, and those with
+    which it shares a zone of ``never_together``; ``promised``: the tick in which the mission's
+    deadline is kept; ``over``: the tick in which a lost deadline shows that the present turn is
+    over (None: none does); ``strays``: number of steps that ended elsewhere than commanded;
+    ``hands``: number of changes by a user or the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario

@@ -24,7 +24,7 @@ class TooLargeError(Exception):
 
 class World:
     """The map of a trace. Regions off the map are accepted as arguments; they are not free.
-    ``work``: the states that proofs have visited."""
+    ``work``: the number of states that proofs have visited."""
 
     def __init__(self, rows: int, cols: int, walls: Collection[int]) -> None:
         self.cols, self.size, self.work = cols, rows * cols, 0

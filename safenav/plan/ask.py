@@ -369,8 +369,8 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
 
 
 def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
-    """Return the deadlock, if found, of up to three robots that could not complete the mission even
-    without all others: a proof for the team, since others only restrict them."""
+    """Return a proof, or None, that up to three robots cannot complete the mission even without all
+    other robots, which would only restrict them."""
     sharing = [i for i in floor.robots if floor.team.members[i].partners]
     for size in range(1, min(4, len(floor.robots))):
         groups = [

@@ -4,16 +4,16 @@ Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strat
 abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
 each region of the believed cells, the other robot may stay or step to a neighbour; in a live run it
 may be anywhere within reach, since nothing bounds its steps between two observations. A successor
-in sight remains a region; all successors out of sight fold into one belief: the set of cells that
+in sight remains a region; all successors out of sight form one belief: the set of cells that
 contain one. The update of knowledge is defined here once, for the specification and for the
 runtime, so that a strategy receives exactly the observations for which it was synthesized. As in
-the game, the other moves first, and the robot observes from its region before its own move.
+the game, first the other robot moves, and then this robot observes from its region and moves.
 
 Values of ``at_NAME`` below the number of regions are regions where the robot sees the other robot;
-those from that number on are beliefs, numbered as they can occur. The game is as large as the map
-near the robot and as small as the partition everywhere else. Constraints are written for each own
-region (with the regions in sight) and for each belief, never for each pair of positions. Impossible
-pairs are left open where that shortens the text. See docs/tracking.md.
+greater values are the beliefs that can occur. The game is as large as the map near the robot and as
+small as the partition everywhere else. Constraints are written for each own region (with the
+regions in sight) and for each belief, never for each pair of positions. Impossible pairs are left
+open where that shortens the text. See docs/tracking.md.
 """
 
 from __future__ import annotations

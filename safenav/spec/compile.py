@@ -282,7 +282,7 @@ def _move_output() -> tuple[Variable]:
 
 
 def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the guarantees: never enter a busy region; and the definition of ``move``."""
+    """Yield the guarantees: the robot never enters a busy region, and ``move`` is defined."""
     begin = Origin(f"{task.item}.mobility", "the definition of move")
     yield Constraint(Section.SYS_INIT, f"{MOVE} = 0", begin)
     yield Constraint(Section.SYS_TRANS, f"{MOVE}' = 0 <-> region' = region", begin)

@@ -211,7 +211,7 @@ def least_within(member: Member, start: int, *, strict: bool, first: int = 0) ->
     every = reduce(or_, targets) if strict else 0  # targets of a patrol share no region
 
     def round_from(pose: int, goals: Sequence[Mask] = targets) -> ByTick:
-        """Return the poses of the last target by the ticks of a round that ends there."""
+        """Return, for each number of ticks, the poses where a round from ``pose`` can end."""
         met = {0: 1 << pose}
         for target in goals:
             allowed = member.floor & ~(every & ~target)

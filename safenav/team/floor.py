@@ -37,14 +37,15 @@ class Joint(NamedTuple):
 
 class Floor(Struct, frozen=True, eq=False, dict=True):
     """The team's knowledge at one moment, without poses. ``gates``: open obstacles in the order of
-    service; ``graphs``: poses and steps per robot; ``floors``: per robot, the poses that walls, its
-    rules and sealed obstacles leave; ``robots``: robots that take part; ``barred``: pairs of a
-    robot and an obstacle that it must not resolve; ``inside``: per robot, the closed obstacles that
-    contain it; ``helping``: robots that already serve each obstacle; ``rounds``: rounds to complete
-    per robot, if they differ from the mission's; ``away``: per robot, poses closed only by robots
-    out of service; ``either``: whether strict objectives may begin with any target; ``ready``:
-    whether robots with completed rounds must still be able to move; ``laden``: robots that carry
-    loads of other obstacles; ``left``: the time until each gate is due, if any is."""
+    service; ``graphs``: the poses and steps of each robot; ``floors``: for each robot, the poses
+    that walls, its rules and sealed obstacles leave free; ``robots``: robots that take part;
+    ``barred``: pairs of a robot and an obstacle that it must not resolve; ``inside``: for each
+    robot, the closed obstacles that contain it; ``helping``: robots that already serve each
+    obstacle; ``rounds``: the rounds that each robot has to complete, if they differ from the
+    mission's; ``away``: for each robot, the poses that only robots out of service close;
+    ``either``: whether strict objectives may begin with any target; ``ready``: whether robots with
+    completed rounds must still be able to move; ``laden``: robots that carry loads of other
+    obstacles; ``left``: the time until each gate is due, if any gate is."""
 
     team: Team
     gates: tuple[int, ...]

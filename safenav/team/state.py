@@ -1,4 +1,4 @@
-"""The state of a team, and the events that change it. Frozen, numbered, hashable."""
+"""The state of a team, and the events that change it, all frozen, hashable and with indices."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -36,10 +36,10 @@ class Count(NamedTuple):
 
 
 class Is(StrEnum):
-    """State of an obstacle. ``AWAY``: has not appeared yet; ``HIDDEN``: unknown; ``SEEN``: a sensor
-    shows it, but it has no request; ``OPEN``: encountered or ordered, with a request; ``SEALED``:
-    permanent (in O), because it is untraversable or can never be resolved; ``OVER``: resolved, or
-    gone."""
+    """The state of an obstacle. ``AWAY``: it has not appeared yet; ``HIDDEN``: the team does not
+    know it; ``SEEN``: a sensor shows it, without a request; ``OPEN``: it was encountered or
+    ordered, with a request; ``SEALED``: it is permanent (in O), since it is untraversable or can
+    never be resolved; ``OVER``: it is resolved, or gone."""
 
     AWAY = "away"
     HIDDEN = "hidden"
@@ -83,20 +83,21 @@ Base = tuple[Objective, int | None, Count, Values]
 
 
 class RobotNow(Struct, frozen=True):
-    """A robot now. ``to``: the pose of the step under way (it reserves both regions); ``due``: the
-    tick in which this step ends (lockstep). ``objective`` in force, with its progress ``task``;
-    ``own``: progress with its own objective. ``node`` of its strategy at its next pose. ``at``: its
-    place in the joint plan; ``by``: the origin of the step under way; ``command``: the number of
-    the last one (live). ``acting``: the robot in whose action it takes part; ``works``: the
-    obstacles of its own action (live). ``active``: whether it is in service; ``failed``: the
-    regions of the steps that failed since it arrived somewhere. ``fresh``: whether it has a new
-    objective, of which it has counted nothing yet. Of formulas: ``values`` of the memory and the
-    inputs at the pose of its next decision; ``came``: its pose and these values before its last
-    turn. ``known``: for each robot that it tracks a region, or the cells that may hold it.
-    ``mode``: the input that set its own objective; ``base``: its objective before that. ``charge``
-    of its battery; ``flat``: whether it is used up, and the robot waits for another; ``cause``: the
-    reason why it is out of service. ``behind``: the region from which it entered its own; None if
-    it was put there. ``broken``: the assumptions of its last strategy that did not hold."""
+    """A robot now. ``to``: the pose to which its step leads (it reserves both regions); ``due``:
+    the tick in which this step ends (lockstep). ``objective``: that in force, with the progress
+    ``task``; ``own``: the progress with its own objective. ``node``: that of its strategy at its
+    next pose. ``at``: the index of its waypoint in the joint plan; ``by``: the origin of the step
+    under way; ``command``: the index of its last command (live). ``acting``: the robot in whose
+    action it takes part; ``works``: the obstacles of its own action (live). ``active``: whether it
+    is in service; ``failed``: the regions of the steps that failed since it last arrived.
+    ``fresh``: whether it has a new objective of which it has counted no goal yet. ``values``: those
+    of its formulas' memory and inputs at its next decision; ``came``: its pose and these values
+    before its last turn. ``known``: for each robot that it tracks, a region, or the cells that may
+    hold it. ``mode``: the input that set its own objective; ``base``: its objective before that.
+    ``charge``: that of its battery; ``flat``: whether this is used up, and the robot waits for
+    another battery; ``cause``: the reason why it is out of service. ``behind``: the region from
+    which it entered its present one (None: it was put there). ``broken``: the assumptions of its
+    last strategy that did not hold."""
 
     pose: int
     objective: Objective

@@ -102,7 +102,7 @@ class Automaton:
         return found
 
     def path(self, node: int) -> tuple[int, ...]:
-        """Return a shortest path from a start node."""
+        """Return a shortest path from a start node to ``node``."""
         return path_to(node, self._before)
 
     def _evaluator(self, block: slice) -> Evaluator:

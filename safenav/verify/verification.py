@@ -96,10 +96,11 @@ class Verification(Struct, frozen=True):
 
 
 def verify(spec: Specification, automaton: Strategy, counter: bool = False) -> Verification:
-    """Check a strategy of the system, or a ``counter``strategy: the proof that there is none.
+    """Return the verdict on a strategy of the system or, if ``counter``, on a counterstrategy,
+    which proves that no strategy exists.
 
-    Raises InputError if the specification cannot be read, ResourceLimitError if its
-    assumptions tie so many inputs together that they cannot be counted.
+    Raises InputError if the specification cannot be read, ResourceLimitError if its assumptions tie
+    so many inputs together that they cannot be counted.
     """
     vacuous = not counter and not openings(spec)[0].count([()])[0]
     found = Automaton(spec, automaton, automaton.initial(counter))

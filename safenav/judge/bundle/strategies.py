@@ -84,8 +84,8 @@ class Strategy:
 
 
 def check_measure(edges: Edges, what: str, met: Met, excuses: list[Met], given: Any) -> None:
-    """Refuse unless each infinite path of these edges meets the goal infinitely often, or one of
-    the ``excuses`` never again from some point on.
+    """Refuse unless each infinite path of these edges meets the goal infinitely often, or from some
+    point on never meets one of the ``excuses``.
 
     A measure gives each node a number n and perhaps an excuse a. On each edge that does not meet
     the goal, n decreases; or n and a stay the same, and the edge does not meet a. Once no edge

@@ -1,4 +1,4 @@
-"""Claims that the mission cannot be completed, and the proof of each."""
+"""The check of claims that the mission cannot be completed, and of their proofs."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace

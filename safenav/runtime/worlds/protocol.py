@@ -121,8 +121,9 @@ class World(Protocol):
         """Send the robot to ``pose``, in a neighbouring region."""
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
-        """Let the robot act in its region: on ``obstacles``, which the team knows, and on other
-        obstacles. Always ends with ``Acted``, with ``nothing`` for an absent obstacle."""
+        """Let the robot act in its region: on ``obstacles``, which the team knows, and on others.
+        The action always ends with ``Acted``, whose result for an absent obstacle is
+        ``nothing``."""
 
     def cancel(self, robot: Robot) -> None:
         """Stop the robot as soon as possible; the command still ends with its event."""

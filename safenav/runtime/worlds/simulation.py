@@ -101,8 +101,8 @@ class SimulatedWorld:
         return [(sources[k], sources[k].traversable) for k in done]
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
-        """Let robots that are out of service or busy, as far as the team knows, take part in no
-        action that begins now; robots without a command that are out of service leave actions."""
+        """Let robots that the team knows to be out of service or busy take part in no new action.
+        Robots that are out of service and have no command also leave their present actions."""
         live, every = self._team.live, [*enumerate(robots)]
         self.absent = {i for i, r in every if not r.active or (live and not r.idle)}
         out = {i for i, r in every if not r.active and r.idle}
@@ -336,7 +336,7 @@ class LiveSimulation:
         """Do nothing: each command of the simulation ends by itself."""
 
     def wait(self, timeout: float | None) -> list[WorldEvent]:
-        """Return all events of the next moment with an event."""
+        """Return all events of the next moment at which something happens."""
         times = [self._now + timeout] if timeout is not None else []
         times += [self._coming[0][0]] if self._coming else []
         times += self.times()
