@@ -235,8 +235,8 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 
 def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
-    """Return the measures of a strategy on the edges of nodes: a constant for a goal without a
-    measure. Those of a ``counter``strategy must all exist. Raises NoMeasureError otherwise."""
+    """Return the measures on the edges of ``nodes``. A goal without a measure gets a constant in a
+    strategy, and raises NoMeasureError in a ``counter``strategy."""
     graph = task.graph
     edges = graph.edges(nodes)
     goals, assumed = task.met(edges)

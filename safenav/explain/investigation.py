@@ -294,7 +294,7 @@ def confinement(found: Diagnosis, core: Core, task: Task) -> LosingPlay | None:
 def play_out(
     whole: Specification, core: Specification, task: Task, world: RegionMap, ask: Questions
 ) -> LosingPlay | None:
-    """Return a play of the robot that loses against the core; None if the limits allow none."""
+    """Return a losing play of the robot against the core; None if the limits allow none."""
     play = losing_play(whole, core, ask, partial(_nearness, core, world))
     if play is None or play.ending is not PlayEnd.STUCK:
         return play

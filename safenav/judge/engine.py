@@ -15,7 +15,7 @@ BATTERY = "battery"
 
 
 def after(e: Line, s: State) -> None:
-    """Change the state as a line states."""
+    """Update the state by the effect of a line."""
     if e.tick > s.tick:
         s.missed |= s.overdue(e.tick)
     s.tick, s.time = e.tick, s.time if e.t is None else e.t

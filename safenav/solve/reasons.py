@@ -97,7 +97,8 @@ def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
 
 
 def cause_of(found: Collection[Shortfall]) -> OperatorCause:
-    """Return why needs are never fulfilled: robots are missing, wait for each other, or neither."""
+    """Return the cause for which needs are never fulfilled: too few robots, robots that wait for
+    each other's help, or neither."""
     if any(each.too_few for each in found):
         return OperatorCause.NO_CAPABLE_ROBOT
     waits = {

@@ -304,8 +304,8 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
 
 
 def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
-    """Return a closure in which some robot can never continue (None: no step is possible), and the
-    steps that lead there, if possible lossless ones. It exists if SOLVE fails."""
+    """Return, for a state in which SOLVE fails, a closure in which some robot can never continue
+    (None: no step is possible), and the steps that lead there, lossless ones if possible."""
     taken: tuple[Step, ...] = ()
     while all((closure := closure_of(now)).live):
         steps = options(now, None)

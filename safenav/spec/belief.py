@@ -385,7 +385,8 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
 
 def _believing(model: Model, item: str) -> Iterator[Constraint]:
     """Yield the constraints on beliefs: from a believed cell the other robot may appear where it
-    can have moved, or stay out of sight; a belief drops cells that can be seen entirely."""
+    can have moved, or stay out of sight. A belief drops cells whose reachable regions are all in
+    sight."""
     name, size = model.other.variable, model.size
     wall = region_mask(tuple(model.watch.world.walls))
     for belief in model.beliefs:

@@ -48,7 +48,8 @@ def graph_of(
 def targets_of(
     objective: Objective, graph: PoseGraph, *, on: frozenset[str] | None = None
 ) -> tuple[Mask, ...]:
-    """Return, for each goal of an objective, the states in which it is met. ``on``: the inputs."""
+    """Return, for each goal of an objective, the states that meet it. ``on``: as in
+    ``graph_of``."""
     if objective.formulas is None:
         return graph.on_each(objective.targets)
     if graph.remembers:

@@ -87,7 +87,7 @@ class RobotNow(Struct, frozen=True):
     the tick in which this step ends (lockstep). ``objective``: that in force, with the progress
     ``task``; ``own``: the progress with its own objective. ``node``: that of its strategy at its
     next pose. ``at``: the index of its waypoint in the joint plan; ``by``: the origin of the step
-    under way; ``command``: the index of its last command (live). ``acting``: the robot in whose
+    under way; ``command``: the number of the last one (live). ``acting``: the robot in whose
     action it takes part; ``works``: the obstacles of its own action (live). ``active``: whether it
     is in service; ``failed``: the regions of the steps that failed since it last arrived.
     ``fresh``: whether it has a new objective of which it has counted no goal yet. ``values``: those
@@ -227,7 +227,7 @@ class Time(Change, frozen=True):
 class Departed(Event, frozen=True):
     """A robot departs for a pose. ``by``: the origin of the decision; ``node``: its strategy's node
     there, with the ``values`` of its formulas; ``due``: the tick in which the step ends, if it
-    takes several; live: the index of its ``command`` and the expected ``seconds``."""
+    takes several; live: the number of its ``command`` and the expected ``seconds``."""
 
     robot: int
     pose: int

@@ -220,7 +220,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def step_times(self) -> tuple[float, ...]:
-        """The duration of each robot's step: in ticks, or live in seconds, as the mean of a
+        """The duration of each robot's step: in ticks; in a live run in seconds, the mean of a
         straight step and one with a quarter turn."""
         if not self.live:
             return tuple(member.ticks for member in self.members)

@@ -170,7 +170,7 @@ class Evidence:
 
     def keeps(self, e: Line, s: State) -> None:
         """Each strategy obeys the scenario: moves, walls, a successor for each observation, goals
-        under named assumptions; and a robot for which none exists has a counterstrategy."""
+        under named assumptions. A robot without a strategy has a counterstrategy."""
         proof = proof_file(e)
         key = proof, not (s.tick or s.moves)  # `init` counts only at the start of a run
         text = f"{e.robot} for '{_objective(formed(e.objective, e.form), s)}'"

@@ -68,7 +68,7 @@ class Strategy:
             raise TooLargeError(f"{size} edges; this checker accepts at most {MOST_EDGES}")
 
     def rows(self, names: Sequence[str]) -> list[Row]:
-        """Return each node's values of some variables. Refuse if one is missing."""
+        """Return the values of these variables in each node. Refuse if a variable is missing."""
         missing = sorted({*names} - {*self.columns})
         require(not missing, f"variables missing in the strategy: {', '.join(missing)}")
         columns = [self.columns[name] for name in names]

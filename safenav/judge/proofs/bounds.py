@@ -220,8 +220,8 @@ def bound_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def refused_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield the reasons why a deadline or a charge may suffice that the trace calls insufficient at
-    the start. Raises TooLargeError."""
+    """Yield the reasons why a deadline or charge may suffice that the trace refuses at the start.
+    Raises TooLargeError."""
     for of, stated in e.refused.items():
         name = of.removesuffix(".battery")
         robot, most = s.robots.get(name), s.by if of == "mission" else None

@@ -206,7 +206,7 @@ def case_of(s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | No
 
 def case_now(s: State, memory: Mapping[str, int] | None = None) -> Case:
     """Return the case of the present state. A robot without charge counts as in service if it has,
-    or can get, another battery. This only makes proofs harder."""
+    or can get, another battery: a proof with this robot also holds without it."""
     out = {name for name, robot in s.robots.items() if robot.out and not robot.filled}
     while True:
         case = case_of(s, out=out, memory=memory)
@@ -232,8 +232,9 @@ def _met(formulas: Formulas, goal: int, steps: Graph) -> Poses:
 
 
 def _with_memory(formulas: Formulas, steps: Graph) -> tuple[Graph, list[Poses]]:
-    """Return the graph of steps, and the aims, of a robot on states: a pose, a memory, and the
-    goals that only the last step has met. A robot that stays may change its memory."""
+    """Return two results for a robot whose states are a pose, a memory, and the goals that only the
+    last step has met: the graph of its steps, and the states that meet each goal. A robot that
+    stays may change its memory."""
     edges: dict[Any, set[Any]] = {}
     for here, to in steps.items():
         for there in (here, *to):

@@ -184,7 +184,7 @@ class Answers:
         return question.future.result()  # type: ignore[no-any-return]
 
     def _goes_on(self, question: Question) -> None:
-        """Raise an exception in a search that must end, in the thread of the search."""
+        """Raise an exception if the run must end, or this question has been abandoned."""
         self._check()
         if question.obsolete:
             raise Obsolete

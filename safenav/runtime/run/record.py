@@ -368,8 +368,8 @@ class Recorder:
                 self._entry(records.Pop, entry)
 
     def _stack(self, state: State, control: Control) -> None:
-        """Record each request that is new, gets other helpers, or is set aside and so loses them,
-        and a push for each new requester."""
+        """Record requests that are new, get other helpers, or lose these by being set aside; and a
+        push for each new requester."""
         for k in state.requests:
             each = state.obstacles[k]
             helping = tuple(map(self._robot, helpers_of(control.roles, k)))

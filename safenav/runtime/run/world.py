@@ -77,7 +77,7 @@ class World:
         late."""
 
     def resume(self, run: Situation, truth: Truth | None, last: int) -> None:
-        """Continue an interrupted run. ``last``: the index of the last command."""
+        """Continue an interrupted run. ``last``: the number of the last command."""
         robots = run.state.robots
         poses = {m.name: m.graph.pose(robots[i].pose) for i, m in enumerate(run.team.members)}
         self.commands.resume(run.state.time, poses, last)

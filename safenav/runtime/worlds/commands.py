@@ -63,7 +63,7 @@ class Lockstep:
         return float(self._tick)
 
     def number(self, name: str) -> int:
-        """Return 0, since commands have no indices in lockstep."""
+        """Return 0, since commands have no numbers in lockstep."""
         del name
         return 0
 
@@ -198,7 +198,7 @@ class Commands:
         self.zero = self._clock()
 
     def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
-        """Continue at a time of the run. ``last``: the index of the last command."""
+        """Continue at a time of the run. ``last``: the number of the last command."""
         if isinstance(self.world, LiveSimulation):
             self.world.resume(time, poses)
         self._count, self.zero = last, self._clock() - time
@@ -208,7 +208,7 @@ class Commands:
         return min(float(event.at) - self.zero, self.now())
 
     def number(self, name: str) -> int:
-        """Return the index of a robot's open command or, if it has none, of its last command."""
+        """Return the number of a robot's open command or, if it has none, of its last command."""
         return self._open[name].command if name in self._open else self._count
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:

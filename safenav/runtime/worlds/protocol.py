@@ -34,8 +34,8 @@ class DatedEvent(Struct, frozen=True):
 
 
 class WorldEvent(DatedEvent, frozen=True, kw_only=True):
-    """An event that a world reports. ``command``: the index of the command that it ends, or
-    None."""
+    """An event that a world reports. ``command``: the number of the command that it ends (None: it
+    ends none)."""
 
     command: int | None = None
 

@@ -116,8 +116,8 @@ class SimulatedWorld:
     # Simulation of durations.
 
     def begin(self, robot: Robot) -> None:
-        """Let a robot begin an action, in which only robots that are there now take part. For what
-        the team knows, robots leave actions in which they take part unknown to it."""
+        """Let a robot begin an action with the robots that are there now. If it is on obstacles
+        that the team knows, they leave actions in which they take part without its knowledge."""
         i, before = self.leave(robot), self._groups
         if self.cleared:
             self._groups = {j: group & {j, *self.absent} for j, group in before.items()}
