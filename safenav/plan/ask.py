@@ -189,7 +189,8 @@ def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
-    """Return the result of a short search, else a proof for a few robots or a long search's one."""
+    """Return the result of a short search, or a proof for a few robots, or else the result of a
+    long search."""
     answer = search.run(1)
     if answer is not None:
         return answer

@@ -231,7 +231,7 @@ class Search:
         return None if poses == joint.poses else self.floor.moved(joint, poses)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """Yield poses that the search may force on a robot: next ones where it can continue."""
+        """Yield next poses that the search may force on a robot, in which it can continue."""
         for pose in self.floor.steps(i, joint.stages)[joint.poses[i]]:
             if self._alive[i] >> pose & 1:
                 yield pose

@@ -45,8 +45,8 @@ def shortened(
     served: frozenset[int],
     kinds: Iterable[Sequence[Joint]] = (),
 ) -> Plan:
-    """Return the plan with these states, or with one of the alternative sequences ``kinds`` if that
-    costs less, with fewer ticks and steps where shortening succeeds soon."""
+    """Return the cheapest plan with these states or with another sequence of ``kinds``. It has
+    fewer ticks and steps than its states where shortening succeeds soon."""
     best = _shortened(floor, states, served)
     for each in kinds:
         draft = _shown(floor, each[0], [one.poses for one in each], served)

@@ -1,4 +1,4 @@
-"""The reader that builds a run from a trace, the only one of trace lines for people.
+"""The reader that builds a run from a trace. No other module reads trace lines for people.
 
 It checks only the requirements of a picture (the judge checks the run itself): regions on the map,
 robots and obstacles that the header names, one move for each robot and tick. A trace that was cut

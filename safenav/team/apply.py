@@ -307,7 +307,7 @@ def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...])
 
 
 def _dropped(state: State, k: int) -> State:
-    """Return the state without a request, anywhere in the stack (Algorithm 1, line 19)."""
+    """Return the state with a request removed from the stack (Algorithm 1, line 19)."""
     return replace(state, requests=tuple(each for each in state.requests if each != k))
 
 

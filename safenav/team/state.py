@@ -30,8 +30,8 @@ class Count(NamedTuple):
     last: int = -1
 
     def turn(self, pursuit: Pursuit) -> int:
-        """Return the target that comes first: the next one or, in any order, that after
-        ``last``."""
+        """Return the index of the target that a strategy meets first: the next one if targets are
+        met in turn, else the one after the target that counted last."""
         return self.memory if pursuit.in_turn else (self.last + 1) % max(1, pursuit.targets)
 
 

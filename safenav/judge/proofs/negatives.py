@@ -286,8 +286,8 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
 
 
 def _lost_problems(e: Line, case: Case) -> Iterator[str]:
-    """Yield the stated robots that may not have lost their objective forever: each can continue
-    alone, without the obstacles that may yet be resolved."""
+    """Yield a problem unless one of the stated robots provably cannot continue, even alone and
+    without the obstacles that may yet be resolved."""
     s = case.state
     stated = e.unrealizable or {}
     if not all(_continues(s.robots[n], case, s.failed.get((n, stated[n]))) for n in stated):
