@@ -37,7 +37,7 @@ from safenav.verify.verification import first_failure
 
 
 class Made(Struct, frozen=True):
-    """A written bundle, and the verdict of its own checker."""
+    """A bundle that was written, with the verdict of its checker on it."""
 
     path: Path
     verdict: Judged
@@ -82,8 +82,8 @@ def make_bundle(
 
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside the target. Report a failure to write in it as a failure of
-    the target."""
+    """Yield a temporary folder beside the target. A failure to write into it is reported as a
+    failure to write the target."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=".bundle-") as folder:
@@ -104,8 +104,9 @@ def _certifiable(scenario: Scenario) -> None:
 def files_of_run(
     trace: bytes, sources: Mapping[str, bytes], synthesizer: Synthesizer
 ) -> dict[str, bytes]:
-    """Return all files except the page and the manifest, with the strategies of repeated syntheses,
-    from the cache. Raises UsageError, which names the missing part, if that is not possible."""
+    """Return all files of a bundle except the page and the manifest. The strategies of repeated
+    syntheses come from the cache. Raises UsageError, which names the missing part, if that
+    fails."""
 
     def automata(e: Line) -> Iterator[bytes]:
         text = synthesizer.cache.load_text(e.spec)
@@ -234,8 +235,8 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 
 def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
-    """Return the measures for the edges of nodes. For a goal without a measure, return a constant.
-    For a ``counter``strategy, raise NoMeasureError instead."""
+    """Return the measures on the edges of ``nodes``. A goal without a measure gets a constant in a
+    strategy, and raises NoMeasureError in a ``counter``strategy."""
     graph = task.graph
     edges = graph.edges(nodes)
     goals, assumed = task.met(edges)

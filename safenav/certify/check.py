@@ -21,8 +21,8 @@ from safenav.trace.records import Header
 
 
 def check_bundle(bundle: str | Path) -> Judged:
-    """Check a bundle with the installed checker (not the copy in the bundle), and read its source
-    again."""
+    """Return the verdict of the installed checker (not of its copy in the bundle) on a bundle, and
+    of a comparison of the trace with the bundle's copy of its source."""
     bundle = Path(bundle)
     found = check(bundle)
     files = open_bundle(bundle) if found.accepted else {}
@@ -43,8 +43,8 @@ def check_bundle(bundle: str | Path) -> Judged:
 
 
 def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
-    """Return the text of a scenario, and its map and catalogue files, by their paths relative to
-    the deepest folder that contains them all."""
+    """Return the text of a scenario, and the map and catalogue files that it reads, by their paths
+    relative to the deepest folder that contains all of them."""
     own = Path("scenario.yaml" if str(scenario) == STDIN else scenario).absolute()
     named = [path for path in referenced_files(root_of(text), own.parent) if path.is_file()]
     found = {normpath(path): path.read_bytes() for path in named} | {normpath(own): text.encode()}
@@ -53,8 +53,8 @@ def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
 
 
 def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
-    """Return the first difference between the scenario in a trace's header and its source, or None.
-    The seed and the clock are those of the run."""
+    """Return, in words, the first difference between the scenario in a trace's header and its
+    source; None if there is none. The seed and the clock of the run are used for both."""
     told, traced = "no file in it is a scenario", header.scenario
     with tempfile.TemporaryDirectory() as folder:
         files = {normpath(Path(folder, name)): data for name, data in sources.items()}
@@ -82,7 +82,7 @@ _PAGE = Path(__file__).with_name("page.html")
 
 
 def page_of(trace: Trace, verdict: Judged) -> str:
-    """Return the page of a bundle, of its trace and the checker's verdict."""
+    """Return the page of a bundle, made from its trace and the checker's verdict."""
     end = trace.outcome
     outcome = "unfinished" if end is None else end.outcome.value
     why = "the trace ends before the run does" if end is None else end.explanation

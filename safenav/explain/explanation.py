@@ -1,11 +1,11 @@
-"""Data of an explanation; diagnosis by graph search: the cause, and its one-sentence reason, which
-check, synth and run print immediately.
+"""The data of an explanation, and the diagnosis by graph search: the cause, and its reason in one
+sentence, which check, synth and run print immediately.
 
 One restriction at a time is removed (walls, obstacles, the heading, the strictness of the
-objective); the first without which the robot could meet its objective alone is the cause. The
-one-player game is explicit and small (poses times the objective's memory), so this takes
-milliseconds and no synthesis. The objective is played by its automaton (``scenario.objective``);
-objectives in raw formulas (``ltl``) are not covered."""
+objective). The cause is the first one without which the robot alone could meet its objective. This
+one-player game is explicit and small (poses times the objective's memory), so it takes milliseconds
+and no synthesis. The objective is played by its automaton (``scenario.objective``); objectives in
+raw formulas (``ltl``) are not covered."""
 
 import math
 import time
@@ -33,7 +33,7 @@ Values = Mapping[str, int]
 
 
 class NoStrategyCause(StrEnum):
-    """Cause of unrealizability. All but the last three hold whatever the moving robots do."""
+    """The cause of unrealizability. All but the last three hold whatever the other robots do."""
 
     NO_WAY = "no_way"
     """Walls are between the robot and a target."""
@@ -60,11 +60,11 @@ class NoStrategyCause(StrEnum):
 
 
 class Diagnosis(Struct, frozen=True):
-    """Result of graph search alone.
+    """The result of the graph search.
 
-    ``cause``: None if the map and the robot's mobility are not the reason. ``lost``: targets
-    without any path. ``confined``: the regions that it can reach. ``culprits``: obstacles or robots
-    in the way, for OBSTACLE. ``crossing``: the target in the way, for CROSSING."""
+    ``cause``: None if neither the map nor the robot's mobility is one. ``lost``: targets to which
+    no path leads. ``confined``: the regions that the robot can reach. ``culprits``: obstacles or
+    robots in its way, for OBSTACLE. ``crossing``: the target in its way, for CROSSING."""
 
     cause: NoStrategyCause | None
     lost: tuple[Target, ...] = ()
@@ -74,7 +74,7 @@ class Diagnosis(Struct, frozen=True):
 
 
 class CoreMember(Struct, frozen=True):
-    """Guarantees with one origin, which are dropped together."""
+    """Guarantees with the same origin, which are kept or dropped together."""
 
     origin: Origin
     constraints: tuple[Constraint, ...]
@@ -84,12 +84,12 @@ class CoreMember(Struct, frozen=True):
 class Core(Struct, frozen=True):
     """A minimal set of guarantees that no strategy can keep together.
 
-    With all assumptions and these guarantees alone there is no strategy. Without any one member
-    there is one (known only if ``minimal``: else time ran out on some query). ``together``: whether
-    they can be kept with a cooperating environment (None: unknown); ``all_together``: whether all
-    guarantees of the specification can. ``fairness``: fairness assumptions that did not help.
-    ``decisive``: without any one of the members, the whole specification is realizable; ``vain``:
-    members without which it is still unrealizable, because of another conflict."""
+    With all assumptions and these guarantees there is no strategy. Without any one member there is
+    one (known only if ``minimal``: otherwise some query ran out of time). ``together``: whether
+    they can be kept if the environment cooperates (None: unknown); ``all_together``: whether all
+    guarantees of the specification can be. ``fairness``: fairness assumptions that did not help.
+    ``decisive``: whether the whole specification is realizable without any one member; ``vain``:
+    members without which it is not, because of another conflict."""
 
     members: tuple[CoreMember, ...]
     together: bool | None
@@ -101,7 +101,7 @@ class Core(Struct, frozen=True):
 
     @property
     def alone(self) -> bool:
-        """Whether the members conflict even with a cooperating environment."""
+        """Whether the members conflict even if the environment cooperates."""
         return self.together is False
 
     @property
@@ -117,7 +117,7 @@ class Core(Struct, frozen=True):
 
 
 def with_guarantees(whole: Specification, guarantees: Iterable[Constraint]) -> Specification:
-    """Return ``whole`` with all its assumptions, but only with these guarantees."""
+    """Return the specification with all its assumptions, but only these guarantees."""
     return whole.without(filter(is_guarantee, whole.constraints)).with_more(*guarantees)
 
 
@@ -126,7 +126,7 @@ def is_guarantee(constraint: Constraint) -> bool:
 
 
 class PlayEnd(StrEnum):
-    """End of a losing play."""
+    """The ways in which a losing play can end."""
 
     CONFINED = "confined"
     """It visits all regions that it can reach, and the target is not among them."""
@@ -139,7 +139,7 @@ class PlayEnd(StrEnum):
 
 
 class Dilemma(Struct, frozen=True):
-    """A move of the robot, and a guarantee that this move would break."""
+    """A move of the robot, with a guarantee that the move would break."""
 
     region: Region
     heading: Heading | None
@@ -181,11 +181,11 @@ class RepairKind(StrEnum):
 
 
 class Repair(Struct, frozen=True):
-    """A change under which the robot has a strategy: each was checked by synthesis.
+    """A change under which the robot has a strategy, as a synthesis has shown.
 
-    ``change``: the scenario's items and their new values, as they would be written. ``scenario``:
-    the scenario with the change. ``helpers``: robots that have the capability that an obstacle
-    needs and can reach it; ``action``: the capability."""
+    ``change``: the changed items of the scenario and their new values, as a file would state them.
+    ``scenario``: the changed scenario. ``helpers``: robots that can reach an obstacle and have the
+    capability that it needs; ``action``: this capability."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]
@@ -195,7 +195,7 @@ class Repair(Struct, frozen=True):
 
 
 class RepairProblem(Struct, frozen=True):
-    """The robot and the reasons for which a repair is sought."""
+    """The robot for which repairs are sought, with the reasons why it has no strategy."""
 
     scenario: Scenario
     task: Task
@@ -205,7 +205,7 @@ class RepairProblem(Struct, frozen=True):
 
     @property
     def late(self) -> bool:
-        """Whether the deadline has passed (by the monotonic clock)."""
+        """Whether the deadline has passed, by the monotonic clock."""
         return time.monotonic() > self.deadline
 
     @property
@@ -214,7 +214,7 @@ class RepairProblem(Struct, frozen=True):
 
 
 class Explanation(Struct, frozen=True):
-    """Explanation of one robot's unrealizability."""
+    """The explanation why one robot's specification is unrealizable."""
 
     robot: str
     task: Task
@@ -230,14 +230,14 @@ class Explanation(Struct, frozen=True):
 
 
 class State(Struct, frozen=True):
-    """The robot's pose and its memory of the objective."""
+    """A robot's pose, with the memory of its objective."""
 
     pose: Pose
     memory: int = 0
 
 
 class Solo(Struct, frozen=True):
-    """Possible moves of a robot without other robots. ``regions``: regions that it can reach
+    """The possible moves of a robot without other robots. ``regions``: those that it can reach
     without breaking a rule; ``winnable``: whether it can meet all goals infinitely often or, if its
     objective ends at the last goal, stay there."""
 
@@ -253,7 +253,7 @@ def play(
     world: RegionMap,
     blocked: frozenset[Region] = frozenset(),
 ) -> Solo:
-    """Explore all moves that the robot can make. ``objective`` must not be ``Ltl``."""
+    """Return all moves that a robot alone can make. ``objective`` must not be ``Ltl``."""
     assert not isinstance(objective, Ltl)
     pursuit = objective
     first = State(pose, pursuit.begin(pose.region, memory.index) if pursuit.in_turn else 0)
@@ -277,7 +277,7 @@ def _steps(
     world: RegionMap,
     blocked: frozenset[Region],
 ) -> Iterator[State]:
-    """Yield the robot's possible next states; it may stay in a blocked region."""
+    """Yield the possible next states of a robot, which may stay even in a blocked region."""
     here, memory = state.pose.region, state.memory
     after = pursuit.turned(memory, here) if pursuit.in_turn else memory
     rules = formulas_in(pursuit)
@@ -289,7 +289,7 @@ def _steps(
 
 
 def diagnose(task: Task, world: RegionMap) -> Diagnosis:
-    """Return the cause as far as the map, the mobility and the objective determine it."""
+    """Return the diagnosis, with the cause as far as map, mobility and objective determine it."""
     mobility, blocked = task.robot.model.mobility, {known.region for known in task.blocked}
     walkable = Reachability(mobility, task.pose, world, blocked)
     if isinstance(task.objective, Ltl):
@@ -327,14 +327,14 @@ def _solo(task: Task, world: RegionMap) -> Solo:
 
 
 def _connected(task: Task, world: RegionMap) -> bool:
-    """Return whether a robot that can turn has a path to each target, blocked by walls only."""
+    """Return whether a robot that can turn on the spot has a path past the walls to each target."""
     reach = Reachability(Mobility.FREE, Pose(task.pose.region), world)
     return all(map(reach.reaches, task.objective.targets))
 
 
 def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
-    """Return the known obstacles and robots in the way: each one whose removal suffices, else all
-    of them if their joint removal suffices."""
+    """Return the known obstacles and robots in the way: each one whose removal suffices, or else
+    all of them if the removal of all suffices."""
     if not task.blocked or not _solo(replace(task, blocked=()), world).winnable:
         return ()
     single = tuple(
@@ -348,7 +348,7 @@ def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
 
 
 def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
-    """Return whether another heading at the start would suffice."""
+    """Return whether the robot could meet its objective with another heading at the start."""
     return any(
         _solo(replace(task, pose=Pose(task.pose.region, heading)), world).winnable
         for heading in Heading
@@ -368,13 +368,13 @@ def _crossing(task: Task, world: RegionMap) -> Target | None:
 
 
 def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
-    """Return a sentence on why ``robot`` cannot fulfil ``task``, as far as the map proves it."""
+    """Return a sentence on why ``robot`` cannot fulfil ``task``, as far as the map shows it."""
     why = why_words(diagnose(task, world), task, world)
     return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
 
 
 def _closed_words(found: Diagnosis, world: RegionMap) -> str:
-    """Return in words the regions that culprits close, grouped by reason."""
+    """Return, in words, the regions that the culprits close, grouped by reason."""
     by_reason: dict[str, list[str]] = {}
     for known in found.culprits:
         by_reason.setdefault(known.reason, []).append(world.label(known.region))
@@ -387,7 +387,7 @@ def _closed_words(found: Diagnosis, world: RegionMap) -> str:
 
 
 def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
-    """Return the reason in words, as a clause without the robot and its objective."""
+    """Return the cause in words, as a clause that mentions neither the robot nor its objective."""
     here = world.label(task.pose.region)
     lost = " and ".join(world.labels(target) for target in found.lost)
     things = _closed_words(found, world)

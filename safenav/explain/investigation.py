@@ -1,5 +1,5 @@
-"""Full explanation of one robot (cause, core, losing play, repairs), or of a specification line by
-line.
+"""The full explanation of one robot (cause, core, losing play, repairs), or of a specification line
+by line.
 
 Graph search comes first; the game decides the rest. The core is minimal: guarantees that cannot be
 kept together, in scenario terms. Graph search first drops walls (a robot never observes walls that
@@ -66,7 +66,7 @@ def find_core(
 ) -> Core:
     """Return a minimal core of an unrealizable specification.
 
-    Where a query gets no verdict within the limits, its members stay in the core, which is then not
+    If a query exceeds its limits, the members that it concerns stay in the core, which is then not
     known to be minimal."""
     search = _Search(spec, ask)
     every = _members(spec, task, world)
@@ -78,7 +78,7 @@ def find_core(
 
 
 def find_line_core(spec: Specification, ask: Questions) -> Core:
-    """Return a minimal core of an unrealizable specification, in which each line is a member."""
+    """Return a minimal core of an unrealizable specification, each member of which is a line."""
     search = _Search(spec, ask)
     lines = [CoreMember(c.origin, (c,)) for c in spec.constraints if is_guarantee(c)]
     return search.core(search.minimal(lines, []), lines)
@@ -90,7 +90,7 @@ def _proven(verdict: Verdict) -> bool | None:
 
 
 class _Search:
-    """Queries on subsets of one specification's guarantees."""
+    """A search for a core: queries on subsets of a specification's guarantees."""
 
     def __init__(self, spec: Specification, ask: Questions) -> None:
         self._spec = spec
@@ -99,7 +99,7 @@ class _Search:
         ask.spend(CORE_SHARE)
 
     def core(self, members: Sequence[CoreMember], every: Sequence[CoreMember]) -> Core:
-        """Return the core of these members; ``every``: all members of the whole specification."""
+        """Return the core with these members. ``every``: all members of the specification."""
         self._ask.spend(REST_SHARE)
         fairness = dict.fromkeys(c.origin for c in self._spec.section(Section.ENV_LIVENESS))
         together = self._ask.verdict(cooperative(self.with_only(members)))
@@ -119,7 +119,7 @@ class _Search:
         return with_guarantees(self._spec, (c for m in members for c in m.constraints))
 
     def fails(self, members: Iterable[CoreMember]) -> bool:
-        """Return whether these guarantees are proven to be unrealizable."""
+        """Return whether the guarantees of these members are proven to be unrealizable."""
         verdict = self._ask.verdict(self.with_only(members))
         self._unknown = self._unknown or not verdict.proven
         return verdict is Verdict.UNREALIZABLE
@@ -129,7 +129,7 @@ class _Search:
         return next((few for few in choices[:-1] if self.fails(few)), choices[-1])
 
     def minimal(self, members: list[CoreMember], background: list[CoreMember]) -> list[CoreMember]:
-        """Return a minimal set of members with which ``background`` fails."""
+        """Return a minimal set of members that is unrealizable together with ``background``."""
         without = [[*background, *members[:k], *members[k + 1 :]] for k in range(len(members))]
         if len(members) <= MOST_AT_ONCE:
             self._ask.prepare([self.with_only(some) for some in without])
@@ -141,8 +141,8 @@ class _Search:
 def _choices(
     every: list[CoreMember], task: Task, world: RegionMap, found: Diagnosis
 ) -> list[list[CoreMember]]:
-    """Return sets of guarantees that are probably unrealizable, the smallest first; the last set
-    has all guarantees."""
+    """Return sets of guarantees that are probably unrealizable, the smallest first. The last set
+    consists of all guarantees."""
     around = {world.step(region, heading) for region in found.confined for heading in Heading}
     beside = world.walls & around
     choices = [[m for m in every if not _is_wall(m) or not beside.isdisjoint(m.regions)], every]
@@ -154,8 +154,8 @@ def _choices(
 
 
 def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMember]:
-    """Return the guarantees, grouped as a person would name them, in the order of preference for a
-    core: the objective first, the map last."""
+    """Return the guarantees, grouped as a user would name them. A core prefers earlier groups: the
+    objective comes first, the map last."""
     together: dict[object, list[Constraint]] = {}
     for constraint in _with_all_edges(spec, task, world):
         if is_guarantee(constraint):
@@ -193,7 +193,7 @@ def _is_wall(member: CoreMember) -> bool:
 
 
 def _split(member: CoreMember) -> list[CoreMember]:
-    """Return a run of walls as single walls; any other member unchanged."""
+    """Return a run of walls as a list of single walls, or a list of the unchanged other member."""
     if not _is_wall(member) or len(member.regions) == 1:
         return [member]
     section, origin = member.constraints[0].section, member.origin
@@ -204,8 +204,8 @@ def _split(member: CoreMember) -> list[CoreMember]:
 
 
 def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Region]:
-    """Return walls that suffice to keep the robot from the first lost target: those between the
-    regions that it can reach and those with a path to the target that crosses no other wall."""
+    """Return walls that suffice to keep the robot from the first lost target: each is beside a
+    region that the robot reaches, and a path from it to the target crosses no other such wall."""
     room = world.distances([task.pose.region])
     walls = {wall for wall in world.walls if not room.keys().isdisjoint(world.neighbours(wall))}
     target = next((t for t in lost if room.keys().isdisjoint(t)), frozenset[Region]())
@@ -215,9 +215,9 @@ def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Regio
 
 
 def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool]) -> list[Item]:
-    """Return a subset that fails, none of whose members can be spared; earlier items are preferred.
+    """Return a subset that fails and has no member to spare. Earlier items are preferred.
 
-    ``fails`` must hold for ``items`` and be monotone: whatever contains a failing set fails."""
+    ``fails`` must hold for ``items``, and for each set that contains a failing set."""
     if fails(()):
         return []
     return _explain([], False, list(items), fails)
@@ -226,8 +226,8 @@ def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool
 def _explain(
     background: list[Item], grown: bool, items: list[Item], fails: Callable[[Sequence[Item]], bool]
 ) -> list[Item]:
-    """Return a minimal set of items with which ``background`` fails; ``grown``: whether that has
-    gained members since it was last queried."""
+    """Return a minimal set of items that fails together with ``background``. ``grown``: whether
+    ``background`` has gained members since its last query."""
     if grown and fails(background):
         return []
     if len(items) == 1:
@@ -268,7 +268,7 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
 
 
 def _cause(core: Core, task: Task) -> NoStrategyCause:
-    """Return the cause if graph search has found none."""
+    """Return the cause that the core shows, if graph search has found none."""
     sections = {constraint.section for constraint in core.constraints}
     if sections == {Section.SYS_INIT}:
         return _C.IMPOSSIBLE_START
@@ -282,8 +282,8 @@ def _cause(core: Core, task: Task) -> NoStrategyCause:
 
 
 def confinement(found: Diagnosis, core: Core, task: Task) -> LosingPlay | None:
-    """Return the play that graph search gives: the robot visits all regions that it can reach, and
-    the target is not among them. None unless the core is about the robot's moves."""
+    """Return the losing play that graph search proves: the robot visits all regions that it can
+    reach, and no target is among them. None unless the core concerns the robot's moves."""
     lost = found.lost or found.cause is NoStrategyCause.CROSSING
     moving = f"{task.item}.mobility" in {member.origin.item for member in core.members}
     if found.cause is None or not lost or not moving:
@@ -294,7 +294,7 @@ def confinement(found: Diagnosis, core: Core, task: Task) -> LosingPlay | None:
 def play_out(
     whole: Specification, core: Specification, task: Task, world: RegionMap, ask: Questions
 ) -> LosingPlay | None:
-    """Return a play of the robot that the core loses; None if the limits do not allow it."""
+    """Return a losing play of the robot against the core; None if the limits allow none."""
     play = losing_play(whole, core, ask, partial(_nearness, core, world))
     if play is None or play.ending is not PlayEnd.STUCK:
         return play
@@ -302,13 +302,13 @@ def play_out(
 
 
 def _nearness(core: Specification, world: RegionMap, goal: Constraint) -> Callable[[Values], int]:
-    """Return the distance to the regions of a goal, without regard to headings."""
+    """Return a function from states to the distance of the robot to a goal, ignoring headings."""
     field = world.distances(goal.regions or _regions_of(goal, core, world))
     return lambda values: field.get(values["region"], world.size)
 
 
 def _regions_of(goal: Constraint, core: Specification, world: RegionMap) -> list[Region]:
-    """Return the regions in which a formula can hold."""
+    """Return the regions in which the formula of a goal can hold."""
     (clause,) = clauses(replace(core, constraints=(goal,)), Section.SYS_LIVENESS)
     mentioned = {name for name, _ in clause.places} - {"region"}
     choices = [*_valuations([v for v in core.variables if v.name in mentioned])]
@@ -319,7 +319,7 @@ def _regions_of(goal: Constraint, core: Specification, world: RegionMap) -> list
 def _dilemmas(
     core: Specification, play: LosingPlay, task: Task, world: RegionMap
 ) -> Iterator[Dilemma]:
-    """Yield for each move of the robot's mobility the guarantee that the move would break."""
+    """Yield a dilemma for each move of the robot: a guarantee that the move would break."""
     now, inputs = play.walk[-1], dict(play.pressure)
     heading = Heading(now["heading"]) if "heading" in now else None
     promised = clauses(core, Section.SYS_TRANS)
@@ -334,7 +334,7 @@ def _dilemmas(
 
 
 def _valuations(variables: Sequence[Variable]) -> Iterator[Values]:
-    """Yield values of all these variables, up to a limit."""
+    """Yield the joint values of these variables, at most MOST_INPUTS of them."""
     names = [variable.name for variable in variables]
     first = (variable.range[:MOST_INPUTS] for variable in variables)
     for choice in islice(product(*first), MOST_INPUTS):
@@ -346,11 +346,11 @@ PLAY_SHARE = 0.85
 
 
 class LineExplanation(Struct, frozen=True):
-    """Explanation of an unrealizable specification.
+    """The explanation of an unrealizable specification.
 
-    ``fairness``: its lines of ENV_LIVENESS. ``play``: the core's losing play; None where the limits
-    did not allow it. ``assumptions``: further lines of ENV_LIVENESS, each of which makes the
-    specification realizable. ``undecided``: lines for which the limits allowed no verdict."""
+    ``fairness``: its lines of ENV_LIVENESS. ``play``: a losing play of the core; None if the limits
+    did not allow it. ``assumptions``: additional lines of ENV_LIVENESS, each of which makes the
+    specification realizable. ``undecided``: such lines without a verdict within the limits."""
 
     core: Core
     fairness: tuple[Constraint, ...]
@@ -375,9 +375,9 @@ def explain_lines(spec: Specification, synthesizer: Synthesizer) -> LineExplanat
 
 
 def _helpful(spec: Specification, ask: Questions) -> tuple[list[str], list[str]]:
-    """Return the assumptions that one Boolean input is on, or off, infinitely often, that make the
-    specification realizable, although the system cannot win by violating them; and those that the
-    limits left undecided."""
+    """Return two results: the assumptions, each that one Boolean input is on or off infinitely
+    often, that make the specification realizable without a win by violating them; and those that
+    the limits left undecided."""
     inputs = [v.name for v in spec.owned(Owner.INPUT) if v.bounds is None]
     lines = [line for name in inputs for line in (f"{name}'", f"!{name}'")]
     helpful, undecided = list[str](), list[str]()

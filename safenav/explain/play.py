@@ -1,9 +1,9 @@
-"""Requests about variants of one specification, within a budget; losing plays in the
-environment's winning strategy (the counterstrategy) against a core; vacuous wins.
+"""Queries about variants of one specification, within a budget; losing plays against the
+environment's winning strategy (the counterstrategy); vacuous wins.
 
-In a losing play the system obeys all guarantees while it can. It meets the goals that the
-environment does not prevent, then pursues a goal that it cannot meet, until it has no move left or
-the play repeats; where it could only stand still forever, it takes the moves that end the play."""
+In a losing play the system obeys all guarantees while it can. It first meets the goals that the
+environment does not prevent, and then pursues a goal that it cannot meet, until it has no move or
+the play repeats. Where it could only stand still forever, it makes moves that end the play."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -38,7 +38,7 @@ _COOPERATIVE = {
 
 
 class Questions:
-    """Cached results of the synthesizer; TIMEOUT for each new request after the budget's end."""
+    """Queries of the synthesizer, with cached results; TIMEOUT for each after the budget's end."""
 
     def __init__(self, synthesizer: Synthesizer) -> None:
         self._synthesizer = synthesizer
@@ -47,25 +47,25 @@ class Questions:
         self._share = 1.0
 
     def spend(self, share: float) -> None:
-        """End further requests once this share of the budget is used."""
+        """Refuse further queries once this share of the budget is used."""
         self._share = share
 
     @property
     def late(self) -> bool:
-        """Whether this part of the budget is exhausted."""
+        """Whether the present share of the budget is used."""
         return self._left() <= 0
 
     def _left(self) -> float:
         return self._begun + self._share * BUDGET_SECONDS - time.monotonic()
 
     def _limited(self) -> Synthesizer:
-        """Return the synthesizer with the limits of the next request."""
+        """Return the synthesizer with the limits that apply to the next query."""
         limited = copy(self._synthesizer)
         limited.seconds = max(0.01, min(limited.seconds or BUDGET_SECONDS, self._left()))
         return limited
 
     def prepare(self, specs: Sequence[Specification]) -> None:
-        """Request several verdicts in parallel, on all processors."""
+        """Query several verdicts in parallel, on all processors, and store the results."""
         found = {_key_of(spec): spec for spec in specs}
         left = [key for key in found if key not in self._known]
         while left and not self.late:
@@ -75,12 +75,12 @@ class Questions:
             self._known.update(zip(some, (result.verdict for result in results), strict=True))
 
     def verdict(self, spec: Specification) -> Verdict:
-        """Return the verdict, or the limit that was reached."""
+        """Return the verdict on a specification, or the limit that the query has reached."""
         self.prepare([spec])
         return self._known.get(_key_of(spec), Verdict.TIMEOUT)
 
     def counterstrategy(self, spec: Specification) -> Strategy | None:
-        """Return the environment's strategy; None if there is none within the limits."""
+        """Return the environment's winning strategy; None if there is none within the limits."""
         limited = self._limited()
         limited.cache, limited.memory_mb = Cache(None), LISTED_MB
         try:
@@ -94,7 +94,7 @@ def _key_of(spec: Specification) -> bytes:
 
 
 def cooperative(spec: Specification) -> Specification:
-    """Return the specification with all variables controlled by the system: realizable iff
+    """Return the specification in which the system controls all variables. It is realizable iff
     assumptions and guarantees can be satisfied together."""
     turned = [(c, _COOPERATIVE.get(c.section, c.section)) for c in spec.constraints]
     return replace(
@@ -115,15 +115,15 @@ Near = Callable[[Constraint], Nearness]
 
 
 def anywhere(_goal: Constraint) -> Nearness:
-    """Return the distance to a goal without a map."""
+    """Return the constant distance 0 to a goal, for a specification without a map."""
     return lambda _: 0.0
 
 
 def losing_play(
     whole: Specification, core: Specification, ask: Questions, near: Near = anywhere
 ) -> LosingPlay | None:
-    """Return a play that an unrealizable ``core`` of ``whole`` loses; None if the limits do not
-    allow it."""
+    """Return a play that the system loses although it has to keep only the unrealizable ``core`` of
+    the specification ``whole``; None if the limits do not allow one."""
     strategy = ask.counterstrategy(core)
     if strategy is None:
         return None
@@ -155,7 +155,7 @@ def losing_play(
 
 class _Arena:
     """A counterstrategy against ``core``. ``replies``: the successors of each node that obey all
-    guarantees of ``whole``, or all of them if none does."""
+    guarantees of ``whole``, or all its successors if none does."""
 
     def __init__(
         self, whole: Specification, core: Specification, strategy: Strategy, starts: Sequence[int]
@@ -178,7 +178,7 @@ class _Arena:
         return all(clause.holds(values, {}) for clause in self._first)
 
     def meet_goals(self, walk: list[int]) -> list[Constraint]:
-        """Extend a walk as long as a goal of the round can be met; return the goals that remain."""
+        """Extend a walk while it can meet a goal of the round. Return the goals that remain."""
         left = list(self._goals)
         while left and len(walk) < MOST_MOMENTS:
             leg, met = self._nearest(walk[-1], left)
@@ -189,7 +189,7 @@ class _Arena:
         return [goal.constraint for goal in left]
 
     def _nearest(self, start: int, goals: Sequence[Clause]) -> tuple[Sequence[int], Clause | None]:
-        """Return the nodes of a shortest walk after ``start`` to a goal, and the goal, if any."""
+        """Return the nodes of a shortest walk after ``start`` to a goal, and the goal or None."""
         values = self._strategy.values
 
         def steps(node: int) -> list[tuple[int, int]]:
@@ -203,14 +203,14 @@ class _Arena:
         return [], None
 
     def pursue(self, node: int, near: Nearness) -> int:
-        """Return the successor nearest to a goal; among equals, the one from which a play can last
-        longest."""
+        """Return the successor nearest to a goal and, among equally near ones, the one from which a
+        play can last longest."""
         values = self._strategy.values
         return min(self.replies[node], key=lambda n: (near(values(n)), -self._lasting[n]))
 
     def to_an_end(self, node: int) -> list[int]:
-        """Return the nodes of a shortest walk after ``node`` to a node without a move; empty if
-        there is none."""
+        """Return the nodes after ``node`` on a shortest walk to a node without a move; an empty
+        list if there is none."""
         before = reached([node], self.replies.__getitem__)
         end = next((other for other in before if not self.replies[other]), node)
         return list(path_to(end, before))[1:]
@@ -230,8 +230,8 @@ class _Arena:
 
 
 def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
-    """Return initial inputs that the assumptions allow and that leave the system no output, as far
-    as the guarantees mention them."""
+    """Return initial inputs that the assumptions allow and that leave the system no output; only
+    those inputs that the guarantees mention."""
     inputs, outputs = openings(spec)
     row = inputs.unanswered(outputs, most=MOST_INPUTS)
     promised = clauses(spec, Section.SYS_INIT)
@@ -241,7 +241,7 @@ def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
 
 
 def _lasting(replies: Mapping[int, Sequence[int]]) -> dict[int, float]:
-    """Return for each node the maximum number of moments of a play from there."""
+    """Return, for each node, the maximum number of steps of a play from there (or infinity)."""
     before: dict[int, list[int]] = {}
     for node, following in replies.items():
         for after in following:
@@ -269,7 +269,7 @@ def _lasting(replies: Mapping[int, Sequence[int]]) -> dict[int, float]:
 
 
 class Cause(StrEnum):
-    """Causes for which a system wins vacuously; the value states it in words."""
+    """Causes of vacuous wins; each value states its cause in words."""
 
     NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
     DEAD_END = "a state can occur in which the assumptions allow no move"
@@ -277,9 +277,9 @@ class Cause(StrEnum):
 
 
 class Vacuity(Struct, frozen=True):
-    """A way in which a system could win without doing anything.
+    """A vacuous win: a system wins without meeting its goals, since assumptions fail.
 
-    ``path``: the shortest path in its strategy to the node where it wins. ``origins``: the
+    ``path``: the shortest path in the strategy to the node where it wins. ``origins``: those of the
     assumptions that fail."""
 
     cause: Cause
@@ -288,11 +288,10 @@ class Vacuity(Struct, frozen=True):
 
 
 def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
-    """Return the ways in which a strategy wins without meeting its goals, shortest paths first;
-    empty if there is none.
+    """Return the vacuous wins of a strategy, those with the shortest paths first.
 
-    The strategy fixes the robot's moves, so the environment plays alone on its automaton: a node
-    from which none of its paths meets all assumptions infinitely often is won vacuously."""
+    The strategy fixes the robot's moves, so the environment plays alone on its automaton. A node is
+    won vacuously if no path from it meets all assumptions infinitely often."""
     spec = strategy.specification
     starts = strategy.initial()
     if not starts:
@@ -325,8 +324,8 @@ def _origins(spec: Specification, *sections: Section) -> tuple[Origin, ...]:
 
 
 def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[int, set[int]]:
-    """Return for each strongly connected part the assumptions that no transition within it
-    meets."""
+    """Return, for each strongly connected part, the indices of the assumptions that no transition
+    within it meets."""
     lacking = {part: set(range(count)) for part in set(parts.values())}
     formulas = [clause.formula for clause in clauses(automaton.spec, Section.ENV_LIVENESS)]
     for k, unmet in enumerate(automaton.violated(formulas)):
@@ -339,7 +338,7 @@ def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[in
 
 
 def _cut_off(automaton: Automaton, good: set[int]) -> set[int]:
-    """Return the nodes from which no good node can be reached."""
+    """Return the nodes from which no path leads to a ``good`` node."""
     before: dict[int, list[int]] = {}
     for source, target in automaton.edges:
         before.setdefault(target, []).append(source)

@@ -1,9 +1,9 @@
-"""Repairs: changes of the scenario under which the robot has a strategy.
+"""Repairs: changes of the scenario after which the robot has a strategy.
 
-Candidates follow from the cause, likeliest first; graph search drops the hopeless ones, and each
-offered repair was checked by the synthesizer. On the map, an obstacle that a robot can resolve
+Candidates follow from the cause, the likeliest first. Graph search drops hopeless ones, and the
+synthesizer has checked each offered repair. On the map, an obstacle that a robot can resolve
 replaces a wall, or the wall is removed. Single walls are tried in the order of the shortest path
-through them; if none suffices, all walls on the path through the fewest."""
+through them; if none suffices, all walls on the path that crosses the fewest."""
 
 import time
 from collections import deque
@@ -44,7 +44,7 @@ def open_walls(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield scenarios without a single wall, or without the fewest walls in the way."""
+    """Yield scenarios without a single wall, or without the fewest walls that block the robot."""
     scenario, lost = problem.scenario, problem.diagnosis.lost
     ways = [[wall] for wall in _single_walls(problem)]
     fewest = (_fewest_walls(scenario.map, problem.task, target) for target in lost)
@@ -53,8 +53,8 @@ def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _single_walls(problem: RepairProblem) -> list[Region]:
-    """Return the walls between a reachable region and another one, ordered by the length of the
-    path through the wall to the targets."""
+    """Return the walls between a region that the robot reaches and another one, ordered by the
+    length of the path to the targets through the wall."""
     world, task, found = problem.scenario.map, problem.task, problem.diagnosis
     targets = found.lost or task.targets
     from_start = world.distances([task.pose.region])
@@ -77,8 +77,8 @@ def _single_walls(problem: RepairProblem) -> list[Region]:
 def _resolvable(
     wall: Region, open_map: RegionMap, scenario: Scenario, robot: Robot
 ) -> Iterator[tuple[Obstacle, tuple[str, ...]]]:
-    """Yield obstacles that could replace the wall, each with the robots that could resolve it: by
-    their mobility they reach it from their start while it is closed."""
+    """Yield the obstacles that could replace a wall, each with the robots that could resolve it,
+    since they can reach it from their start while it is closed."""
     types: dict[str, ObstacleType] = {o.type.name: o.type for o in scenario.obstacles}
     types = {**scenario.catalogue.obstacles, **types}
     for kind in types.values():
@@ -99,7 +99,7 @@ def _resolvable(
 
 
 def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> list[Region]:
-    """Return the walls on a path from start to target that crosses as few as possible."""
+    """Return the walls on a path from start to target that crosses as few walls as possible."""
     start = task.pose.region
     before: dict[Region, Region] = {start: start}
     cost = {start: 0}
@@ -132,8 +132,8 @@ def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
 
 
 def without_words(walls: Sequence[Region], words: str = "") -> tuple[tuple[str, str], ...]:
-    """Return the item that the removal of these walls changes, and its new value in words.
-    ``words``: names of the walls, in place of their numbers."""
+    """Return the scenario item that changes when these walls are removed, and its new value in
+    words. ``words``: names to use for walls in place of their numbers."""
     return (("map", f"no wall at {words or ', '.join(map(str, walls))}"),)
 
 
@@ -165,7 +165,7 @@ _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
 
 
 def find_repairs(problem: RepairProblem, judge: Judge) -> tuple[Repair, ...]:
-    """Return repairs that work, those of the likeliest kind first, found before the deadline."""
+    """Return the working repairs that are found before the deadline, the likeliest first."""
     found: list[Repair] = []
     for kind in _FIRST[problem.cause]:
         if kind is K.REMOVE_WALLS and any(repair.kind is K.OPEN_WALL for repair in found):
@@ -183,9 +183,9 @@ def offered(
     most: int,
     deadline: float,
 ) -> Iterator[tuple[Repair, Result]]:
-    """Yield up to OFFERED candidates that work, each with its result. At most ``most`` are tried,
-    until the deadline (by the monotonic clock). Candidates with errors that the ``given`` scenario
-    does not have are left out: their files would be refused."""
+    """Yield up to OFFERED working candidates, each with its result, until the deadline (by the
+    monotonic clock). At most ``most`` are tried. Candidates with errors that the ``given`` scenario
+    does not have are left out, since their files would be refused."""
     good, known = 0, {*conflicts(given)}
     loaded = (each for each in candidates if {*conflicts(each.scenario)} <= known)
     for candidate in islice(loaded, most):
@@ -209,7 +209,7 @@ def _headings(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _starts(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield other starts, nearest first, from which the robot alone could meet its objective."""
+    """Yield other starts from which the robot alone could meet its objective, the nearest first."""
     scenario, robot = problem.scenario, problem.robot
     taken = {other.start.region for other in scenario.robots if other is not robot}
     to_targets = [scenario.map.distances(target) for target in problem.task.targets]
@@ -233,8 +233,8 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _mobility(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield other models of the same layer that can turn on the spot and have all its
-    capabilities."""
+    """Yield other models of the robot's layer that can turn on the spot and have all capabilities
+    of its model."""
     robot = problem.robot
     pursued = (robot.objective, robot.while_waiting, *(other for _, other in robot.when))
     faces = any(_reads_heading(each) for each in pursued if each is not None)
@@ -249,7 +249,7 @@ def _mobility(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _reads_heading(objective: Objective) -> bool:
-    """Return whether formulas of an objective are about the heading."""
+    """Return whether a formula of an objective depends on the heading."""
     texts = objective.always
     if isinstance(objective, Ltl):
         texts = (*objective.init, *objective.safety, *objective.liveness)
@@ -257,7 +257,7 @@ def _reads_heading(objective: Objective) -> bool:
 
 
 def _inputs(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield scenarios in which an input has a further value infinitely often."""
+    """Yield scenarios in which an input is assumed to take a further value infinitely often."""
     scenario = problem.scenario
     for each, _ in problem.task.inputs:
         for value, word in ((False, "off"), (True, "on")):
@@ -280,8 +280,8 @@ def _objectives(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple[str, str]]]:
-    """Yield less demanding objectives, the most demanding first, each with the changed part of the
-    scenario's objective and its new value."""
+    """Yield less demanding objectives, the most demanding of them first, each with the changed item
+    of the scenario and its new value."""
     if isinstance(objective, Ltl):
         for part in ("init", "safety", "liveness"):
             lines = getattr(objective, part)
@@ -315,7 +315,7 @@ def _hopeful(robot: Robot, problem: RepairProblem) -> bool:
 
 
 def nearest(region: Region, regions: Iterable[Region], world: RegionMap) -> list[Region]:
-    """Return some regions, those nearest to ``region`` (ignoring walls) first."""
+    """Return the given regions, those nearest to ``region`` first (walls are ignored)."""
     row, col = world.position(region)
 
     def away(other: Region) -> tuple[int, Region]:
@@ -326,7 +326,7 @@ def nearest(region: Region, regions: Iterable[Region], world: RegionMap) -> list
 
 
 def with_robots(scenario: Scenario, changed: Iterable[Robot]) -> Scenario:
-    """Return the scenario with some robots replaced by those of the same name."""
+    """Return the scenario in which these robots replace the robots of the same names."""
     new = {robot.name: robot for robot in changed}
     robots = tuple(new.get(robot.name, robot) for robot in scenario.robots)
     return replace(scenario, robots=robots)

@@ -3,5 +3,5 @@ truthfully.
 
 It shares only ``strict_json`` with the programs that it judges, and needs only Python's library.
 ``engine`` reads the lines (``lines``), applies each of the rules (``rules``, ``changes``, ``ends``)
-to a line and the ``state`` before it, and then lets it take effect. ``proofs`` checks negatives.
+to a line and the ``state`` before it, and then lets it take effect. ``proofs`` checks proofs.
 """

@@ -22,9 +22,9 @@ def listed(e: Line, s: State) -> Iterator[str]:
 
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world. Those
-    of a scenario or a user, unless ordered, never appear where a robot is. Truths change only when
-    obstacles appear."""
+    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world.
+    Obstacles of a scenario or user, except orders, never appear where a robot is. Truths change
+    only when obstacles appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         if not one.open or one.blocks or not one.ordered:
@@ -57,7 +57,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
     """Inputs change as the scenario lists, or by a user; objectives and service also with an input
-    or a battery, or in a user's world. A robot's changes in the scenario come in their order."""
+    or a battery, or in a user's world. The scenario's changes of a robot come in order."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
@@ -137,7 +137,7 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
 
 
 def applies(change: Line, e: Line, s: State) -> bool:
-    """Return whether a line applies a change of the scenario."""
+    """Return whether line ``e`` applies this change of the scenario."""
     if change.robot != e.robot or e.cause != "scenario" or change.at > s.now(e):
         return False
     if e.kind == "service":
@@ -146,28 +146,28 @@ def applies(change: Line, e: Line, s: State) -> bool:
 
 
 def in_force(change: Line, s: State) -> bool:
-    """Return whether a change of service has no effect: the robot is already in or out of service,
-    or lost, and then only an operator can bring it back."""
+    """Return whether a change of a robot's service has no effect: the service is already as
+    demanded, or the robot is lost, and only an operator can bring it back."""
     robot = s.robots[change.robot]
     return change.objective is None and (robot.lost or change.active is not robot.out)
 
 
 def _is_on(each: Line, now: float) -> bool:
-    """Return the value that the scenario gives an input."""
+    """Return whether the scenario sets an input on at time ``now``."""
     return any(first <= now < last + 1 for first, last in each.spans)
 
 
 def _taken(region: int, now: float, s: State) -> bool:
-    """Return whether a region holds a robot, one that leaves it at this instant, or an open
-    obstacle other than an order."""
+    """Return whether nothing may appear in a region now: it contains a robot or an open obstacle
+    that is not an order, or a robot leaves it at this instant."""
     held = any(region in robot.holds for robot in s.robots.values())
     left = s.live and s.left.get(region) == now
     return held or left or any(one.open and not one.ordered for one in s.at[region])
 
 
 def later_change(e: Line, s: State) -> float | None:
-    """Return the next time at which the scenario certainly changes something, within its limits
-    (in a user's world, only changes of robots are certain); None if there is none."""
+    """Return the next time at which the scenario certainly changes something before the run reaches
+    its limit; None if there is none. In a user's world, only changes of robots are certain."""
     now = (e.t or s.time) if s.live else s.tick
     late = (x for x in s.scenario.inputs if s.inputs[x.name] is not _is_on(x, now))
     spans = [span for each in s.scenario.inputs for span in each.spans]
@@ -236,8 +236,8 @@ def duties(e: Line, s: State) -> Iterator[str]:
 
 
 def _busy(s: State, *, given_up: bool) -> frozenset[str]:
-    """Return the robots that have encountered an unresolved obstacle, have an action that it needs,
-    or are without charge."""
+    """Return the robots that have encountered a known unresolved obstacle or have an action that it
+    needs, and the robots without charge."""
     every = [x for x in s.obstacles.values() if x.open and x.known and (given_up or not x.shut)]
     flat = {s.flat[x.name] for x in every if x.name in s.flat}
     return frozenset(flat).union(*(x.asked.union(*(n.able for n in x.needs)) for x in every))

@@ -102,7 +102,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
     can meet it. An obstacle's deadline is excused once the obstacle need not be resolved, a round's
-    if the robot pursued something else in this or the previous round."""
+    deadline if the robot pursued something else in this or the previous round."""
     due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
     robot, one = s.robots.get(e.of), s.obstacles.get(e.of)
     excused = bool(robot.away or robot.was_away if robot else one and (one.shut or not one.open))
@@ -119,8 +119,8 @@ def deadline(e: Line, s: State) -> Iterator[str]:
 
 @rule("outcome")
 def deadlines(e: Line, s: State) -> Iterator[str]:
-    """The outcome lists exactly the missed deadlines; that of the mission is kept when it is
-    completed."""
+    """The outcome lists exactly the missed deadlines. The mission's deadline is kept when the
+    mission is completed."""
     late, missed = {*(e.late or ())}, s.missed | s.overdue(e.tick)
     if forgotten := (missed if e.outcome == "completed" else s.missed) - late:
         yield f"missed, but not listed: {', '.join(sorted(forgotten))}"
@@ -194,8 +194,8 @@ def finished(e: Line, s: State) -> Iterator[str]:
 
 
 def _is_finished(s: State) -> bool:
-    """Return whether the mission is certainly completed: nothing is to be resolved, or was in this
-    tick, and no robot has another objective than its own."""
+    """Return whether the mission is certainly completed: no obstacle has to be resolved or was
+    resolved in this tick, and every robot pursues its own objective."""
     now, robots = Line(tick=s.tick, t=s.time), s.robots
     known = any(one.open and one.known for one in s.obstacles.values())
     todo = known or any(one.ordered for one in s.coming) or s.restarted == s.tick
@@ -224,7 +224,7 @@ def counted(e: Line, s: State) -> Iterator[str]:
 
 
 def _unrecorded(robot: Robot) -> list[int]:
-    """Return the targets that a robot has met where it is and that no line records."""
+    """Return the targets that a robot has met where it is, and that no line records."""
     own, progress = robot.own, robot.progress
     if own.kind in ("hold", "ltl") or progress.ended(own):
         return []
@@ -273,8 +273,8 @@ def permanence(e: Line, s: State) -> Iterator[str]:
 
 
 def _rounds(name: str, e: Line, s: State) -> int:
-    """Return how often a robot has met its objective; in a live run, at its last target, at least
-    as often as the outcome states."""
+    """Return how many rounds of its objective a robot has met. In a live run, a robot at its last
+    target has met at least as many as the outcome states."""
     own, stated = s.robots[name].own, (e.rounds or {}).get(name, 0)
     rounds = s.robots[name].progress.rounds(own, e.tick)
     stays = s.live and own.settles and rounds
@@ -282,7 +282,7 @@ def _rounds(name: str, e: Line, s: State) -> int:
 
 
 def _unmet(e: Line, s: State) -> Iterator[str]:
-    """Yield the reasons why the mission is not completed."""
+    """Yield the reasons, in words, why the mission is not completed."""
     wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
         if (rounds := _rounds(name, e, s)) < wanted:
@@ -301,7 +301,7 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
 
 
 def _proven(problems: Iterator[str]) -> Iterator[str]:
-    """Yield the errors of a proof, or that the proof is too large to judge."""
+    """Yield the errors in a proof; or raise NotJudged if the proof is too large."""
     try:
         yield from problems
     except TooLargeError as error:
@@ -317,7 +317,7 @@ def counts(e: Line, robot: Robot, s: State) -> bool:
 
 
 def meeting(e: Line, robot: Robot, s: State) -> set[int]:
-    """Return the memories that a robot's formulas may have as it meets the goal of a line."""
+    """Return the memories that a robot's formulas may have when a line records their goal."""
     formulas, here, live = robot.own.formulas, robot.pose, s.live
     known = robot.memories or set()
     known = formulas.lasting(known, here, robot.heard) if live else known

@@ -1,4 +1,4 @@
-"""The judge of a trace: every line is judged by its rules, and then takes effect. ``after`` is the
+"""The judge of a trace: every line is judged by its rules, and then takes effect by ``after``, the
 only function that changes the state."""
 
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ BATTERY = "battery"
 
 
 def after(e: Line, s: State) -> None:
-    """Apply a line to the state."""
+    """Update the state by the effect of a line."""
     if e.tick > s.tick:
         s.missed |= s.overdue(e.tick)
     s.tick, s.time = e.tick, s.time if e.t is None else e.t
@@ -155,7 +155,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
 
 
 def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
-    """Follow the memories that a robot's formulas may have."""
+    """Update the set of memories that a robot's formulas may have after a line."""
     formulas = robot.own.formulas
     if robot.memories is None or robot.bound is not None:
         return
@@ -166,8 +166,8 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
 
 
 def _find_changes(e: Line, s: State) -> None:
-    """Remove the due changes of service that are already in force. A robot's changes after one that
-    is not due, or not in force, stay."""
+    """Remove the due changes of service that have no effect. A change stays if an earlier change of
+    its robot stays."""
     left, waits = list[Line](), set[str]()
     for change in s.changes:
         if not in_force(change, s) or change.at > s.now(e) or change.robot in waits:
@@ -185,7 +185,7 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
 
 
 def _use_charge(e: Line, robot: Robot, s: State) -> None:
-    """Record the charge that a robot has used or gained while it stood, and that of a step."""
+    """Update a robot's charge, first for the time in which it stood, then for its step."""
     if robot.charge is None:
         return
     now = s.now(e) if s.live else robot.moved
@@ -299,7 +299,7 @@ def _fill(e: Line, robot: Robot, s: State) -> None:
 
 
 def _due(e: Line, one: Obstacle, s: State) -> None:
-    """Begin the deadline of an obstacle with its first request."""
+    """Begin the deadline of an obstacle when it is requested for the first time."""
     if one.within is not None:
         s.dues.setdefault(one.name, e.tick + one.within)
 
@@ -328,7 +328,7 @@ FACTS: tuple[Rule, ...] = tuple(RULES)
 
 @dataclass(frozen=True)
 class Finding:
-    """A broken rule, or a part that is not judged, at a line."""
+    """A broken rule at a line, or the reason why a part of a line is not judged."""
 
     rule: str
     tick: int
@@ -343,9 +343,9 @@ class Finding:
 
 @dataclass
 class Judgement:
-    """The result: ``findings``, broken rules; ``notes``, parts that are not judged; ``outcome``,
-    None if the trace ends before it; ``strays``: steps that ended elsewhere than commanded;
-    ``hands``: changes by a user, an operator or the world."""
+    """The result of a trace: ``findings``, broken rules; ``notes``, parts that are not judged;
+    ``outcome``, None if the trace ends before it; ``strays``: number of steps that ended elsewhere
+    than commanded; ``hands``: number of changes by a user, an operator or the world."""
 
     findings: list[Finding] = field(default_factory=list)
     notes: list[Finding] = field(default_factory=list)

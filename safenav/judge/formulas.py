@@ -23,13 +23,13 @@ Values = Mapping[str, int]  # values of variables; truth values are 0 and 1
 
 
 class UnreadError(Exception):
-    """A formula that the judge does not read; the message names the reason."""
+    """A formula that the judge cannot read; the message states the reason."""
 
 
 class Part(NamedTuple):
-    """A formula or a part of it. ``value``: returns its value, given those of its variables;
-    ``truth``: whether that is a truth value, otherwise a number; ``names``: its variables;
-    ``levels``: depth of nesting."""
+    """A formula or a part of it. ``value``: a function from the values of its variables to its
+    value; ``truth``: whether this is a truth value, not a number; ``names``: its variables;
+    ``levels``: its depth of nesting."""
 
     value: Callable[[Values], Any]
     truth: bool
@@ -126,15 +126,15 @@ class _Parser:
 
 @cache
 def read_formula(text: str, truths: frozenset[str]) -> Part:
-    """Return a formula. Raises UnreadError."""
+    """Return the formula that a text holds. Raises UnreadError."""
     return _Parser(text, truths).whole()
 
 
 class Formulas:
-    """The safety, the goals and the memory of a robot's objective. ``values``: all values of its
-    memory with the inputs that it reads; a *memory* is an index in them. ``fixed``: variables with
-    a single possible value. ``whole``: whether all formulas are read; otherwise the memory has too
-    many values, and the formulas that read it are omitted."""
+    """The safety formulas, the goals and the memory of a robot's objective. ``values``: all joint
+    values of the memory and of the inputs; a *memory* is an index in this list. ``fixed``:
+    variables with a single possible value. ``whole``: whether all formulas are evaluated; otherwise
+    the memory has too many values, and the formulas that read it are omitted."""
 
     def __init__(self, body: Mapping[str, Any], always: Iterable[str] = ()) -> None:
         memory = body.get("memory") or {}
@@ -174,13 +174,13 @@ class Formulas:
         return [i for i, at in rows if all(holds(at) for holds in self._init)]
 
     def remembering(self, stated: Mapping[str, int]) -> set[int]:
-        """Return the memories with some stated values."""
+        """Return the memories in which the variables ``stated`` have the stated values."""
         rows = (zip(self.names, row, strict=False) for row in self.values)
         agree = (all(stated.get(name, value) == value for name, value in row) for row in rows)
         return {number for number, agrees in enumerate(agree) if agrees}
 
     def _steps(self, before: Pose, after: Pose) -> list[tuple[int, int, frozenset[int]]]:
-        """Return the steps that safety allows: the memories before and after, and the goals met."""
+        """Return each step that safety allows as (memory before, memory after, goals met)."""
         found = []
         for (i, old), (j, new) in product(enumerate(self.values), repeat=2):
             at = self._row(before, after, old, new)
@@ -189,43 +189,43 @@ class Formulas:
         return found
 
     def allows(self, before: Pose, after: Pose) -> bool:
-        """Return whether safety allows a step with some memory."""
+        """Return whether the safety formulas allow a step for at least one memory."""
         return bool(self.steps(before, after))
 
     def holds(
         self, part: str, before: Pose, old: Sequence[int], after: Pose, new: Sequence[int]
     ) -> list[bool]:
-        """Return which formulas of ``init``, ``safety`` or ``liveness`` hold for a step with values
-        of the memory and the inputs."""
+        """Return, for each formula of ``part`` (``init``, ``safety`` or ``liveness``), whether it
+        holds for a step with these values of memory and inputs before and after it."""
         at = self._row(before, after, old, new)
         return [bool(formula.value(at)) for formula in self._all[part]]
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
-        """Return whether a step may meet a goal with some memory; safety formulas are ignored."""
+        """Return whether a step meets a goal for at least one memory, ignoring safety formulas."""
         rows = product(self.values, repeat=2)
         return any(self.goals[goal](self._row(before, after, *row)) for row in rows)
 
     def met_by_staying(self, pose: Pose, memory: int) -> frozenset[int]:
-        """Return the goals that a robot meets by staying in a pose with a memory."""
+        """Return the goals that a robot with this memory meets by staying in a pose."""
         row = self.values[memory]
         at = self._row(pose, pose, row, row)
         return frozenset(k for k, goal in enumerate(self.goals) if goal(at))
 
     def after(self, memories: Iterable[int], before: Pose, then: Pose) -> set[int]:
-        """Return the memories that may follow some memories in a step."""
+        """Return the memories that a robot may have after a step, given those before it."""
         known = {*memories}
         return {j for i, j, _ in self.steps(before, then) if i in known}
 
     def lasting(self, memories: Iterable[int], pose: Pose, heard: set[int]) -> set[int]:
-        """Return the memories among ``heard`` that may follow some memories while the robot
-        stays."""
+        """Return the memories that a robot may have after it has stayed in ``pose`` any number of
+        times, with inputs as in ``heard``."""
         known = {*memories}
         while more := (self.after(known, pose, pose) & heard) - known:
             known |= more
         return known
 
     def hearing(self, memories: set[int], heard: Iterable[int]) -> set[int]:
-        """Return ``memories``, and those in ``heard`` that differ from one only in inputs."""
+        """Return ``memories`` and each of ``heard`` that equals one of them except in inputs."""
         own = len(self.names) - len(self.inputs)
         known = {self.values[one][:own] for one in memories}
         return memories | {one for one in heard if self.values[one][:own] in known}

@@ -25,7 +25,7 @@ class NotATraceError(ValueError):
 
 
 class Line:
-    """A line, or a part of one; a missing field is None. ``start`` is ``from`` of the file."""
+    """A line, or a part of one. A missing field is None; ``start`` is the field ``from``."""
 
     kind: str
     robot: str
@@ -71,8 +71,8 @@ class Objective(Line):
         return self.targets[-1]
 
     def serves(self, own: Objective) -> bool:
-        """Return whether the goals of this objective are those of another one, of which it may be
-        the weaker form."""
+        """Return whether this objective has the goals of ``own``: it is the same, or a weaker form
+        of it."""
         alternate = self.in_turn and own.in_turn and not (self.settles or own.settles)
         return (self.kind == own.kind or alternate) and self.data == own.data
 
@@ -90,16 +90,16 @@ Fields = list[tuple[str, bool, str]]  # name, whether the field may be absent, t
 
 
 def _fields(text: str) -> Fields:
-    """Return the fields of a text, each as ``name:type`` (a text if there is none), with ``?`` if
-    it may be absent."""
+    """Return the fields that ``text`` declares. A field is ``name`` or ``name?`` (it may be
+    absent), followed by ``:type`` unless it is a string."""
     words = (word.partition(":") for word in text.split())
     return [(name.rstrip("?"), name.endswith("?"), kind or "str") for name, _, kind in words]
 
 
 def read(kind: str, value: Any) -> Any:
-    """Return a value of a type: one of the tables below, one of several words (``a|b``), or, for a
-    type ``x``, a list (``x*``; ``x+``: not empty), a set (``x!``) or an object of them by name
-    (``x~``)."""
+    """Return a value, checked and converted to the type ``kind``: one of the tables below, one of
+    several words (``a|b``), or, for a type ``x``, a list (``x*``; ``x+``: not empty), a set
+    (``x!``) or a mapping from names (``x~``)."""
     if kind in VALUES:
         types, least = VALUES[kind]
         if type(value) not in types or (least is not None and value < least):
@@ -130,7 +130,7 @@ def read(kind: str, value: Any) -> Any:
 
 
 def read_object(fields: Fields, value: Any) -> Line:
-    """Return the fields of an object. Raises WrongError."""
+    """Return an object as a Line with converted fields. Raises WrongError."""
     _require(isinstance(value, dict), "must be an object")
     line = Line()
     for name, may, kind in fields:
@@ -182,13 +182,13 @@ def _pose(value: Any) -> tuple[int, str | None]:
 
 
 def _robot(value: Any) -> Line:
-    """Return a robot with the fields of its model."""
+    """Return a robot of the header with the fields of its model."""
     robot = read("member", value)
     return Line(**vars(robot.model) | vars(robot))
 
 
 def _obstacle(value: Any) -> Line:
-    """Return an obstacle with its ``name``."""
+    """Return an obstacle of the header with its ``name``."""
     one = read("hidden", value)
     number = f"#{one.number}" if one.number > 1 else ""
     return Line(**vars(one), name=f"{one.type.name}@{one.region}{number}")
@@ -302,8 +302,8 @@ Text = str | bytes | dict[str, Any]
 
 
 class Reader:
-    """Reader of the lines of one trace. ``read``: the number of lines; ``cut_off``: whether the
-    last one is incomplete, since its writer was killed."""
+    """Reader of the lines of one trace. ``read``: the number of lines read; ``cut_off``: whether
+    the last line is incomplete because its writer was killed."""
 
     def __init__(self) -> None:
         self.read, self.cut_off = 0, False
@@ -311,7 +311,7 @@ class Reader:
         self._obstacles: set[str] = set()
 
     def lines(self, texts: Iterable[Text]) -> Iterator[Line]:
-        """Yield the lines that are judged. Raises NotATraceError."""
+        """Yield the lines that the rules judge. Raises NotATraceError."""
         for text in texts:
             self.read += 1
             try:

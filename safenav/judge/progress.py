@@ -1,4 +1,4 @@
-"""Progress with an objective: the one rule by which goals count."""
+"""Progress of a robot with its objective: the one definition of how goals count."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from safenav.judge.lines import Objective
 
 @dataclass(unsafe_hash=True)
 class Progress:
-    """Progress of a robot with its own objective since the last resolution. ``goals``: those met
-    in turn, or the rounds of goals in any order; ``turn``: the next target (None: the first);
-    ``seen``: a bit mask of the goals of this round in any order; ``stayed``: ticks at the last
-    target; ``since``: the tick after which each tick counts, without goals."""
+    """Progress of a robot with its own objective since the last resolution. ``goals``: how many it
+    has met in turn, or rounds of goals in any order; ``turn``: the next target (None: the first);
+    ``seen``: a bit mask of the goals met in a round in any order; ``stayed``: ticks at the last
+    target; ``since``: without goals, the tick after which each tick counts."""
 
     goals: int = 0
     turn: int | None = None
@@ -29,7 +29,7 @@ class Progress:
         return int(self.goals // own.count) if own.ordered else self.goals
 
     def after(self, own: Objective, goal: int) -> Progress:
-        """Return the progress after a goal; the same if that is out of turn."""
+        """Return the progress after a goal is met, unchanged if the goal is out of turn."""
         if not own.ordered:
             seen = self.seen | 1 << goal
             whole = seen + 1 == 1 << own.count
@@ -43,8 +43,8 @@ class Progress:
         return own.ends and self.turn == own.count
 
     def begun(self, own: Objective, first: int, region: int) -> Progress:
-        """Return the progress of a robot in ``region`` that continues with target ``first``. A
-        patrol loses the round under way if another target was next."""
+        """Return the progress of a robot in ``region`` that continues with the target ``first``. A
+        patrol loses its incomplete round if its next target was another one."""
         if not own.strict or self.turn is None:
             return self
         first = min(first, own.count - 1)
@@ -53,5 +53,5 @@ class Progress:
         return Progress(self.goals - self.goals % own.count, turn=first)
 
     def anew(self) -> Progress:
-        """Return the progress with the rounds reset to zero; the next target stays the next."""
+        """Return the progress with zero completed rounds and the same next target."""
         return Progress(turn=self.turn)

@@ -1,6 +1,6 @@
-"""The table of rules, and those on what robots do: motion, charge, actions.
+"""The table of rules, and the rules on what robots do: motion, charge, actions.
 
-A rule is a generator over a line and the state before the line. It yields the violations.
+A rule is a generator function of a line and the state before it. It yields the violations.
 """
 
 from collections.abc import Callable, Iterator
@@ -44,8 +44,8 @@ def rule(*kinds: str) -> Callable[[Judge], Judge]:
 
 @rule(*STEPS)
 def continuity(e: Line, s: State) -> Iterator[str]:
-    """A robot departs from where it is, and arrives only if it has departed. Out of service, or
-    lost, it begins no step."""
+    """A robot departs from where it is, and arrives only if it has departed. A robot out of
+    service, or lost, begins no step."""
     robot, step = s.robots[e.robot], e.step
     begins = robot.bound is None and step.to != step.start and not step.strays
     if begins and (robot.out or robot.lost):
@@ -141,8 +141,8 @@ def pace(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS, "operator")
 def collision(e: Line, s: State) -> Iterator[str]:
     """Robots in conflict never occupy the same region; a robot in transit occupies two, and a lost
-    robot all regions in which it may be. At most one robot of an entry of `never_together` is in
-    the entry's regions."""
+    robot all regions in which it may be. At most one robot of a `never_together` entry is in the
+    entry's regions."""
     for other in s.mates[e.robot] if e.step else ():
         held = s.robots[other].holds
         if both := e.step.holds & s.kept_out(e.robot, other, held):
@@ -152,7 +152,7 @@ def collision(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
-    entering; else it returns to where it came from. If an obstacle appears in its region (user's
+    entering. Inside, it returns to where it came from; if the obstacle appeared around it (user's
     worlds), it leaves on any side."""
     robot, step = s.robots[e.robot], e.step
     entered = step.holds - robot.holds
@@ -253,9 +253,9 @@ def actions(e: Line, s: State) -> Iterator[str]:
 
 
 def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
-    """Return whether a robot of a simulated world can take part in an action where it stands.
-    ``knew``: the team knew the obstacle as the action began; then, in a live run, only the robots
-    that act on it take part. Otherwise robots in service do as well."""
+    """Return whether a robot of a simulated world can take part in an action on an obstacle where
+    it stands. ``knew``: the team knew the obstacle when the action began; in a live run, only the
+    robots of that action then take part, otherwise also all idle robots in service."""
     act = robot.acts or (robot.acted if robot.acted.tick == s.tick else None)
     if s.live and (knew or act is not None):
         return act is not None and (not knew or one.name in (act.obstacles or [one.name]))
@@ -324,7 +324,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
 
 
 def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Iterator[str]:
-    """Yield why some robots cannot do a part. ``told``: an earlier line records each part."""
+    """Yield why robots cannot do a part of a need. ``told``: earlier lines record other parts."""
     need, who = one.rest.left[number - one.stage], frozenset(e.robots or [e.robot])
     knew = one.known and (one.name, number) in s.robots[e.robot].knew
     near = (n for n in need.able if s.robots[n].pose[0] in need.regions)

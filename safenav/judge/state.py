@@ -28,19 +28,20 @@ SLOWEST = 20
 
 @dataclass
 class Robot:
-    """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region that it
-    is in transit to since tick ``began``; ``came``: the region that it entered its own from;
-    ``before``: its pose before its last move; ``given``: the objective that lines last gave it;
-    ``begun``: the tick in which its round began; ``within``: the ticks that it may take; ``away``:
-    whether it does something else in this round, so that this has no deadline; ``was_away``: in the
-    one before; ``memories``: states that its formulas may have (None: not followed), ``recalled``:
-    before its last step, ``heard``: those with the inputs since that step began; ``stands``: since
-    when it uses its ``charge`` without a step (None: it takes one); ``filled``: its battery was
-    replaced; ``kept``: its progress with the objective that it resumes after an input; ``first``:
-    the target with which its strategy begins; ``told``: a user gave it its objective; ``acts``: the
-    action in which it takes part, ``acted``: the one that ended last, with its end; ``knew``: the
-    obstacles that the team knew as it began, each with its stage; ``met``: the goals that its last
-    step has met, each with its tick; ``turn``: the line of its last turn."""
+    """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region to
+    which it is in transit since tick ``began``; ``came``: the region from which it entered its
+    present one; ``before``: its pose before its last move; ``given``: the objective that trace
+    lines gave it last; ``begun``: the tick in which its round began; ``within``: the ticks that a
+    round may take; ``away``, ``was_away``: whether it pursues something else in this round, or did
+    in the previous one, so that there is no deadline; ``memories``: those that its formulas may
+    have (None: not followed); ``recalled``: those before its last step; ``heard``: those with the
+    inputs since that step began; ``stands``: the time since which it uses ``charge`` without a step
+    (None: in a step); ``filled``: whether its battery was replaced; ``kept``: its progress with the
+    objective that it resumes after an input; ``first``: the target with which its strategy begins;
+    ``told``: whether a user gave it its objective; ``acts``: the action in which it takes part;
+    ``acted``: the last action that ended, with its end; ``knew``: the obstacles that the team knew
+    when the action began, each with its stage; ``met``: the goals that its last step has met, each
+    with its tick; ``turn``: the line of its last turn."""
 
     name: str
     data: Line
@@ -78,7 +79,7 @@ class Robot:
 
     @property
     def faces(self) -> bool:
-        """Whether the robot has a heading."""
+        """Whether the robot's pose includes a heading."""
         return bool(self.data.mobility == "heading")
 
     @property
@@ -89,24 +90,24 @@ class Robot:
         return ended and serves and self.pose[0] in own.last
 
     def again(self, e: Line, live: bool) -> bool:
-        """Return whether an earlier line records the same goal (of goals in turn, any) for the same
-        step. In a live run a target counts in each pass, so only goals of formulas repeat."""
+        """Return whether an earlier line records the same goal (if goals are met in turn: any goal)
+        for the same step. In a live run only goals of formulas are compared."""
         if live:
             return self.own.kind == "ltl" and e.tick == self.met.get(e.goal)
         return bool(self.met) if self.own.in_turn else e.goal in self.met
 
     def finishes(self, e: Line, now: float) -> bool:
-        """Return whether a goal line follows a step or an action that the robot has just ended."""
+        """Return whether a goal line belongs to a step or action that the robot has just ended."""
         arrived = self.before != self.pose and e.goal not in self.met and self.ended == now
         return arrived or self.acted.tick == e.tick != self.met.get(e.goal)
 
     def hears(self, inputs: Mapping[str, bool]) -> set[int]:
-        """Return the memories of the robot's formulas with these values of the inputs."""
+        """Return the memories of the robot's formulas in which the inputs have these values."""
         stated = {name: inputs.get(name, 0) for name in self.own.formulas.inputs}
         return {*self.own.formulas.remembering(stated)}
 
     def hear(self, inputs: Mapping[str, bool]) -> None:
-        """Let the memories of the robot's formulas have these values of the inputs as well."""
+        """Add the robot's possible memories with these values of the inputs."""
         if self.memories is not None:
             self.heard |= self.hears(inputs)
             self.memories = self.own.formulas.hearing(self.memories, self.heard)
@@ -120,8 +121,8 @@ class Robot:
 
 
 class Need(NamedTuple):
-    """A need of an obstacle: ``robots`` of the ``able`` robots do its action. These also have the
-    actions of later needs that the same robots must fulfil."""
+    """A need of an obstacle: ``robots`` of the ``able`` robots do ``action``. Able robots also have
+    the actions of the later needs that the same robots must fulfil."""
 
     action: str
     regions: frozenset[int]
@@ -132,9 +133,9 @@ class Need(NamedTuple):
 
 
 class Rest(NamedTuple):
-    """The open needs of an obstacle. ``left``: the next one first; ``done``: the robots that have
-    done their part of it; ``enters``: robots that alone fulfil the last need by entering;
-    ``barred``: robots that never act on it; ``order``: rank among several loads to take."""
+    """The open needs of an obstacle. ``left``: these needs, in order; ``done``: the robots that
+    have done their part of the first; ``enters``: the robots that alone can fulfil the last need by
+    entering; ``barred``: robots that never act on the obstacle; ``order``: its rank among loads."""
 
     name: str
     region: int
@@ -150,7 +151,7 @@ class Rest(NamedTuple):
         return robot in self.blocks and not (len(self.left) == 1 and robot in self.enters)
 
     def chain(self) -> tuple[Need, ...]:
-        """Return the needs after the next one that the same robots must fulfil."""
+        """Return the needs, after the next one, that the robots of the next one must fulfil."""
         return tuple(takewhile(lambda need: need.same, self.left[1:]))
 
     def takes(self) -> bool:
@@ -158,21 +159,21 @@ class Rest(NamedTuple):
         return bool(self.chain()) and not self.left[0].same
 
     def laden(self) -> frozenset[str]:
-        """Return the robots that carry the load, or a part of it, and can take no other load: they
-        fulfilled the last need and must fulfil the next one, or have done their part."""
+        """Return the robots that carry the obstacle, or have taken their part of it, and so can
+        take no other load."""
         if self.left and self.left[0].same:
             return self.left[0].able
         return self.done if self.takes() and not self.left[0].together else frozenset()
 
     def advanced(self, group: Iterable[str]) -> Rest:
-        """Return the rest after a group and the robots that have done their part fulfil a need."""
+        """Return the open needs after ``group`` and the robots in ``done`` fulfil the next one."""
         left, met = self.left[1:], self.done.union(group)
         if left and left[0].same:
             left = (left[0]._replace(able=left[0].able & met), *left[1:])
         return self._replace(left=left, done=frozenset())
 
     def acted(self, group: Iterable[str]) -> Rest:
-        """Return the open needs after a group has done its part of the next one."""
+        """Return the needs that remain open after ``group`` has done its part of the next one."""
         done = self.done.union(group)
         met = self.left[0].together or len(done) >= self.left[0].robots
         return self.advanced(group) if met else self._replace(done=done)
@@ -180,11 +181,12 @@ class Rest(NamedTuple):
 
 @dataclass
 class Obstacle:
-    """An obstacle. ``rest``: its open needs; ``group``: the robots of the last part; ``asked``:
-    those that encountered it; ``there``: whether it is present; ``since``: the tick in which it
-    last appeared, unless by the scenario; ``shut``: whether it is given up or permanent;
-    ``known``: whether the team knows it; ``declared``: by an operator; ``begun``: the line since
-    which its next need is the next one, and no robot has returned to service."""
+    """An obstacle. ``rest``: its open needs; ``group``: the robots that did the last part;
+    ``asked``: the robots that have encountered it; ``there``: whether it is present; ``since``: the
+    tick in which it last appeared, except by the scenario; ``shut``: whether it is given up or
+    permanent; ``known``: whether the team knows it; ``declared``: whether an operator declared it
+    permanent; ``begun``: the line since which its next need is next and no robot has returned to
+    service."""
 
     name: str
     type: str
@@ -212,7 +214,7 @@ class Obstacle:
 
     @property
     def stage(self) -> int:
-        """The number of fulfilled needs."""
+        """The number of needs that have been fulfilled."""
         return len(self.needs) - len(self.rest.left)
 
     @property
@@ -226,7 +228,7 @@ class Obstacle:
 
     @property
     def permanent(self) -> bool:
-        """Whether it was found untraversable, or declared: a given-up one may yet be resolved."""
+        """Whether the obstacle was found untraversable or declared permanent, not only given up."""
         return self.there and self.shut and (self.resolved or self.declared)
 
     def begin(self) -> None:
@@ -236,10 +238,10 @@ class Obstacle:
 
 
 class Step(NamedTuple):
-    """A move, departure or arrival in one form. After it the robot, which was in ``start``, is
-    ``at`` a region with a ``heading``, in transit to ``bound`` (None: it is not), and ``holds``
-    regions. ``to``: where the step ends. ``strays``: whether it ended elsewhere than commanded, or
-    failed."""
+    """A move, departure or arrival in one form. The robot was in ``start``. It is now ``at`` a
+    region with a ``heading``, in transit to ``bound`` (None: not in transit), and ``holds``
+    regions. ``to``: where the step ends. ``strays``: whether it failed, or ended elsewhere than
+    commanded."""
 
     start: int
     at: int
@@ -254,16 +256,16 @@ class Step(NamedTuple):
 
 
 class State:
-    """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the scenario's obstacles
-    that have not appeared yet; ``changes``: changes for robots, not applied yet; ``dues``: the
-    deadlines of rounds, requests and the mission that were not met yet, ``missed``: those that were
-    not met in time; ``kept``: the last one of each robot and obstacle that was met; ``switched``:
-    the tick in which each input changed last; ``limit``: ticks (live: seconds); ``rivals``:
-    the robots in conflict with each, ``mates``: also those with which it shares a zone of
-    ``never_together``; ``promised``: the tick in which the deadline of the mission is kept;
-    ``over``: the tick in which a lost deadline shows that the present turn is over (None: it is
-    not); ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user or
-    the world."""
+    """The state at a line of a trace. ``tick``, ``time`` (live: seconds); ``coming``: the
+    scenario's obstacles that have not appeared yet; ``changes``: changes of robots that are not
+    applied yet; ``dues``: the deadlines of rounds, requests and the mission that were not met yet;
+    ``missed``: those not met in time; ``kept``: for each robot and obstacle, the last deadline that
+    was met; ``switched``: the tick in which each input changed last; ``limit``: ticks (live:
+    seconds); ``rivals``: the robots in conflict with each robot; ``mates``: these, and those with
+    which it shares a zone of ``never_together``; ``promised``: the tick in which the mission's
+    deadline is kept; ``over``: the tick in which a lost deadline shows that the present turn is
+    over (None: none does); ``strays``: number of steps that ended elsewhere than commanded;
+    ``hands``: number of changes by a user or the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
@@ -329,7 +331,7 @@ class State:
         return robot
 
     def add(self, data: Line) -> None:
-        """Add an obstacle; several entries of one name are one."""
+        """Add an obstacle. Entries with the same name describe one obstacle."""
         if data.name in self.obstacles:
             return
         kind, region, listed = data.type, data.region, list[Need]()
@@ -352,37 +354,37 @@ class State:
         self.at.setdefault(found.region, []).append(found)
 
     def due_within(self, data: Line) -> int | None:
-        """Return the ticks from the request of an obstacle to its resolution, if it has a
+        """Return how many ticks after its request an obstacle must be resolved; None if there is no
         deadline."""
         limits = data.resolve_within, data.type.resolve_within, self.scenario.resolve_within
         return next((each for each in limits if each is not None), None)
 
     def _regions(self, at: Any, region: int) -> frozenset[int]:
-        """Return the free regions where a need of an obstacle is fulfilled."""
+        """Return the free regions where robots fulfil a need of an obstacle in ``region``."""
         if at == "neighbours":
             return frozenset(to for to, _ in self.world.steps(False, (region, None)))
         return frozenset([region]) if at == "self" else at & self.world.free
 
     def _blocked(self, listed: frozenset[str] | None) -> frozenset[str]:
-        """Return the robots that an obstacle stops: those of a layer, a model or a name in the
-        list, or all."""
+        """Return the robots that an obstacle blocks: those whose name, model or layer is ``listed``
+        (None: all robots)."""
         every = ((n, {n, r.data.layer, r.data.model.name}) for n, r in self.robots.items())
         return frozenset(name for name, words in every if listed is None or words & listed)
 
     def _conflict(self, one: str, other: str) -> bool:
-        """Return whether one of two robots must avoid the other: by default those of one layer."""
+        """Return whether two robots must avoid each other. By default robots of one layer do."""
         a, b = self.robots[one].data, self.robots[other].data
         same = a.layer == b.layer
         avoids = (same if x.avoids is None else y.name in x.avoids for x, y in ((a, b), (b, a)))
         return any(avoids)
 
     def _kept_out(self, robot: str, other: str, holds: frozenset[int]) -> frozenset[int]:
-        """Return the regions that a robot must not enter while another occupies ``holds``."""
+        """Return the regions that ``robot`` must not enter while ``other`` occupies ``holds``."""
         shared = (zone for who, zone in self.zones if {robot, other} <= who and zone & holds)
         return (holds if other in self.rivals[robot] else frozenset()).union(*shared)
 
     def step(self, e: Line) -> Step | None:
-        """Return the step of a line, or where an operator puts a robot; None: no robot moves."""
+        """Return the step or the placement that a line records; None if no robot moves."""
         robot, strays = self.robots.get(e.robot), e.result not in (None, "arrived")
         if robot is None:
             return None
@@ -399,14 +401,14 @@ class State:
         return None
 
     def closing(self, robot: str, region: int) -> Iterator[Obstacle]:
-        """Yield the obstacles that must keep a robot out of a region."""
+        """Yield the obstacles in a region that forbid a robot to enter it."""
         for one in (x for x in self.at.get(region, ()) if x.there and robot in x.blocks):
             known = not self.external or one.known  # an unknown obstacle may be absent
             if one.shut or (one.open and known and one.rest.closes(robot)):
                 yield one
 
     def charge(self, robot: Robot, now: float) -> float:
-        """Return a robot's charge: in a live run at a second, in lockstep after its last turn."""
+        """Return a robot's charge: live at second ``now``, in lockstep after its last turn."""
         battery, charge = robot.data.battery, robot.charge or 0.0
         rate = battery.charge if robot.pose[0] in self.scenario.chargers else -battery.stay
         if robot.stands is not None:
@@ -414,8 +416,8 @@ class State:
         return float(round(min(battery.capacity, max(0.0, charge)), DECIMALS))
 
     def is_empty(self, robot: Robot, now: float, margin: float = 0.0) -> bool:
-        """Return whether a robot lacks more than a margin of the charge for a step, off the
-        chargers."""
+        """Return whether a robot that is not on a charger lacks more than ``margin`` of the charge
+        of a step."""
         if robot.charge is None or robot.filled or robot.pose[0] in self.scenario.chargers:
             return False
         return bool(self.charge(robot, now) < robot.data.battery.move - margin)
@@ -426,7 +428,7 @@ class State:
         return robot.out or (robot.name in self.flat.values() and self.is_empty(robot, now))
 
     def destination(self, name: str) -> Pose:
-        """Return a robot's pose; in transit, that of its arrival."""
+        """Return a robot's pose or, if it is in transit, the pose in which it will arrive."""
         robot = self.robots[name]
         if robot.bound is None:
             return robot.pose
@@ -443,8 +445,8 @@ class State:
         return formulas.lasting(known, robot.pose, robot.heard) if self.live and known else known
 
     def arriving(self, robot: Robot, known: Iterable[int] | None = None) -> set[int]:
-        """Return the memories that a robot's formulas may have where it is or, in transit, will
-        arrive, given the present ones."""
+        """Return the memories that a robot's formulas may have at its destination, given the
+        present ones."""
         known = self.memories(robot) if known is None else {*known}
         if robot.bound is None:
             return known
@@ -452,7 +454,7 @@ class State:
         return after & robot.heard
 
     def by_inputs(self, robot: Robot) -> Objective | None:
-        """Return the objective that an input gives a robot instead of its own, if any."""
+        """Return the objective that the inputs give a robot instead of its own, or None."""
         return next((own for name, own in robot.data.when if self.inputs.get(name)), None)
 
     def disobeys(self, robot: Robot) -> bool:
@@ -466,12 +468,12 @@ class State:
         return float(e.tick if e.t is None or not self.live else e.t)
 
     def overdue(self, tick: int) -> set[str]:
-        """Return the deadlines that are missed as a tick begins."""
+        """Return the deadlines that are missed when a tick begins."""
         late = {of for of, due in self.dues.items() if due < tick}
         return late - {name for name, robot in self.robots.items() if robot.away or robot.was_away}
 
     def restart(self, robot: Robot) -> None:
-        """Begin a round of a robot, with its deadline."""
+        """Begin a new round of a robot, and the deadline of this round."""
         # a round may begin twice in a tick
         was_away = robot.away or (robot.was_away and robot.begun == self.tick)
         robot.begun, robot.was_away, robot.away = self.tick, was_away, False

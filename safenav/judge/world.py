@@ -24,7 +24,7 @@ class TooLargeError(Exception):
 
 class World:
     """The map of a trace. Regions off the map are accepted as arguments; they are not free.
-    ``work``: the states that proofs have visited."""
+    ``work``: the number of states that proofs have visited."""
 
     def __init__(self, rows: int, cols: int, walls: Collection[int]) -> None:
         self.cols, self.size, self.work = cols, rows * cols, 0
@@ -33,12 +33,12 @@ class World:
         self.graph = cache(self._graph)
 
     def _side(self, region: int, to: int) -> str | None:
-        """Return the heading of a single step between two regions; None if that is not a step."""
+        """Return the heading of a step between two regions; None if they are not neighbours."""
         return dict(self.steps(True, (region, None))).get(to)
 
     def _steps(self, faces: bool, pose: Pose) -> tuple[Pose, ...]:
-        """Return the poses after one step. With a heading (``faces``) a robot never goes backwards,
-        and faces the direction of its step."""
+        """Return the poses that one step reaches from a pose. A robot with a heading (``faces``)
+        never goes backwards, and then faces the direction of its step."""
         (region, heading), found = pose, []
         back = HEADINGS[HEADINGS.index(heading) - 2] if faces and heading else None
         for way, (down, right) in zip(HEADINGS, ((-1, 0), (0, 1), (1, 0), (0, -1)), strict=True):
@@ -48,7 +48,7 @@ class World:
         return tuple(found)
 
     def _graph(self, faces: bool) -> Graph:
-        """Return the steps from each pose in a free region. Raises TooLargeError."""
+        """Return the poses that one step reaches from each free pose. Raises TooLargeError."""
         headings: Sequence[str | None] = HEADINGS if faces else (None,)
         self.spend(PER_POSE * len(headings) * len(self.free))
         poses = ((region, heading) for region in sorted(self.free) for heading in headings)
@@ -61,7 +61,7 @@ class World:
             raise TooLargeError(f"proofs visit more than {MOST_STATES:,} states")
 
     def closure(self, starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> set[Any]:
-        """Return all states to which some steps lead. Raises TooLargeError."""
+        """Return all states that ``steps`` reach from the given ones. Raises TooLargeError."""
         return {*closure(starts, after, self.spend)}
 
     def reach(self, graph: Graph, starts: Iterable[Pose], walls: Collection[int]) -> set[Pose]:
@@ -77,7 +77,7 @@ class World:
         aims: Sequence[AbstractSet[Pose]],
         walls: Collection[int],
     ) -> bool:
-        """Return whether each aim can be met infinitely often from some of the poses: whether some
+        """Return whether a robot in one of the poses can meet every aim infinitely often: some
         reachable poses reach each other and include a pose of each aim."""
         there, seen = self.reach(graph, starts, walls), set[Pose]()
         before: dict[Pose, list[Pose]] = {}
@@ -105,7 +105,7 @@ def closure(
     after: Callable[[Any], Iterable[Any]],
     spend: Callable[[], None] = lambda: None,
 ) -> Iterator[Any]:
-    """Yield all states to which some steps lead, each before its steps are taken."""
+    """Yield all states that ``steps`` reach, each before its own steps are computed."""
     found, queue, more = set[Any](), list[Any](), starts
     while True:
         for state in more:

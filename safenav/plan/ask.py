@@ -36,16 +36,16 @@ with at most ``CROWD`` robots."""
 
 
 class Found(Struct, frozen=True):
-    """A plan. ``first``: pairs of a robot and the target with which it begins, if not its next
-    one."""
+    """A plan. ``first``: pairs of a robot and the index of the target with which it begins, for the
+    robots that do not begin with their next target."""
 
     plan: Plan
     first: tuple[tuple[int, int], ...] = ()
 
 
 class Deadlock(Struct, frozen=True):
-    """No order of moves of ``robots`` completes the mission. ``memory``: the memory of the formulas
-    of some robots; ``why``: the reason in words, unless a search proved it."""
+    """A proof that no order of moves of ``robots`` completes the mission. ``memory``: the memory of
+    the formulas of some robots; ``why``: the reason in words, empty if a search has proved it."""
 
     robots: tuple[int, ...]
     memory: Mapping[str, Mapping[str, int]] | None = None
@@ -53,7 +53,7 @@ class Deadlock(Struct, frozen=True):
 
 
 class Unserved(Struct, frozen=True):
-    """The team can complete its rounds, but no joint state also serves these open obstacles."""
+    """The result that the team can complete its rounds, but not also serve these open obstacles."""
 
     gates: tuple[int, ...]
 
@@ -65,10 +65,10 @@ def ask(
     seed: int,
     check: Callable[[], None] = lambda: None,
 ) -> Found | Deadlock | Unserved | None:
-    """Return the answer for the whole remaining mission with all ``served`` gates resolved, or, for
-    a long mission, a plan for its next rounds. In a plan, rounds with a deadline continue until all
-    rounds are completed, if possible. ``check`` raises if the search must end. None if the budget
-    is exhausted."""
+    """Return a plan for the whole remaining mission with all ``served`` gates resolved (for a long
+    mission, for its next rounds), a proof that there is none, or None if the budget is exhausted.
+    In a plan, robots whose rounds have deadlines continue, if possible, until all rounds are
+    completed. ``check`` raises if the search must end."""
     if (none := _crowded(floor)) is not None:
         return none
     sharing = [i for i in floor.robots if i in floor.team.sharing] or floor.robots
@@ -87,8 +87,8 @@ def ask(
 def _continued(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
-    """Return the answer; in a plan, robots whose rounds have a deadline continue after the last one
-    until all robots have completed their rounds, but delay no other robot."""
+    """Return the result of a search. In a plan, robots whose rounds have a deadline continue after
+    their last round until all robots have completed theirs, but delay no other robot."""
     found = _ask(floor, joint, served, seed, check)
     timed = [i for i in floor.robots if floor.team.members[i].robot.within is not None]
     if not timed or not isinstance(found, Found) or found.first:
@@ -120,8 +120,8 @@ def _continued(
 def _goes_on(
     more: Floor, joint: Joint, found: Found, seed: int, check: Callable[[], None], work: int = 0
 ) -> bool:
-    """Return whether the team can complete one round ``more`` after a plan: otherwise a robot that
-    cannot turn back may end where it has no room to turn around."""
+    """Return whether the team can complete the rounds of ``more`` after a plan. It might not, since
+    a robot that cannot turn back may end where it has no room to turn around."""
     if not more.one_way:
         return True
     ticks = None if found.first else preview(more, found.plan, joint)
@@ -168,8 +168,8 @@ def _ask(
 
 
 def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
-    """Return the plan of these states. Where robots cannot turn around, it is preferably one
-    after which the team can continue: an order or a resolution restarts their rounds."""
+    """Return the plan that visits these states. Where robots cannot turn around, prefer a plan
+    after which the team can continue, since a resolution may restart their rounds."""
     floor, served, members = search.floor, search.served, search.floor.team.members
     careful = floor.one_way and len(floor.robots) <= CROWD
     ready, found = replace(floor, ready=True), list[Found]()
@@ -189,7 +189,8 @@ def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
-    """Return the answer of a short search, else a proof for a few robots, else of a long search."""
+    """Return the result of a short search, or a proof for a few robots, or else the result of a
+    long search."""
     answer = search.run(1)
     if answer is not None:
         return answer
@@ -205,8 +206,8 @@ def ask_charged(
     time: float,
     check: Callable[[], None] = lambda: None,
 ) -> Found | None:
-    """Return a plan for which the charges suffice: forever after it, or at least until its end; for
-    a long mission, a plan of the next rounds. None if no plan is found."""
+    """Return a plan for which the charges suffice: forever, or at least until its end. For a long
+    mission it is a plan of the next rounds. None if no plan is found."""
     if _crowded(floor) is not None:
         return None
     sharing = [i for i in floor.robots if i in floor.team.sharing]
@@ -226,8 +227,8 @@ def ask_charged(
 
 
 def _hopeful(floor: Floor, joint: Joint, charges: Charges) -> Floor:
-    """Return the floor on which robots whose charge cannot suffice have no batteries, so that plans
-    spare the other batteries; the same floor if all or none are such robots."""
+    """Return the floor without the batteries of robots whose charge cannot suffice, so that plans
+    spare the other batteries; or the same floor if all or none of the charges suffice."""
     members = [*floor.team.members]
     having = [i for i in floor.robots if members[i].energy is not None]
     least = {i: least_of(floor, i, joint.poses[i], joint.counts[i]) for i in having}
@@ -249,8 +250,8 @@ def _charged(
     *,
     whole: bool,
 ) -> Course | None:
-    """Return a plan for ``ask_charged``, preferably with charge for a further stay; None if none is
-    found. ``whole``: whether the rounds of ``floor`` are all those of the mission."""
+    """Return an execution for ``ask_charged``, preferably with charge for a further stay, or None.
+    ``whole``: whether the rounds of ``floor`` are all those of the mission."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
@@ -281,22 +282,22 @@ def _charged(
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
-    """Return the proof, if found soon, that these robots cannot complete the mission even together
-    with all robots that may help."""
+    """Return a proof that these robots cannot complete the mission, even with the help of all
+    robots that may help them; None if it is not found soon."""
     helpers = (_helpers(floor, joint, g) for g in floor.open(joint.stages))
     return _proof(floor, joint, tuple(sorted({*robots}.union(*helpers))))
 
 
 def _helpers(floor: Floor, joint: Joint, g: int) -> frozenset[int]:
-    """Return the robots that may take part in the remaining needs of an obstacle."""
+    """Return the robots that may take part in the open needs of an obstacle."""
     needs = range(joint.stages[g].need, len(floor.gate(g).needs))
     each = (floor.skilled(g, put(joint.stages, g, Stage(stage))) for stage in needs)
     return frozenset[int]().union(*each)
 
 
 def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | None:
-    """Return the proof that a few robots cannot complete the mission even without all others and
-    the open obstacles that those may resolve, if it is found soon."""
+    """Return a proof that a few robots cannot complete the mission even without all other robots
+    and without the open obstacles that those may resolve; None if it is not found soon."""
     alone = [g for g in floor.open(joint.stages) if _helpers(floor, joint, g) <= {*group}]
     gates, stages = tuple(floor.gates[g] for g in alone), tuple(joint.stages[g] for g in alone)
     few = replace(floor, gates=gates, robots=group, either=True)
@@ -311,7 +312,7 @@ def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | Non
 
 
 def _crowded(floor: Floor) -> Deadlock | None:
-    """Return a deadlock if robots outnumber the regions of their last targets."""
+    """Return a deadlock if robots outnumber the regions of their last targets, else None."""
     team = floor.team
     group = next(without_room([team.members[i].robot for i in floor.robots]), None)
     if group is None:
@@ -358,7 +359,7 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
 
 
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
-    """Yield the targets with which robots begin in a plan, if these differ from their next ones."""
+    """Yield pairs of a robot and the target with which it begins in a plan, if not its next one."""
     for i in floor.robots:
         member, (memory, met) = floor.team.members[i], states[0].counts[i]
         if member.either and met == 0:
@@ -369,8 +370,8 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
 
 
 def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
-    """Return the deadlock, if found, of up to three robots that could not complete the mission even
-    without all others: a proof for the team, since others only restrict them."""
+    """Return a proof, or None, that up to three robots cannot complete the mission even without all
+    other robots, which would only restrict them."""
     sharing = [i for i in floor.robots if floor.team.members[i].partners]
     for size in range(1, min(4, len(floor.robots))):
         groups = [

@@ -1,10 +1,10 @@
-"""Joint plans for which the charges suffice: a search in which each transition takes its ticks.
+"""Joint plans with sufficient charges: a search in which each transition takes its ticks.
 
-A robot on a charger charges while it stays, other robots use charge while they wait. A transition
-lasts as long as its slowest step. A robot enters a region in the transition in which another one
-leaves it only if a run would let it: in lockstep, if the other one's turn is earlier, and its step
-takes one tick. So a run is never later than these transitions, and no robot has less charge. Most
-robots need not wait for the slowest: ``course`` determines how long the execution of a plan takes.
+A robot on a charger charges while it stays; other robots use charge while they wait. A transition
+lasts as long as its slowest step. A robot enters a region while another one leaves it only if a run
+allows this: in lockstep, if the other one's turn is earlier and its step takes one tick. So a run
+is never later than these transitions, and no robot has less charge. Most robots need not wait for
+the slowest: ``course`` determines how long the execution of a plan takes.
 """
 
 from collections import defaultdict
@@ -33,9 +33,9 @@ of which the ends are examined."""
 
 
 class ChargedSearch(Search):
-    """A search with charges. ``start``: a state with the charges of all robots. ``how``: whether
-    charges must suffice forever, not only for the plan, and whether robots leave chargers only with
-    a full battery."""
+    """A search with charges. ``start``: a state with the charges of all robots. ``how``: two flags:
+    whether charges must suffice forever, not only for the plan, and whether robots leave chargers
+    only with a full battery."""
 
     def __init__(
         self,
@@ -71,8 +71,8 @@ class ChargedSearch(Search):
             yield joint.charges[i] >= need + spare
 
     def courses(self, states: list[Joint], spent: int) -> Iterator[Course]:
-        """Yield the executions of these states and of the states of further searches; ``spent``:
-        the work for the first."""
+        """Yield the executions of a plan with these states, and of plans that further searches
+        find. ``spent``: the work for the first plan."""
         enough = self.work - max(BETTER, spent)
         known = [states]
         yield course_of(self.floor, states)
@@ -111,7 +111,7 @@ class ChargedSearch(Search):
         return after not in before and not dominated(after.charges, best)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """Yield the poses that the search may force on a robot; on a charger also its own."""
+        """Yield poses that the search may force on a robot; on a charger also the present one."""
         if i in self.energies and self.energies[i].charging(joint.poses[i]):
             yield joint.poses[i]
         yield from super()._forced(joint, i)
@@ -128,7 +128,7 @@ class ChargedSearch(Search):
 
     @cached_method
     def _effect(self, joint: Joint, poses: tuple[int, ...]) -> Effect:
-        """Return the effect of a transition from a state, which is without charges."""
+        """Return the next state and, for each robot with a battery, its capacity, gain and need."""
         poses = self._held(joint, poses)
         after, ticks = self.floor.moved(joint, poses), 1
         for i, pose in enumerate(poses):
@@ -147,8 +147,8 @@ class ChargedSearch(Search):
         return after[:3], tuple(gains)
 
     def _held(self, joint: Joint, poses: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the poses, with each robot that would wait for another one kept in its present
-        pose."""
+        """Return ``poses``, but the present pose for each robot that would have to wait for another
+        robot."""
         size, found, there = self.team.size, [*poses], defaultdict[int, list[int]](list)
         for j in self.floor.robots:
             there[joint.poses[j] % size].append(j)
@@ -170,8 +170,7 @@ class ChargedSearch(Search):
 
     @cached_method
     def _least(self, i: int, pose: int, count: tuple[int, int]) -> float:
-        """Return the charge that a robot alone needs: other robots and open obstacles only restrict
-        it."""
+        """Return the charge that a robot needs if it is alone: other robots only restrict it."""
         if self.how[0]:
             energy = self.energies[i]
             return energy.need(self.floor.floors[i], pose, energy.turn(count[0]))
@@ -190,7 +189,7 @@ class ChargedSearch(Search):
 
 
 def least_of(floor: Floor, i: int, pose: int, count: tuple[int, int]) -> float:
-    """Return the charge with which a robot with a battery alone completes its rounds."""
+    """Return the least charge with which a robot that has a battery completes its rounds alone."""
     member = floor.team.members[i]
     energy, pursuit = member.energy, member.pursuit
     assert energy is not None
@@ -205,9 +204,9 @@ def least_of(floor: Floor, i: int, pose: int, count: tuple[int, int]) -> float:
 def raced(
     searches: Sequence[ChargedSearch], work: int, goes_on: Callable[[Joint], bool]
 ) -> Course | None:
-    """Return the plan that ends first, of searches with this much work each, after which the team
-    ``goes_on``; None if there is none. They take turns until one turn after the first plan, so that
-    a search without a plan costs at most as much as the others."""
+    """Return the plan that ends first among those of several searches after which the team
+    ``goes_on``; None if there is none. The searches take turns until one turn after the first plan,
+    so a search without a plan costs at most as much as the others."""
     left, found, turn, until = [*searches], list[Course](), 0, ROUNDS
     while turn < until:
         turn += 1

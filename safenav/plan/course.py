@@ -40,8 +40,8 @@ def timed(
     leaves: Leaves | None = None,
     acts: Sequence[float] = (),
 ) -> list[list[float]]:
-    """Return the times at which each robot arrives at the places of its path, if its steps take
-    ``times`` and its actions ``acts``. ``ticks``: successive joint states of the plan."""
+    """Return the times at which each robot arrives at the waypoints of its path, if its steps take
+    ``times`` and its actions ``acts``. ``ticks``: the successive joint states of the plan."""
     arrives: list[list[float]] = [[0] for _ in times]
     met, opened = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
     size, lockstep = floor.team.size, not floor.team.live  # in lockstep robots move in turn
@@ -75,14 +75,14 @@ def timed(
 
 
 def cost(floor: Floor, ends: Sequence[float]) -> float:
-    """Return the time of the last robot, plus a share of the mean time if speeds differ."""
+    """Return the time of the last robot, plus a share of the mean time if robots' speeds differ."""
     mixed = len({floor.team.step_times[i] for i in floor.robots}) > 1
     return max(ends) + (MEAN * sum(ends) / len(ends) if mixed else 0)
 
 
 class Course:
-    """An execution of a plan in which a robot leaves chargers with at least the charges ``least``
-    (robot and place), and no earlier than ``since``. ``failed``: the robots whose charge does not
+    """An execution of a plan. Each robot leaves a charger with at least the charge ``least`` of
+    (robot, waypoint), and no earlier than ``since``. ``failed``: the robots whose charge does not
     suffice."""
 
     def __init__(
@@ -126,8 +126,8 @@ class Course:
         return ready
 
     def needs(self) -> Iterator[tuple[tuple[int, int], float, float]]:
-        """Yield, for each step of each robot, the charge that it needs until the next charger with
-        the waits of this execution, and the time to leave at so that it never waits on the way."""
+        """Yield, for each step of each robot, the charge that it needs to reach the next charger
+        with the waits of this execution, and when it must leave so as never to wait on the way."""
         last = self.states[-1]
         for i, energy in self.energies.items():
             on, way = energy.charging(last.poses[i]), self.plan.ways[i]
@@ -142,14 +142,14 @@ class Course:
                 need = 0 if on else need + (ready - came) * energy.battery.stay
 
     def stops(self, i: int) -> dict[int, int]:
-        """Return the places where a robot waits for charge, each with its ticks."""
+        """Return the waypoints at which a robot waits for charge, each with its ticks there."""
         tick = min(self.floor.team.step_times[j] for j in self.floor.robots)
         found = ((place, ceil(waits / tick)) for (j, place), waits in self.waits.items() if j == i)
         return {place - 1: ticks for place, ticks in found}
 
     def way(self, i: int, begun: float) -> tuple[Waypoint, ...]:
-        """Return the path of a robot that leaves chargers with enough charge. If waiting elsewhere
-        uses charge, it departs no earlier than in this course after a wait on one."""
+        """Return the path of a robot that leaves chargers with enough charge. If it needs charge to
+        wait elsewhere, it leaves a charger where it waits no earlier than in this course."""
         if (energy := self.energies.get(i)) is None:
             return self.plan.ways[i]
         way = [*self.plan.ways[i]]
@@ -164,7 +164,7 @@ class Course:
         return tuple(way)
 
     def planned(self, begun: float) -> Plan:
-        """Return the joint plan. ``begun``: the tick before its first one; in a live run its
+        """Return the joint plan. ``begun``: the tick before its first tick; live: the time of its
         start."""
         ways: list[tuple[Waypoint, ...]] = [()] * len(self.charges)
         for i in self.floor.robots:
@@ -173,9 +173,9 @@ class Course:
 
 
 def course_of(floor: Floor, states: Sequence[Joint]) -> Course:
-    """Return the execution of the plan of these states that ends first of several: robots leave
-    chargers with the charges of the states, or with less where that suffices. If all fail, return
-    the one that takes as long as the states."""
+    """Return the earliest-ending execution of the plan with these states: robots leave chargers
+    with the charges of the states, or with less where that suffices. If all such executions fail,
+    return the one that takes as long as the states."""
     plan, _ = plan_of(floor, states[0], [joint.poses for joint in states])
     at, tick = [0] * len(plan.ways), 0.0
     planned, since = dict[tuple[int, int], float](), dict[tuple[int, int], float]()
@@ -202,7 +202,7 @@ def course_of(floor: Floor, states: Sequence[Joint]) -> Course:
 
 
 def _stayed(energy: Energy, charge: float, pose: int, time: float) -> float:
-    """Return the charge after some time in a pose."""
+    """Return the charge of a battery after its robot has stayed in ``pose`` for ``time``."""
     battery = energy.battery
     if energy.charging(pose):
         return min(battery.capacity, round(charge + time * battery.charge, DECIMALS))
@@ -210,8 +210,8 @@ def _stayed(energy: Energy, charge: float, pose: int, time: float) -> float:
 
 
 def _wanted(floor: Floor, last: Joint, i: int) -> float:
-    """Return the charge at the end of a plan: what the robot needs to continue and, off the
-    chargers, an ample part of the battery, but at most its charge in the plan."""
+    """Return the charge that a robot must have at the end of a plan: enough to continue and, off
+    the chargers, an ample part of the battery besides, but at most its charge in the plan."""
     energy = floor.team.members[i].energy
     assert energy is not None
     more = 0 if energy.charging(last.poses[i]) or not energy.battery.stay else AMPLE
@@ -219,7 +219,7 @@ def _wanted(floor: Floor, last: Joint, i: int) -> float:
 
 
 def needed(floor: Floor, joint: Joint, i: int) -> float:
-    """Return the charge with which a robot with a battery continues forever from where it is."""
+    """Return the least charge with which a robot that has a battery can continue forever."""
     energy = floor.team.members[i].energy
     assert energy is not None
     allowed, turn = floor.allowed(i, joint.stages), energy.turn(joint.counts[i][0])
@@ -227,6 +227,6 @@ def needed(floor: Floor, joint: Joint, i: int) -> float:
 
 
 def _duration(times: Sequence[float], before: Joint, joint: Joint) -> float:
-    """Return the time of a transition, that of its slowest step, by the times of each robot."""
+    """Return the duration of a transition: the largest of the ``times`` of robots that step."""
     steps = zip(times, before.poses, joint.poses, strict=True)
     return max((time for time, a, b in steps if a != b), default=1)

@@ -21,8 +21,8 @@ EARLY = 1e-5
 
 
 def plan_of(floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]) -> tuple[Plan, Joint]:
-    """Return the plan in which robots go to these joint poses, and the state at its end if they go
-    one at a time, in the plan's order."""
+    """Return the plan in which robots go to these joint poses, and the state after it. The robots
+    go one at a time, in the plan's order."""
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
     owed = defaultdict[int, set[tuple[int, int]]](set)  # needs to fulfil before the robot leaves
@@ -49,7 +49,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]) -> tup
 
 
 class _Stays:
-    """The stays in each region and zone: the robot, and the number of its next place."""
+    """The stays in each region and zone: the robot, and the index of its waypoint afterwards."""
 
     def __init__(self, floor: Floor, first: Joint) -> None:
         self.team, self.stays = floor.team, defaultdict[object, list[list[int]]](list)
@@ -58,9 +58,9 @@ class _Stays:
                 self.stays[space].append([i, 0])
 
     def moved(self, i: int, before: int, pose: int, place: int) -> dict[int, int]:
-        """Record the step of a robot to a ``place`` in its plan. Return the robots that occupied
-        its destination before, each with its next place after that. In a crowd (all are rivals) the
-        last visitor is enough: it came after all others had left."""
+        """Record the step of a robot to waypoint ``place``. Return the robots that stayed at its
+        destination before, each with the index of its next waypoint after that stay. In a crowd
+        (all are rivals) the last visitor suffices, since it came after all others had left."""
         team, region, found = self.team, pose % self.team.size, dict[int, int]()
         left, entered = team.spaces(i, before % team.size), team.spaces(i, region)
         crowd = team.crowds[i] or frozenset()
@@ -79,8 +79,8 @@ class _Stays:
 
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
-    """Yield the robots that must not leave before certain needs are fulfilled: those that act (for
-    a part: before its need is next), and those whose goals count because of a resolution."""
+    """Yield each robot that must not leave before a need is fulfilled, and the need: robots that
+    act (for a part: until its need is next), and robots whose goals a resolution makes count."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
         stages, met = before.stages, joint.stages[g].need
@@ -131,8 +131,8 @@ def next_step(team: Team, state: State, i: int) -> int | None:
 
 
 def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
-    """Return whether a robot waits for charge before a step, on a charger or because its charge is
-    used up."""
+    """Return whether a robot waits for charge before its next step, on a charger or without
+    charge."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None:
         return False
@@ -145,8 +145,8 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 
 def starving(team: Team, state: State) -> bool:
-    """Return whether a robot off the chargers has to go to one now: it waits, and has less charge
-    than its plan foresees, or the plan has ended; or the plan is ``blind``."""
+    """Return whether a robot off the chargers must go to one now: it waits and has less charge than
+    its plan foresees, or its plan has ended or ignores charges."""
     plan = state.plan
     for i in team.charged:
         spare, robot = _spare(team, state, i), state.robots[i]
@@ -162,20 +162,20 @@ def starving(team: Team, state: State) -> bool:
 
 
 def blind(state: State) -> bool:
-    """Return whether the plan ignores charges."""
+    """Return whether the plan in force ignores charges."""
     return state.plan is not None and not state.plan.charges
 
 
 def _foreseen(plan: Plan, state: State, i: int) -> float:
-    """Return the charge that the plan predicts for a robot as it leaves its place, or at the plan's
-    end."""
+    """Return the charge that the plan predicts for a robot when it leaves its present waypoint, or
+    at the end of the plan."""
     way = plan.ways[i][state.robots[i].at + 1 :][:1]
     return way[0].charge if way else plan.charges[i]
 
 
 def _spare(team: Team, state: State, i: int) -> float | None:
-    """Return the spare charge of a robot off the chargers, beyond its path to a charger and a few
-    further steps; None if it needs no charge to wait, or no path leads to a charger."""
+    """Return the charge that a robot off the chargers can spare: beyond its path to a charger and a
+    few further steps. None if it needs no charge to wait, or cannot reach a charger."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None or not energy.battery.stay or energy.charging(robot.pose):
         return None
@@ -188,7 +188,7 @@ def _slack(team: Team, i: int) -> float:
 
 
 def _unit(team: Team, i: int) -> float:
-    """Return the charge that a robot uses in a step, or while another robot takes its step."""
+    """Return the charge that a robot uses for a step or, if more, during another robot's step."""
     energy = team.members[i].energy
     assert energy is not None
     return max(energy.battery.stay * team.step_ticks[i], energy.battery.move)
@@ -196,7 +196,7 @@ def _unit(team: Team, i: int) -> float:
 
 def charging_ends(team: Team, state: State) -> float | None:
     """Return the next time in a live run at which a robot on a charger has the charge for which it
-    waits, or a robot off the chargers must go to one or has no charge left; None: never."""
+    waits, or one off the chargers must go to a charger or runs out of charge; None: never."""
     times = []
     for i, (member, robot) in enumerate(zip(team.members, state.robots, strict=True)):
         energy = member.energy
@@ -222,7 +222,7 @@ def charging_ends(team: Team, state: State) -> float | None:
 
 
 def charges_now(team: Team, state: State) -> tuple[float, ...]:
-    """Return the charge of each robot after its step under way; empty without batteries."""
+    """Return the charge of each robot after its present step; empty if there is no battery."""
     pairs = zip(team.members, state.robots, strict=True) if team.charged else ()
     return tuple(
         r.charge if m.energy is None or r.to is None else m.energy.battery.stepped(r.charge)
@@ -240,22 +240,22 @@ def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
 
 
 def closed(team: Team, state: State, i: int) -> frozenset[int]:
-    """Return the regions of known obstacles that a robot must not enter now."""
+    """Return the regions that a robot must not enter now because of known obstacles."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     known = ((one, each) for one, each in pairs if each.stands)
     return frozenset(one.region for one, each in known if one.closes(i, each))
 
 
 def at_end(state: State, among: Iterable[int]) -> bool:
-    """Return whether robots have completed their paths in the plan."""
+    """Return whether the robots of the plan have completed their paths."""
     plan = state.plan
     return plan is not None and all(state.robots[i].at + 1 >= len(plan.ways[i]) for i in among)
 
 
 def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     """Return whether a plan cannot continue by itself: none of its robots moves, acts, can act or
-    step, or counts by staying, and none waits for charge, or for an action of a robot with a
-    strategy (``helped``: the obstacles of these)."""
+    step, counts by staying, or waits for charge or for a robot with a strategy to act on an
+    obstacle of ``helped``."""
     plan = state.plan
     assert plan is not None
     at = standing(team, state, moving=False)
@@ -281,7 +281,7 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
 
 
 def awaited(team: Team, state: State) -> frozenset[int]:
-    """Return the obstacles whose needs the next steps of a plan wait for."""
+    """Return the obstacles with needs for which the next steps of a plan wait."""
     plan = state.plan
     assert plan is not None
     found = set[int]()
@@ -292,8 +292,8 @@ def awaited(team: Team, state: State) -> frozenset[int]:
 
 
 def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
-    """Return the joint state after each tick of an undisturbed execution, in which robots move in
-    turn, each as soon as it may; None if this execution does not complete the plan."""
+    """Return the joint state after each tick of an undisturbed execution, in which robots take
+    turns and step as soon as they may; None if this execution does not complete the plan."""
     at, ticks, joint = [0] * len(plan.ways), [first], first
     number = {k: g for g, k in enumerate(floor.gates)}
     while going := [i for i in floor.robots if at[i] + 1 < len(plan.ways[i])]:
@@ -313,7 +313,7 @@ def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
 
 
 def joint_now(state: State, floor: Floor) -> Joint:
-    """Return the present joint state; a robot in transit is where it will arrive."""
+    """Return the present joint state, in which a robot in transit is at its destination."""
     counts = tuple((r.own.memory, r.own.met) for r in state.robots)
     arriving = [i for i, robot in enumerate(state.robots) if robot.to is not None]
     poses = tuple(robot.next for robot in state.robots)

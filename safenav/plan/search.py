@@ -1,10 +1,9 @@
-"""LaCAM (Okumura, AAAI 2023): a plan for the whole remaining mission, or the proof that there is
-none.
+"""LaCAM (Okumura, AAAI 2023): a plan for the whole remaining mission, or a proof that none exists.
 
-Depth first over joint states; the next one is PIBT's proposal, then PIBT with one robot forced,
-then each step of one robot alone, so it is complete with few edges per state. Many short searches
-with other orders find short plans where one deep search finds long ones; where the floor is full,
-chains of legs for one robot find one.
+The search is depth first over joint states. The next state is PIBT's proposal, then PIBT's with one
+robot forced, then each step of a single robot, so the search is complete with few edges per state.
+Many short searches in different orders find short plans where one deep search finds long plans.
+Where the floor is full, chains of legs for one robot find a plan.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ EXTRA, TRIES = 20_000, 3
 
 
 class Exhausted(list[Joint]):
-    """All reachable joint states, none of which is a goal."""
+    """The result of a complete search: all reachable joint states, none of which is a goal."""
 
 
 Answer = list[Joint] | Exhausted | None
@@ -40,8 +39,8 @@ Answer = list[Joint] | Exhausted | None
 
 
 class Search:
-    """A search for a plan. ``work``: limit of examined single-robot steps, at about 200,000 per
-    second. ``check`` raises if the search must end."""
+    """A search for a plan. ``work``: maximum number of single-robot steps that it examines, at
+    about 200,000 per second. ``check`` raises if the search must end."""
 
     def __init__(
         self,
@@ -66,9 +65,9 @@ class Search:
         return completes(self.floor, joint, self.served)
 
     def run(self, until: int = ROUNDS) -> Answer:
-        """Return the first plan or proof that a variant of the search finds; None if the budget, or
-        round ``until``, is reached. Cheap variants are tried first. Another call continues with
-        the next round."""
+        """Return the plan or proof that one of several search methods finds, tried from cheap to
+        expensive; None if the budget is exhausted or round ``until`` is reached. A further call
+        continues with the next round."""
         if self.goal(self.start):
             return [self.start]
         few = len(self.floor.robots) <= FEWEST
@@ -99,9 +98,9 @@ class Search:
         return self.singles(PROOF) if few and self._turn <= PROOF_TURN else None
 
     def alternatives(self, length: int) -> Iterator[list[Joint]]:
-        """Yield further plans beside one of that ``length``: plans in which duties do not come
-        first; for a few robots plans of other searches, since one deep search often finds a long
-        plan; and plans in which fast robots do not wait for the steps of slow robots."""
+        """Yield further plans beside a plan with ``length`` states: plans that do not put duties
+        first; for a few robots, plans of other searches; and plans in which fast robots do not wait
+        for the steps of slow robots."""
         times, self.work = self.floor.team.step_times, EXTRA
         # Searches that ignore duties could plan help by robots that follow strategies.
         few = len(self.floor.robots) <= FEWEST and not (self.served and self.floor.team.lone)
@@ -117,9 +116,9 @@ class Search:
             yield from islice(self._rolls(periods, PACED * length), TRIES)
 
     def _rolls(self, periods: Sequence[int], most: int) -> Iterator[list[Joint]]:
-        """Yield plans of a limited number of states by lifelong PIBT, which never backtracks: the
-        robot that has waited longest for a goal chooses first. A robot steps at the ends of its
-        ``periods`` only."""
+        """Yield plans with at most ``most`` states, found by lifelong PIBT without backtracking:
+        the robot that has waited longest for a goal chooses first. Robot i steps only every
+        ``periods[i]`` ticks."""
         robots = self.floor.robots
         for _ in range(ROLLS):
             states, rank = [self.start], {i: self.random.random() for i in robots}
@@ -150,7 +149,7 @@ class Search:
                     break
 
     def _aside(self, joint: Joint) -> tuple[int, ...] | None:
-        """Return the next poses if each robot of a random half tries only to leave its pose; None
+        """Return the next poses if a random half of the robots only tries to leave its poses; None
         if that is impossible."""
         order, fields = self._order(STATIC), list[Field]([None] * len(joint.poses))
         for i in order[: len(order) // 2]:
@@ -166,7 +165,7 @@ class Search:
         return order
 
     def singles(self, budget: int) -> Answer:
-        """Search breadth first, one robot's step at a time: for a shortest plan, or the proof."""
+        """Search breadth first, by steps of single robots: for a shortest plan or a proof."""
         before: dict[Joint, Joint | None] = {self.start: None}
         queue = deque([self.start])
         if self.goal(self.start):
@@ -185,7 +184,7 @@ class Search:
         return Exhausted(before)
 
     def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
-        """Search depth first: at most ``budget`` states."""
+        """Search depth first, and examine at most ``budget`` states."""
         before: dict[Joint, Joint | None] = {start: None}
         stack = [(start, self._next(start, how, order))]
         edges = 0
@@ -223,29 +222,29 @@ class Search:
         yield from self._singles(joint, self._alive)
 
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
-        """Return whether a state is to be examined."""
+        """Return whether the search has to examine a state."""
         return after not in before
 
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
-        """Return the state after all robots have gone to these poses; None if that is impossible,
-        or changes nothing."""
+        """Return the state after all robots have gone to these poses; None if they cannot, or if
+        nothing changes."""
         return None if poses == joint.poses else self.floor.moved(joint, poses)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """Yield the poses that the search may force on a robot."""
+        """Yield next poses that the search may force on a robot, in which it can continue."""
         for pose in self.floor.steps(i, joint.stages)[joint.poses[i]]:
             if self._alive[i] >> pose & 1:
                 yield pose
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
-        """Yield the states after one step of one robot, to where it can continue (``alive``)."""
+        """Yield the states after one step of one robot to an ``alive`` pose (None: any pose)."""
         for i, pose in self.floor.moves(joint):
             if alive is None or alive[i] >> pose & 1:
                 yield self.floor.after(joint, i, pose)
 
     def fields(self, joint: Joint, *, rest: bool = False) -> list[Field]:
-        """Return the distances of each robot to its current goal; None without a goal that it can
-        reach. ``rest``: whether robots without a duty have no goal while there are duties."""
+        """Return, for each robot, the distances to its current goal (None: it has none that it can
+        reach). ``rest``: while some robots have duties, the robots without a duty have no goal."""
         guided, found = self._duties(joint), list[Field]([None] * len(joint.poses))
         if rest and any(guided):
             guided = [mine or 0 for mine in guided]
@@ -263,14 +262,14 @@ class Search:
         return self._guided[joint.stages]
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
-        """Return the poses to visit first for a robot's goal. ``own``: it is the robot's target."""
+        """Return the poses to reach first for a goal. ``own``: it is the robot's own target."""
         del joint, i, own
         return goal
 
     def _legs(self, most: int) -> list[Joint] | None:
-        """Return a chain of legs, in each of which all other robots let one robot pass; None if it
-        is not found soon. Backtracks at random, farther after more failures since the longest
-        chain."""
+        """Return the states of a chain of legs, in each of which all other robots let one robot
+        pass; None if it is not found soon. After a failed leg it drops a random number of the last
+        legs."""
         legs: list[list[Joint]] = [[self.start]]
         vain = made = longest = failed = 0
         while not self.goal(legs[-1][-1]):
@@ -320,15 +319,15 @@ class Search:
 
 
 def completes(floor: Floor, joint: Joint, served: frozenset[int]) -> bool:
-    """Return whether a plan may end in a joint state."""
+    """Return whether a plan may end in this joint state."""
     return floor.completed(joint, served) and not (floor.ready and jammed(floor, joint))
 
 
 def jammed(floor: Floor, joint: Joint) -> bool:
     """Return whether a robot that has not completed its mission can never move again: all its
-    steps, and those of the robots in its way, lead into regions of such robots. Two that face each
-    other in a corner stay there forever. On a floor that is to be ``ready``, also a robot that has
-    completed its rounds and does not stay at its last target: a resolution would restart them."""
+    steps, and those of robots in its way, lead into regions of such robots. If the floor must stay
+    ``ready``, this includes robots that have completed their rounds and do not settle, since a
+    resolution would restart their rounds."""
     poses, size, members = joint.poses, floor.team.size, floor.team.members
     taken = {poses[i] % size for i in floor.robots}
     stuck = {i for i in floor.robots if taken.issuperset(floor.ahead(i, poses[i]))}
@@ -347,12 +346,12 @@ def jammed(floor: Floor, joint: Joint) -> bool:
 
 
 def _distance(field: Field, pose: int) -> int:
-    """Return the steps to a robot's goal; -1 if it has none."""
+    """Return the number of steps from a robot's pose to its goal; -1 if it has no goal."""
     return -1 if field is None else field[pose]
 
 
 def _misses(field: Field, pose: int) -> bool:
-    """Return whether a robot has a goal and is not at it."""
+    """Return whether a robot has a goal that it has not reached."""
     return field is not None and field[pose] > 0
 
 
@@ -386,7 +385,7 @@ class Proposals:
         forced: Sequence[tuple[int, int]] = (),
     ) -> tuple[int, ...] | None:
         """Return the next poses; None if a robot can neither move nor stay. ``order``: the robots
-        in the order of their choices; ``forced``: the poses that robots must take."""
+        in the order in which they choose; ``forced``: poses that some robots must take."""
         self._stages, self._poses, self._fields = joint.stages, joint.poses, fields
         self._now: dict[int, list[int]] = {}
         for i in order:
@@ -402,8 +401,8 @@ class Proposals:
         return tuple(found)
 
     def _place(self, i: int, pushing: frozenset[int], only: int | None = None) -> bool:
-        """Assign a pose to a robot, and to robots in its way. ``pushing``: the robots that push
-        it."""
+        """Assign a pose to a robot and to the robots that it pushes away. ``pushing``: the robots
+        that have pushed this robot."""
         mark = len(self._next)
         for pose in self._ranked(i) if only is None else (only,):
             if self._take(i, pose, pushing):
@@ -432,13 +431,13 @@ class Proposals:
         return not pushed or all(j in after or self._place(j, pushing | {i}) for j in pushed)
 
     def _occupied(self) -> list[Mask]:
-        """Return the regions that each robot occupies before and after this step."""
+        """Return the regions that each robot occupies before and after its step."""
         size, after, poses = self._size, self._next, enumerate(self._poses)
         return [1 << pose % size | 1 << after.get(j, pose) % size for j, pose in poses]
 
     def _ranked(self, i: int) -> list[int]:
-        """Return a robot's possible next poses, the nearest to its goals first; of equally near
-        ones, free before occupied."""
+        """Return the possible next poses of a robot, the nearest to its goal first and, among
+        equally near ones, free before occupied poses."""
         here, field, rivals = self._poses[i], self._fields[i], self._rivals[i]
         now, size, draw = self._now, self._size, self._random.random
         ranks = [((0 if field is None else field[here]) + draw() / 2, here)]

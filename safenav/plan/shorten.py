@@ -1,4 +1,4 @@
-"""Shorter plans: each robot's path in turn is replaced by its earliest path past other robots.
+"""Shorter plans: each robot in turn gets the earliest path past the other robots' paths.
 
 Searches count steps; among their plans, the fastest is chosen.
 """
@@ -30,9 +30,9 @@ Via = tuple[Mask, int, bool]
 
 
 class Draft(NamedTuple):
-    """A plan, and the joint state after each tick of its execution with steps of one tick (empty:
-    it may not complete the mission). ``cost``: its time, and the numbers of steps and of turns that
-    take time."""
+    """A plan, with the joint state after each tick if all steps take one tick (empty: the plan may
+    not complete the mission). ``cost``: its time, its number of steps, and that of turns that take
+    time."""
 
     plan: Plan
     ticks: list[Joint]
@@ -45,8 +45,8 @@ def shortened(
     served: frozenset[int],
     kinds: Iterable[Sequence[Joint]] = (),
 ) -> Plan:
-    """Return the plan of these states, or of one of the other sequences ``kinds`` if that costs
-    less, with fewer ticks and steps where shortening succeeds soon."""
+    """Return the cheapest plan with these states or with another sequence of ``kinds``. It has
+    fewer ticks and steps than its states where shortening succeeds soon."""
     best = _shortened(floor, states, served)
     for each in kinds:
         draft = _shown(floor, each[0], [one.poses for one in each], served)
@@ -56,12 +56,12 @@ def shortened(
 
 
 def _ways(ticks: Sequence[Joint]) -> list[list[int]]:
-    """Return the poses of each robot by tick."""
+    """Return, for each robot, its pose at each tick."""
     return [[*way] for way in zip(*(joint.poses for joint in ticks), strict=True)]
 
 
 def _shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> Draft:
-    """Return the plan of these states, with faster paths of its robots."""
+    """Return the plan with these states after its robots have received faster paths."""
     best = _shown(floor, states[0], [joint.poses for joint in states], served)
     for _ in range(REPEATS if best.ticks else 0):
         ends = [_moves(floor, i, way)[-1] for i, way in enumerate(_ways(best.ticks))]
@@ -93,9 +93,8 @@ def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
 
 
 def _without_loops(floor: Floor, best: Draft, served: frozenset[int]) -> Draft | None:
-    """Return the plan in which robots, all or a few, stay instead of leaving their poses and
-    returning; None if that is not better. A search visits no joint state twice, but some robots may
-    leave and return meanwhile."""
+    """Return the plan in which robots stay, all or a few at a time, instead of leaving their poses
+    and returning; None if that is not better than ``best``."""
     found = None
     for group in coupled(floor):
         few = (combinations(group, size) for size in (2, 1) if len(group) <= FEW)
@@ -108,8 +107,8 @@ def _without_loops(floor: Floor, best: Draft, served: frozenset[int]) -> Draft |
 
 
 def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list[int]] | None:
-    """Return the poses of each robot by tick if a group stays instead of leaving its poses and
-    returning, while no other robot needs them; None if nothing changes."""
+    """Return, for each robot, its pose at each tick if a group stays, instead of leaving its poses
+    and returning, wherever no other robot needs them; None if nothing changes."""
     states = [
         (joint.stages, tuple((joint.poses[i], joint.counts[i]) for i in group)) for joint in best
     ]
@@ -131,8 +130,8 @@ def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list
 def _disturbed(
     floor: Floor, ways: list[list[int]], i: int, group: Sequence[int], begin: int, end: int
 ) -> bool:
-    """Return whether a robot outside ``group`` needs the region of a robot from ``begin`` to
-    ``end``."""
+    """Return whether, in ticks ``begin`` to ``end``, a robot outside ``group`` needs the region in
+    which robot ``i`` is at ``begin``."""
     member, size = floor.team.members[i], floor.team.size
     place, times = ways[i][begin] % size, range(begin, end + 1)
     if any(ways[k][t] % size == place for k in member.rivals.difference(group) for t in times):
@@ -144,9 +143,9 @@ def _disturbed(
 
 
 def earlier(course: Course) -> Course:
-    """Return a faster execution with the same end, in which all robots in turn, or else one of
-    them, follow their earliest routes: in lockstep without stops if the charges suffice, else with
-    the same stops. Return the given one if none is faster."""
+    """Return a faster execution with the same end, in which all robots in turn, or only one of
+    them, take their earliest paths: in lockstep without stops if the charges suffice, else with the
+    given stops. Return the given execution if no other one is faster."""
     for _ in range(REPEATS):
         before, order = course, sorted(course.floor.robots, key=lambda i: -course.arrives[i][-1])
         groups = (order, *([i] for i in order))
@@ -161,8 +160,8 @@ def earlier(course: Course) -> Course:
 
 
 def _recharged(course: Course, ways: list[list[int]]) -> Course | None:
-    """Return the execution with these poses of each robot by tick, and the same end; None if there
-    is none, an obstacle would open only later, or the charges do not suffice."""
+    """Return the execution with these poses of each robot at each tick and the same end; None if
+    there is none, an obstacle would open too late, or the charges do not suffice."""
     states, last, energies = [course.states[0]], course.states[-1], course.energies
     full = [energies[i].battery.capacity if i in energies else 0 for i in range(len(ways))]
     for poses in zip(*(way[1:] for way in ways), strict=True):
@@ -186,9 +185,9 @@ def _rerouted(
     stops: bool = True,
     yields: bool = False,
 ) -> list[list[int]] | None:
-    """Return the poses of each robot by tick if these, one after the other, follow their earliest
-    routes, with the ``stops`` of a ``course``; None if nothing changes. ``yields``: whether each
-    robot ignores the later ones, which then go around it; None if they cannot."""
+    """Return each robot's pose at each tick after the robots ``who``, one after the other, have
+    taken their earliest paths with the ``stops`` of a ``course``; None if nothing changes.
+    ``yields``: whether each robot ignores later ones, which go around it; None if they cannot."""
     ways, changed, members = _ways(best), False, floor.team.members
     shared: dict[frozenset[int], list[Mask]] = {}  # regions of crowds by tick
     size = floor.team.size
@@ -220,7 +219,7 @@ def _rerouted(
 def _better(
     floor: Floor, best: Draft, ways: Sequence[Sequence[int]], served: frozenset[int]
 ) -> Draft | None:
-    """Return the plan with these poses of each robot by tick; None if it does not complete the
+    """Return the plan with these poses of each robot at each tick; None if it does not complete the
     mission, or costs no less than ``best``."""
     found = _shown(floor, best.ticks[0], list(zip(*ways, strict=True)), served)
     return found if found.cost < best.cost else None
@@ -229,7 +228,7 @@ def _better(
 def _shown(
     floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]], served: frozenset[int]
 ) -> Draft:
-    """Return the plan with these joint poses; without ticks unless its execution completes the
+    """Return the plan with these joint poses. Its ``ticks`` are empty unless it completes the
     mission for any durations."""
     plan, last = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
@@ -269,9 +268,9 @@ def _earliest(
     *,
     stops: bool = True,
 ) -> list[int] | None:
-    """Return the poses of a robot by tick on its earliest path through all places where it counts
-    or acts in ``ticks``, outside the regions that are ``shut`` by tick; with the last pose and the
-    ``stops`` of a ``course``. None if there is none."""
+    """Return a robot's pose at each tick on its earliest path through all places where it counts or
+    acts in ``ticks``, with its last pose and the ``stops`` of a ``course``. ``shut``: the regions
+    to avoid at each tick. None if there is none."""
     graph, last = floor.graphs[i], len(ticks) - 1
     places = course.stops(i) if course is not None and stops else {}
     vias, member = _vias(floor, ticks, i, places), floor.team.members[i]
@@ -316,8 +315,8 @@ def _back(
     taken: list[Mask],
     ticks: Sequence[Joint],
 ) -> list[int]:
-    """Return the path to a cell, on which the robot stays wherever it can, and takes few turns if
-    these take time."""
+    """Return the path to ``cell`` on which the robot stays wherever it can, and turns little if
+    turns take time."""
     graph, way, k, step = floor.graphs[i], [pose] * (len(ticks) - t), len(vias), 0
     while t:
         free = ~(taken[t - 1] | taken[t])
@@ -345,9 +344,9 @@ def _back(
 
 
 def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]) -> list[Via]:
-    """Return the poses through which a robot must go in turn: where it acts, and where it counts
-    goals that no later resolution makes worthless; and its ``stops``: the place in its path, and
-    the number of ticks."""
+    """Return the poses through which a robot must go, in order: where it acts, where it counts
+    goals that no later resolution voids, and where it ``stops`` (mapping of a waypoint to
+    ticks)."""
     place, since, graph, size = 0, 0, floor.graphs[i], floor.team.size
     found: list[Via] = [(1 << ticks[0].poses[i], 0, True)] * stops.get(0, 0)
     member, memory = floor.team.members[i], ticks[0].counts[i][0]

@@ -1,1 +1,1 @@
-"""Warnings before a run; afterwards, the reasons of its failure, and repairs."""
+"""Warnings before a run; the reasons of its failure and repairs after it."""

@@ -1,9 +1,9 @@
-"""Foresight about a scenario before any run: robots that can never continue, and the reasons; and
-a rehearsal without the hidden obstacles.
+"""Foresight about a scenario before any run: the robots that can never continue, with the reasons;
+and a rehearsal without the hidden obstacles.
 
-Foresight is the closure with every hidden obstacle known and the robots at their start. An obstacle
-blocks whether or not a robot has encountered it, so a robot that cannot continue in this closure
-cannot continue in any run.
+Foresight is the closure with every hidden obstacle known and all robots at their start. An obstacle
+blocks robots whether or not they know it, so a robot that cannot continue in this closure cannot
+continue in any run.
 """
 
 from collections.abc import Callable, Iterator
@@ -45,8 +45,8 @@ class Foresight(Struct, frozen=True):
 
 
 def foresee(scenario: Scenario) -> Foresight:
-    """Return the foresight that follows from the scenario alone. Obstacles that appear or
-    disappear, and untraversable truths, are left out: they only restrict the robots."""
+    """Return the foresight of a scenario. Obstacles that appear or disappear, and untraversable
+    truths, are left out, since they only restrict the robots."""
     team, state = _all_known(scenario)
     around = hopeful(team, state)
     closure = closure_of(around)
@@ -66,13 +66,13 @@ def foresee(scenario: Scenario) -> Foresight:
 
 
 def _all_known(scenario: Scenario) -> tuple[Team, State]:
-    """Return the team at its start, with every obstacle known that neither appears nor disappears
+    """Return the team at its start, with each obstacle known that neither appears nor disappears
     during the run."""
     return _known(scenario, lambda each: each.appears is None and each.goes is None)
 
 
 def _known(scenario: Scenario, chosen: Callable[[Obstacle], bool]) -> tuple[Team, State]:
-    """Return the team at its start, with the chosen obstacles known and requested."""
+    """Return the team at its start, with the given obstacles known and requested."""
     team = team_of(scenario)
     state = initial(team)
     for k, each in enumerate(team.obstacles):
@@ -82,8 +82,8 @@ def _known(scenario: Scenario, chosen: Callable[[Obstacle], bool]) -> tuple[Team
 
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
-    """Return a sentence of warning for each obstacle that no run resolves since robots are missing,
-    for each objective that no run can meet, and for each robot of joint plans with 'tracks'."""
+    """Return a sentence for each obstacle for which robots are missing, for each objective that no
+    run can meet, and for each robot of joint plans with 'tracks'."""
     found, blind = foresee(scenario), list[str]()
     for each in team_of(scenario).members:
         if each.robot.tracks and each.planned:
@@ -92,7 +92,7 @@ def foreseen(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _unresolvable(scenario: Scenario, lacks: tuple[Shortfall, ...]) -> Iterator[str]:
-    """Yield the obstacles, unless they disappear, for which the team has too few robots."""
+    """Yield a sentence for each lasting obstacle for which the team has too few robots."""
     if any(each.appears is not None and each.goes is None for each in scenario.obstacles):
         around = hopeful(*_known(scenario, lambda each: each.goes is None))
         lacks = shortfalls(around, closure_of(around))
@@ -124,8 +124,8 @@ def _unmet(scenario: Scenario, found: Foresight) -> tuple[str, ...]:
 
 
 def _unserved(scenario: Scenario) -> tuple[str, ...]:
-    """Warn of robots that have no room to act together or would trap each other, which the closure
-    does not show."""
+    """Return a warning if robots have no room to act together or would trap each other, which the
+    closure does not show; an empty tuple otherwise."""
     team, state = _all_known(scenario)
     around = hopeful(team, state)
     with suppress(BudgetError):
@@ -135,8 +135,8 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
 
 
 class Rehearsal(Struct, frozen=True):
-    """The ``result`` of a run without hidden obstacles; ``warnings``: batteries that run empty,
-    unless a robot would bring another battery, and a proven deadlock."""
+    """The ``result`` of a run without hidden obstacles, and ``warnings`` of batteries that run
+    empty (unless a robot would bring another one) and of a proven deadlock."""
 
     result: RunResult
     warnings: tuple[str, ...]
@@ -163,7 +163,7 @@ def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
 
 
 def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
-    """Return as data what a controller allows and assumes, and the reason if there is none."""
+    """Return, as data, what a controller allows and assumes, and the reason if none exists."""
     task, world, why = answer.task, plan.map, None
     if not answer.realizable:
         from safenav.explain.explanation import explain_unrealizable  # rare, so imported here

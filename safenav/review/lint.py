@@ -1,7 +1,7 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
-They concern an obstacle that blocks no robot; a robot larger than a region, or without room to turn
-there; keys without effect; a literal patrol that a joint plan drives; a misspelt layer.
+The mistakes are an obstacle that blocks no robot, a robot larger than a region or without room to
+turn in it, a key without effect, a literal patrol that a joint plan drives, a misspelt layer.
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,7 +34,7 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _alternating(scenario: Scenario) -> Iterator[str]:
-    """Yield the robots whose literal form joint plans do not keep."""
+    """Yield the robots with a literal patrol, which joint plans do not obey literally."""
     literal = {r.name for r in scenario.robots if r.objective.strict and r.objective.literal}
     for member in team_of(scenario).members if literal else ():
         if member.planned and member.name in literal:
@@ -45,8 +45,8 @@ def _alternating(scenario: Scenario) -> Iterator[str]:
 
 
 def oversized(scenario: Scenario) -> Iterator[str]:
-    """Yield the robots that do not fit into a region of a map in metres: coordination keeps robots
-    in different regions, but their bodies would reach into the next ones."""
+    """Yield the robots that are larger than a region of a map in metres. Coordination keeps robots
+    in different regions, but their bodies would reach into neighbouring ones."""
     for robot, side, size, _ in _in_metres(scenario):
         if size > side:
             yield (
@@ -71,9 +71,8 @@ def cramped(scenario: Scenario) -> Iterator[str]:
 
 
 def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[str]:
-    """Yield the robots that may arrive so far from the centre of a region that they reach into the
-    next one. ``tolerances``: the largest distance of each robot's arrivals from the centre, in
-    metres."""
+    """Yield the robots that may stop so far from the centre of a region that they reach into a
+    neighbouring one. ``tolerances``: each robot's largest distance from the centre, in metres."""
     for robot, side, size, _ in _in_metres(scenario):
         off, room = tolerances[robot.name], (side - size) / 2
         if room < 0 or off <= room + 1e-9:
@@ -88,8 +87,8 @@ def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[s
 
 
 def _in_metres(scenario: Scenario) -> Iterator[tuple[Robot, float, float, Figures | None]]:
-    """Yield each robot of known size on a map in metres with the side of a region, its size, and
-    its motion (``RobotModel.figures``)."""
+    """Yield each robot of known size on a map in metres, with the side of a region, the robot's
+    size and its motion (``RobotModel.figures``)."""
     if scenario.map.frame is None:
         return
     side = scenario.map.frame.resolution

@@ -1,7 +1,7 @@
-"""Explanation of a team that needs an operator (run it, explain the end, try repairs), or of robots
-that have no strategy at the start.
+"""Explanation of a team that needs an operator (run it, explain its end, try repairs), or of robots
+without a strategy at the start.
 
-A repair of a run is offered only if a run of the changed scenario was completed.
+A repair is offered only if a run of the repaired scenario was completed.
 """
 
 import time
@@ -27,9 +27,9 @@ from safenav.world.poses import Mobility, Pose, bits
 
 
 class Missing(Struct, frozen=True):
-    """The ``actions`` that one robot must have for needs of ``obstacles`` (``needs``: the number of
+    """The ``actions`` that one robot must have for needs of ``obstacles`` (``needs``: the index of
     the first such need of each). The needs require up to ``robots`` robots, possibly ``together``;
-    ``have``: the robots of the team with these actions; ``models``: the models with them."""
+    ``have``: the robots of the team, and ``models``: the models, that have these actions."""
 
     actions: tuple[str, ...]
     robots: int
@@ -43,9 +43,9 @@ class Missing(Struct, frozen=True):
 def missing_actions(
     scenario: Scenario, seen: Foresight, encountered: Collection[str], models: Iterable[RobotModel]
 ) -> tuple[Missing, ...]:
-    """Return the missing actions for a minimal set of obstacles that must be resolved, with as many
-    ``encountered`` ones as possible, in the scenario's order. ``seen``: the scenario's
-    foresight."""
+    """Return the actions that the team lacks for a minimal set of obstacles that must be resolved,
+    in the scenario's order. The set has as many ``encountered`` ones as possible. ``seen``: the
+    scenario's foresight."""
     found: dict[tuple[str, ...], Missing] = {}
     known = tuple(models)
     for obstacle in _needed(scenario, seen, encountered):
@@ -71,8 +71,8 @@ def missing_actions(
 
 
 def _needed(scenario: Scenario, seen: Foresight, encountered: Collection[str]) -> list[Obstacle]:
-    """Return the ``encountered`` obstacles or, if the start shows that robots cannot meet their
-    objectives, a minimal set of obstacles whose resolution lets all of them do so."""
+    """Return the ``encountered`` obstacles or, if the start already shows that robots cannot meet
+    their objectives, a minimal set of obstacles whose resolution lets all robots meet them."""
     never = {each.obstacle for each in seen.lacks}
     if not seen.stuck:  # given-up obstacles may have appeared during the run
         return [o for o in scenario.obstacles if o.name in encountered]
@@ -97,8 +97,8 @@ TRIED = 6
 
 
 class TeamRepair(Struct, frozen=True):
-    """A change with which a run was completed: the scenario's items and their new values, as text.
-    ``ticks``: the ticks of that run (live: its passes); ``makespan``: the seconds of a live run."""
+    """A change after which a run of the scenario was completed: the items and their new values, as
+    text. ``ticks``: the run's ticks (live: passes); ``makespan``: the seconds of a live run."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]
@@ -107,9 +107,9 @@ class TeamRepair(Struct, frozen=True):
 
 
 class Postmortem(Struct, frozen=True):
-    """The end of a run, its ``stuck`` robots and chain of reasons, and repairs. ``tried``: number
-    of runs; ``missing``: all actions that the team lacks, also for obstacles that the run did not
-    reach."""
+    """The end of a run, with its ``stuck`` robots, the chain of reasons, and repairs. ``tried``:
+    the number of runs; ``missing``: all actions that the team lacks, also for obstacles that the
+    run did not reach."""
 
     result: RunResult
     stuck: tuple[str, ...]
@@ -123,8 +123,8 @@ class Postmortem(Struct, frozen=True):
 def explain_run(
     scenario: Scenario, models: Mapping[str, RobotModel], synthesizer: Callable[[], Synthesizer]
 ) -> Postmortem:
-    """Run a scenario; if the run needs an operator, explain why and search for repairs. ``models``:
-    models of robots that could be added."""
+    """Return the explanation of a scenario's run, with repairs if the run needs an operator.
+    ``models``: models of robots that a repair may add."""
     begun = time.monotonic()
     mission = Mission(scenario, synthesizer())
     result = uninterrupted(mission.run())
@@ -133,7 +133,7 @@ def explain_run(
     deadline, tried = time.monotonic() + SECONDS, 1
 
     def completes(changed: Scenario) -> RunResult | None:
-        """Return the result of a run that completes in time; None for every other end."""
+        """Return the result of a run that completes the mission in time; None for any other run."""
         nonlocal tried
         tried += 1
         ends = min(deadline, time.monotonic() + RUN_SECONDS)
@@ -187,8 +187,8 @@ class _Failure:
         return next(o for o in self.scenario.obstacles if o.name == lacks.obstacle)
 
     def places(self, obstacle: Obstacle, need: int) -> list[Region]:
-        """Return the regions where a need can be fulfilled, then those beside them, all without an
-        obstacle or a robot's start."""
+        """Return the regions where robots can fulfil a need, then the regions beside them; without
+        regions of an obstacle or of a robot's start."""
         world = self.scenario.map
         there = obstacle.resolution_regions(world, need)
         beside = [r for region in there for r in world.neighbours(region)]
@@ -197,7 +197,7 @@ class _Failure:
         return [r for r in dict.fromkeys((*there, *beside)) if r not in closed | taken]
 
     def places_for(self, lacks: Shortfall) -> list[Region]:
-        """Return the first few of ``places`` for the missing need."""
+        """Return the first three of the ``places`` for a need that is never fulfilled."""
         return self.places(self.obstacle(lacks), len(lacks.met))[:3]
 
     def changed(
@@ -206,14 +206,14 @@ class _Failure:
         return Repair(kind, change, with_robots(self.scenario, robots))
 
     def without(self, wall: Region) -> Repair:
-        """Return the repair that removes a wall."""
+        """Return the repair that removes the wall in ``region``."""
         change = without_words([wall], self.scenario.map.label(wall))
         return Repair(RepairKind.WALL, change, without_walls(self.scenario, [wall]))
 
 
 def _beside(failed: _Failure) -> list[Region]:
-    """Return the walls beside the regions that the stuck robots reach, those between the robots
-    first."""
+    """Return the walls beside the regions that the stuck robots can reach. Walls between two robots
+    come first."""
     world = failed.scenario.map
     stuck = failed.stuck or [robot.name for robot in failed.scenario.robots]
     fields = [world.distances([failed.scenario.robot(name).start.region]) for name in stuck]
@@ -280,8 +280,8 @@ def _robots(failed: _Failure) -> Iterator[Repair]:
 
 
 def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]:
-    """Return models that together have all missing actions, the largest share first, each with a
-    need for which it is added; empty if some action has no model."""
+    """Return models that together have all missing actions, first the model with most of them, each
+    with a need for which it is added; an empty list if no model has some action."""
     left = {each: max(1, each.robots - len(each.have)) for each in failed.missing}
     found = []
     while left:
@@ -297,7 +297,7 @@ def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]
 
 
 def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Repair:
-    """Return the scenario with further robots, which stay where they start."""
+    """Return the repair that adds robots, which stay where they start."""
     robots, change = list(failed.scenario.robots), list[tuple[str, str]]()
     for model, region in added:
         names = {robot.name for robot in robots}
@@ -315,8 +315,8 @@ def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Rep
 
 
 def _walls(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that remove a wall between a robot's reachable regions and its target; for
-    robots that block each other, a wall beside these robots, so that they can give way."""
+    """Yield repairs that remove a wall: between the regions that a robot reaches and its target or,
+    for robots that block each other, beside these robots, so that they can give way."""
     world, scenario = failed.scenario.map, failed.scenario
     if not failed.lacks:
         yield from map(failed.without, _beside(failed))
@@ -385,10 +385,10 @@ def explain_team(
     names: Collection[str] | None = None,
     progress: Listener | None = None,
 ) -> Iterator[Explanation]:
-    """Yield the reasons and repairs for each robot (of those with these names) that is unrealizable
-    at the start; nothing if all are realizable.
+    """Yield the reasons and repairs of each robot that has no strategy at the start, among all
+    robots or those of ``names``.
 
-    Raises ResourceLimitError if a first verdict exceeds the limits.
+    Raises ResourceLimitError if the first synthesis of a robot exceeds the limits.
     """
     limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
     quick = Synthesizer(

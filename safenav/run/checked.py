@@ -14,10 +14,10 @@ from safenav.trace.file import Trace, as_data, read_bytes
 
 
 class CheckedTrace(Struct, frozen=True):
-    """Result of a check. ``complete``: whether the trace has its outcome; otherwise it was cut off,
-    for example by a crash, and the result covers the existing part. ``notes``: the parts that were
-    not judged; ``strays``: steps that ended elsewhere than commanded; ``hands``: changes by a user,
-    an operator or the world."""
+    """The result of the check of a trace. ``complete``: whether the trace has its outcome;
+    otherwise it was cut off, for example by a crash, and the result covers the existing part.
+    ``notes``: parts that were not judged; ``strays``: number of steps that ended elsewhere than
+    commanded; ``hands``: number of changes by a user, an operator or the world."""
 
     source: str
     outcome: str | None
@@ -29,13 +29,13 @@ class CheckedTrace(Struct, frozen=True):
 
     @property
     def ok(self) -> bool:
-        """Whether no rule is broken up to the end of the trace."""
+        """Whether no line of the trace breaks a rule."""
         return not self.findings
 
 
 def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
-    """Check a trace, given as a path, as lines, or as read. Raises InputError if it is not a
-    trace."""
+    """Check a trace, given as a path, as lines, or as content that was read. Raises InputError if
+    it is not a trace."""
     if isinstance(trace, Trace):
         records = (trace.header, *trace.records)
         return checked("".join(json_line(as_data(r)) for r in records).encode(), trace)
@@ -48,7 +48,7 @@ def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
 
 
 def checked(content: bytes, trace: Trace) -> CheckedTrace:
-    """Check the content of a trace that has been read."""
+    """Return the result of the check of a trace that was read."""
     source = trace.source
     try:
         found = judge(BytesIO(content))

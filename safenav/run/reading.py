@@ -1,4 +1,4 @@
-"""Reader of the run in a trace. Only this module reads the lines of traces for people.
+"""The reader that builds a run from a trace. No other module reads trace lines for people.
 
 It checks only the requirements of a picture (the judge checks the run itself): regions on the map,
 robots and obstacles that the header names, one move for each robot and tick. A trace that was cut
@@ -83,8 +83,8 @@ def _refuse_gaps(run: Run) -> None:
 
 
 class RunReader:
-    """Reader of a run: ``append`` takes the lines of its trace in order, ``run`` is up to date
-    after each."""
+    """Reader of a run. ``append`` takes the lines of its trace in order, and updates ``run`` after
+    each line."""
 
     def __init__(self, header: records.Header, place: Place = RegionMap.place) -> None:
         scenario = self._scenario = header.scenario
@@ -133,7 +133,7 @@ class RunReader:
         return line if isinstance(line, records.Header) else None
 
     def append(self, line: records.Record) -> None:
-        """Add the next line. Raises ContradictionError if it does not fit those before."""
+        """Add the next line. Raises ContradictionError if it contradicts earlier lines."""
         if self.run.seconds is not None:
             line = replace(line, tick=self._instant(line.t))
         now = self.run.time(line.tick)
@@ -215,8 +215,8 @@ class RunReader:
         return region
 
     def _instant(self, time: float | None) -> int:
-        """Return the ordinal of an instant of a live run; at a new instant all robots stay until a
-        line moves them."""
+        """Return the index of an instant of a live run. At a new instant all robots first get their
+        last pose again; later lines may move them."""
         seconds = self.run.seconds
         assert seconds is not None
         if time is not None and time > seconds[-1] + SAME:
@@ -226,7 +226,7 @@ class RunReader:
         return len(seconds) - 1
 
     def _move(self, line: records.Move) -> None:
-        """Read a robot's turn in lockstep; each robot has one per tick."""
+        """Read a line of a robot's turn in lockstep, of which each robot has one in each tick."""
         track, to = self._robot(line.robot), self._on_map(line.to)
         due = len(track.regions)
         if line.tick != due:
@@ -235,7 +235,7 @@ class RunReader:
         track.move(to, line.heading, None if line.toward is None else self._on_map(line.toward))
 
     def _end(self, line: records.End) -> None:
-        """Read the end of a run; robots without a turn in its tick stay, or remain in transit."""
+        """Read the end of a run. Robots that had no turn in its tick stay, or remain in transit."""
         run, tick = self.run, line.tick
         run.ending = line
         within = run.seconds is None and run.last == tick - 1
@@ -306,7 +306,7 @@ class RunReader:
     def _event(
         self, line: records.Record, kind: values.StoryKind, text: str = "", **more: Any
     ) -> None:
-        """Add an event, at the region that its line names, else at that of its obstacle."""
+        """Add an event at the region that its line states, else at the region of its obstacle."""
         robot: str | None = getattr(line, "robot", None) or getattr(line, "requester", None)
         late = isinstance(line, records.Late)
         obstacle: str | None = None if late else getattr(line, "obstacle", None)

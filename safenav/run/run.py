@@ -1,9 +1,9 @@
 """A run: the robots' positions and the team's knowledge at each of its ticks.
 
-``safenav.run.reading`` fills it from the lines of a trace. Pages, pictures, bags, tables and the
-story on the terminal are all drawn from it, so they cannot disagree, and none knows the clock of
-the run: a ``Run`` has an ordinal for each of its moments (the ticks of lockstep, the instants of
-the events of a live run) and the time of each.
+``safenav.run.reading`` builds it from the lines of a trace. Pages, pictures, bags, tables and the
+story on the terminal are all drawn from it, so they cannot disagree. None of them depends on the
+clock of the run: each moment of a ``Run`` (a tick of lockstep, or the instant of an event of a live
+run) has an index and a time.
 """
 
 from bisect import bisect_right
@@ -26,8 +26,8 @@ TURNED_BACK = 0.4
 
 
 class Run(Struct):
-    """A run up to the last complete tick of its trace. ``hidden``: obstacles by name; ``ending`` is
-    None until the run ends, and for a cut-off trace."""
+    """A run up to the last complete tick of its trace. ``hidden``: obstacles by name; ``ending``:
+    None until the run ends, and in a cut-off trace."""
 
     name: str
     map: RegionMap
@@ -56,12 +56,12 @@ class Run(Struct):
 
     @property
     def failed(self) -> bool:
-        """Whether the run could not continue: it was neither completed nor stopped by a user."""
+        """Whether the run ended neither completed nor stopped by a user."""
         return self.ending is not None and self.ending.outcome in _FAILURES
 
     @property
     def told(self) -> list[Event]:
-        """The events that a story tells: all but notes."""
+        """The events that are part of a story: all except notes."""
         return [event for event in self.events if event.kind is not StoryKind.NOTE]
 
     # Time.
@@ -72,7 +72,7 @@ class Run(Struct):
 
     @property
     def speed(self) -> float:
-        """The speed of films, in units per second."""
+        """The speed of films in ticks, or seconds of the run, per second."""
         return 4.0 if self.seconds is None else 12.0
 
     def time(self, tick: int) -> float:
@@ -80,19 +80,19 @@ class Run(Struct):
         return tick if self.seconds is None else self.seconds[tick]
 
     def tick_at(self, time: float) -> int:
-        """Return the last tick that is not after a time."""
+        """Return the last tick at or before a time."""
         if self.seconds is None:
             return max(0, min(self.last, int(time + 1e-9)))
         return max(0, bisect_right(self.seconds, time + 1e-9) - 1)
 
     def moment(self, time: float) -> tuple[int, float]:
-        """Return the last tick that is not after a time, and the elapsed part until the next."""
+        """Return the last tick at or before a time, and the elapsed fraction until the next."""
         tick = self.tick_at(time)
         span = self.time(min(tick + 1, self.last)) - self.time(tick)
         return tick, min(1.0, max(0.0, time - self.time(tick)) / span) if span > 0 else 0.0
 
     def stamp(self, tick: int) -> str:
-        """Return the time of a tick, as a story line begins: ``tick 12  ``, ``   12.3 s``."""
+        """Return the time of a tick as story lines show it: ``tick 12 ``, `` 12.3 s``."""
         return f"tick {tick:<4}" if self.seconds is None else f"{self.seconds[tick]:>7.1f} s"
 
     # One moment.
@@ -105,7 +105,7 @@ class Run(Struct):
         return tuple(self._by_tick.get(tick, ()))
 
     def track(self, name: str) -> RobotTrack:
-        """Return the robot of that name. Raises KeyError if there is none."""
+        """Return the robot with that name. Raises KeyError if there is none."""
         return {track.name: track for track in self.robots}[name]
 
     def restarts_rounds(self, obstacle: str) -> bool:
@@ -113,7 +113,7 @@ class Run(Struct):
         return self.interrupts is None or self.hidden[obstacle].type != self.interrupts
 
     def present(self, tick: int) -> list[Hidden]:
-        """Return the obstacles that have appeared and are still there."""
+        """Return the hidden obstacles that have appeared and are still present after a tick."""
         absent = ObstacleStatus.ABSENT
         return [each for each in self.hidden.values() if each.status.at(tick) is not absent]
 
@@ -131,12 +131,12 @@ class Run(Struct):
         return here + (self.time(min(tick + 1, self.last)) - here) * fraction
 
     def loads(self, robot: str, tick: int) -> list[Hidden]:
-        """Return the obstacles that a robot carries."""
+        """Return the obstacles that a robot carries at a tick."""
         return [each for each in self.hidden.values() if robot in each.loads.at(tick)]
 
     def ahead(self, track: RobotTrack, tick: int) -> tuple[Region | None, list[Region]]:
-        """Return the target that a robot reaches next (None: unknown), and the regions of its
-        path there, from its own."""
+        """Return the target that a robot reaches next (None: unknown), and the regions that it
+        visits from now until then."""
         aim, end = self._aim(track, track.objectives.at(tick), tick)
         return aim, track.regions[tick : min(end, tick + AHEAD) + 1]
 
@@ -144,8 +144,8 @@ class Run(Struct):
         self, track: RobotTrack, objective: Objective | None, tick: int
     ) -> tuple[Region | None, int]:
         """Return the target that a robot reaches next before its objective changes, and the tick.
-        If there is none, return the tick of the change with the robot's region then if that is a
-        target, else with the objective's only target (None: it has several)."""
+        If there is none, return a guess and the tick of the change: the robot's region then if that
+        is a target, else the only target of the objective (None: it has several)."""
         targets = target_regions(objective)
         changes = (at for at, _ in track.objectives.after(tick))
         until = min(next(changes, self.last), self.last)
@@ -161,7 +161,7 @@ class Run(Struct):
     def place(
         self, track: RobotTrack, tick: int, fraction: float = 0.0
     ) -> tuple[float, float, float | None]:
-        """Return the row, the column and the heading in degrees (None: it has none) of a robot."""
+        """Return a robot's row, column and heading in degrees (None: it has no heading)."""
         region, heading = track.regions[tick], track.headings[tick]
         goal, after, part = region, heading, 0.0
         step = track.transit(tick)

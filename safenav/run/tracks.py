@@ -1,4 +1,4 @@
-"""The robots of a run: poses at each tick, steps of several ticks, and batteries."""
+"""The robots of a run: their poses at each tick, steps of several ticks, and batteries."""
 
 from bisect import bisect_right
 
@@ -15,13 +15,13 @@ SAME = 1e-3
 
 
 class ContradictionError(Exception):
-    """A line that does not fit the header or the lines before it."""
+    """A contradiction between a line and the header or earlier lines."""
 
 
 class LongStep(Struct, frozen=True):
-    """A step that takes several ticks: after ``first`` to ``last`` the robot is between its region
-    and ``toward``, and occupies both; it arrives in the next tick. ``begin`` and ``end``: times of
-    departure and arrival in ticks, or in seconds if the run has a clock."""
+    """A step that takes several ticks. After ticks ``first`` to ``last`` the robot is between its
+    region and ``toward``, and occupies both; it arrives in the next tick. ``begin`` and ``end``:
+    times of departure and arrival in ticks, or in seconds if the run has a clock."""
 
     first: int
     last: int
@@ -30,14 +30,14 @@ class LongStep(Struct, frozen=True):
     end: float
 
     def part(self, time: float) -> float:
-        """Return the completed part of the step at a time, from 0 to 1."""
+        """Return the completed fraction of the step at a time, from 0 to 1."""
         return min(1.0, max(0.0, (time - self.begin) / max(self.end - self.begin, 1e-9)))
 
 
 class RobotTrack(Struct):
-    """One robot and its history: ``regions[t]`` and ``headings[t]`` after tick t; a robot that has
-    had its turn in an incomplete tick has one more of them. ``steps``: steps of more than one tick,
-    in order; ``charge``: its battery's charge, in percent of its capacity; empty if it has none."""
+    """One robot and its history. ``regions[t]`` and ``headings[t]``: its pose after tick t, also
+    after its turn in an incomplete tick. ``steps``: the steps of more than one tick, in order;
+    ``charge``: the charge of its battery, in percent of the capacity; empty if it has none."""
 
     name: str
     model: str
@@ -56,16 +56,16 @@ class RobotTrack(Struct):
 
     @property
     def pose(self) -> tuple[Region, Heading | None]:
-        """The last pose, also within a tick."""
+        """The robot's last pose, also in an incomplete tick."""
         return self.regions[-1], self.headings[-1]
 
     def transit(self, tick: int) -> LongStep | None:
-        """Return the step that the robot is in after ``tick``; None if it is in one region."""
+        """Return the step under way after ``tick``; None if the robot is in one region."""
         i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
         return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
 
     def stand(self) -> None:
-        """Add a tick with the same pose; a robot in transit remains in its step."""
+        """Add a tick in which the robot keeps its pose, or remains in its step."""
         tick = len(self.regions)
         self.regions.append(self.regions[-1])
         self.headings.append(self.headings[-1])
@@ -73,8 +73,7 @@ class RobotTrack(Struct):
             self.steps[-1] = replace(self.steps[-1], last=tick)
 
     def move(self, to: Region, heading: str | None, toward: Region | None) -> None:
-        """Record a turn in lockstep: the robot is then in a region, or in transit ``toward``
-        another."""
+        """Add a tick after which the robot is in a region, or in transit ``toward`` another one."""
         tick = len(self.regions)
         before = self.transit(tick - 1)
         self.regions.append(to)

@@ -1,5 +1,5 @@
-"""The values of a run, at one moment or over time: knowledge, actions, and words; and the
-appearance of each robot, the same in every picture and page."""
+"""The values of a run, at one moment or over time: knowledge, actions and words; and the appearance
+of each robot, the same in all pictures and pages."""
 
 from __future__ import annotations
 
@@ -21,36 +21,36 @@ T = TypeVar("T")
 
 
 class Changes(list[tuple[int, T]]):
-    """A value over time: pairs (tick, value) in order; the value holds from that tick. The last of
-    several in one tick counts."""
+    """A value over time, as pairs (tick, value) in order: each value holds from its tick. If one
+    tick has several values, the last one counts."""
 
     @classmethod
     def of(cls, first: T) -> Changes[T]:
-        """Return a value that holds from the start."""
+        """Return a history of one value, which holds from the start."""
         return cls([(-1, first)])
 
     @property
     def now(self) -> T:
-        """The last value."""
+        """The present value: the last one."""
         return self[-1][1]
 
     def put(self, tick: int, value: T) -> None:
-        """Change the value, unless the new one is equal."""
+        """Add a value from a tick on, unless it equals the present one."""
         if value != self.now:
             self.append((tick, value))
 
     def after(self, tick: int) -> Iterator[tuple[int, T]]:
-        """Yield the changes after that tick."""
+        """Yield the changes after a tick."""
         return islice(self, bisect_right(self, tick, key=itemgetter(0)), None)
 
     def at(self, tick: int) -> T:
-        """Return the value after all events of that tick."""
+        """Return the value after all events of a tick."""
         return self[max(0, bisect_right(self, tick, key=itemgetter(0)) - 1)][1]
 
 
 class ObstacleStatus(StrEnum):
-    """The team's knowledge of a hidden obstacle, in the order of its stages; ``ABSENT``: not yet
-    appeared, or disappeared."""
+    """The team's knowledge of a hidden obstacle. ``ABSENT``: it has not appeared yet, or has
+    disappeared."""
 
     ABSENT = "absent"
     HIDDEN = "hidden"
@@ -61,7 +61,7 @@ class ObstacleStatus(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """The status in a few words, for legends."""
+        """A few words that explain the status, for legends."""
         longer = {"hidden": "still hidden", "requested": "help requested"}
         return longer.get(self.value, self.value)
 
@@ -102,9 +102,9 @@ class StoryKind(StrEnum):
 
 
 class Event(Struct, frozen=True):
-    """An event of a run. ``text`` describes it in scenario terms; ``robot`` is the robot concerned
-    and ``region`` the place, if there is one. ``round``: the round of a robot that a goal
-    completes, 0 for none. ``synthesis``: the result of a synthesis."""
+    """An event of a run. ``text`` describes it in scenario terms; ``robot`` and ``region``: where
+    it concerns one. ``round``: the round of the robot that a goal completes, or 0. ``synthesis``:
+    the result of a synthesis."""
 
     tick: int
     kind: StoryKind
@@ -117,24 +117,24 @@ class Event(Struct, frozen=True):
 
 
 class RobotBelief(Struct, frozen=True):
-    """Knowledge of a robot about another one: ``seen`` in the only region of ``regions``, or
-    believed to be in one of them."""
+    """A robot's knowledge of another robot, which it has ``seen`` in the only region of
+    ``regions``, or believes to be in one of these regions."""
 
     seen: bool
     regions: frozenset[Region]
 
 
 class RobotProgress(Struct, frozen=True):
-    """Progress of a robot in its present objective: rounds, and the last reached target."""
+    """A robot's progress with its present objective: rounds, and the target reached last."""
 
     rounds: int = 0
     reached: Region | None = None
 
 
 class Hidden(Struct):
-    """A hidden obstacle and its history: the ``actions`` of its needs in order; ``met``: the number
-    of fulfilled ones; ``loads``: the robots that carry it. ``carried``: for each need but the last,
-    whether the robots that fulfilled it carry the obstacle to the next."""
+    """A hidden obstacle and its history. ``actions``: the action of each need, in order; ``met``:
+    the number of fulfilled needs; ``loads``: the robots that carry it. ``carried``: for each need
+    except the last, whether the robots that fulfil it carry the obstacle to the next."""
 
     name: str
     type: str
@@ -147,13 +147,13 @@ class Hidden(Struct):
     loads: Changes[tuple[str, ...]] = field(default_factory=lambda: Changes.of(()))
 
     def open_needs(self, met: int) -> str:
-        """Return in words the actions of its needs without the first ``met`` ones."""
+        """Return, in words, the actions of the needs that remain after the first ``met`` ones."""
         named = ("an operator" if a == OPERATOR_ACTION else f"'{a}'" for a in self.actions[met:])
         return ", then ".join(named)
 
 
 class StackRow(Struct, frozen=True):
-    """One entry of the objective stack: obstacle, requester and helpers."""
+    """An entry of the objective stack: an obstacle, its requester, and the helpers."""
 
     obstacle: str
     requester: str | None

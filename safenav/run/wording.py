@@ -1,5 +1,5 @@
-"""The wording of trace lines for people, in scenario terms: one sentence for each line, the same in
-the story on the terminal, the page, pictures, bags and tables."""
+"""The wording of trace lines for people, in scenario terms: one sentence per line, the same in the
+story on the terminal, the page, pictures, bags and tables."""
 
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -45,9 +45,9 @@ _OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
 
 
 class Wording(Struct, frozen=True):
-    """The wording of a run. ``place``: the name of the place of an event on the map; ``skills``:
-    the capabilities of each robot; ``actions``: the action of each need of an obstacle; ``live``:
-    whether the scenario counts seconds."""
+    """The wording of the lines of a run. ``place``: returns the name of an event's place;
+    ``skills``: the capabilities of each robot; ``actions``: the action of each need of an obstacle;
+    ``live``: whether the scenario counts seconds."""
 
     map: RegionMap
     place: Callable[[RegionMap, Region], str] = RegionMap.place
@@ -56,7 +56,7 @@ class Wording(Struct, frozen=True):
     live: bool = False
 
     def sentence(self, line: records.Record) -> str:
-        """Return a line without its full stop. Raises TypeError for a line that is not an event."""
+        """Return the sentence for a line. Raises TypeError for a line that is not an event."""
         if line.type in _SENTENCES:
             return re.sub(r"{(\w+)}", lambda key: self._field(line, key[1]), _SENTENCES[line.type])
         match line:
@@ -135,7 +135,7 @@ class Wording(Struct, frozen=True):
         raise TypeError(f"{line.type} is not an event")
 
     def _field(self, line: records.Record, name: str) -> str:
-        """Return a field of a line in words."""
+        """Return one field of a line in words."""
         value = getattr(line, name)
         if name == "obstacle":
             return self.obstacle(value)
@@ -161,7 +161,7 @@ class Wording(Struct, frozen=True):
         return f"{who} {found}: it lacks '{line.action}'"
 
     def goal(self, line: records.Goal, does: str) -> str:
-        """Return ``quad reaches dock, round 1 done``."""
+        """Return a goal line in words: ``quad reaches dock, round 1 done``."""
         done = f", round {line.round} done" if line.round else ""
         return f"{line.robot} {does} {self._at(line.region)}{done}"
 
@@ -195,11 +195,11 @@ class Wording(Struct, frozen=True):
         return f"{what} {' '.join(words)}".rstrip()
 
     def obstacle(self, name: str) -> str:
-        """Return ``door@47``, or ``door@dock`` where the region has a name."""
+        """Return an obstacle's name: ``door@47``, or ``door@dock`` if the region has a name."""
         return obstacle_words(name, self.map.word)
 
     def instead(self, violation: records.Violation, backtrack: records.Backtrack) -> str:
-        """Return the safe action instead of a violation, in words."""
+        """Return, in words, the safe action that a robot takes to avoid a violation."""
         stays = backtrack.to == violation.at
         return "it stays" if stays else f"it goes to {self._at(backtrack.to)}"
 
@@ -238,7 +238,7 @@ class Wording(Struct, frozen=True):
         return text if line.requested else text + " (without a request)"
 
     def _with(self, line: records.Part | records.Resolved) -> str:
-        """Return the other participants in words; empty if there are none."""
+        """Return the other participants of an action in words; an empty text if there are none."""
         others = [name for name in line.robots or () if name != line.robot]
         return f" with {self._all(others)}" if others else ""
 
@@ -255,12 +255,12 @@ class Wording(Struct, frozen=True):
 
 
 def scheduled_words(clock: Clock, at: int) -> str:
-    """Return a moment of a scenario in words: ``tick 12``, ``12 s``."""
+    """Return a scenario's time in words: ``tick 12``, ``12 s``."""
     return f"{at} s" if clock is Clock.LIVE else f"tick {at}"
 
 
 def synthesis_words(line: records.Synthesis) -> str:
-    """Return the result of a synthesis: ``21 states in 3 ms, verified``."""
+    """Return the result of a synthesis in words: ``21 states in 3 ms, verified``."""
     found = line.verdict.value.replace("_", " ")
     if line.verdict is Verdict.REALIZABLE and line.states is not None:
         found = counted(line.states, "state")

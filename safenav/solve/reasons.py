@@ -1,4 +1,4 @@
-"""Reasons why an obstacle is never resolved: as data, and in words."""
+"""The reasons why an obstacle is never resolved, as data and in words."""
 
 from collections.abc import Collection, Mapping
 from enum import Enum
@@ -17,7 +17,7 @@ from safenav.world.poses import Mask, bits
 
 
 class Hindrance(Enum):
-    """Reason why a robot with the action of a need does not fulfil it."""
+    """A reason why a robot that has the action of a need does not fulfil the need."""
 
     NOTHING = "can reach it"
     GATES = "obstacles are in the way"
@@ -38,9 +38,9 @@ class Helper(Struct, frozen=True):
 
 
 class Shortfall(Struct, frozen=True):
-    """A ``need`` of an obstacle that is never fulfilled. ``met``: the actions of the needs before
-    it; ``done``: robots that have done their part of the need; ``helpers``: the other robots with
-    all its skills."""
+    """A ``need`` of an obstacle that is never fulfilled. ``met``: the actions of the earlier needs;
+    ``done``: the robots that have done their part of this need; ``helpers``: the other robots that
+    have all its skills."""
 
     obstacle: str
     need: Need
@@ -50,12 +50,12 @@ class Shortfall(Struct, frozen=True):
 
     @property
     def too_few(self) -> bool:
-        """Whether fewer robots have the action than the need requires."""
+        """Whether fewer robots have the need's action than the need requires."""
         return len(self.helpers) + len(self.done) < self.need.robots
 
 
 def shortfalls(now: Sets, closure: Closure) -> tuple[Shortfall, ...]:
-    """Return the shortfall of each obstacle that a closure never resolves."""
+    """Return a shortfall for each obstacle that the team can never resolve by this closure."""
     floor, left, found = now.floor, closure.left, list[Shortfall]()
     for g in closure.never:
         gate, stage = floor.gate(g), left[g]
@@ -97,7 +97,8 @@ def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
 
 
 def cause_of(found: Collection[Shortfall]) -> OperatorCause:
-    """Return the cause of a negative: too few robots, or robots that wait for each other's help."""
+    """Return the cause for which needs are never fulfilled: too few robots, robots that wait for
+    each other's help, or neither."""
     if any(each.too_few for each in found):
         return OperatorCause.NO_CAPABLE_ROBOT
     waits = {
@@ -110,8 +111,8 @@ def cause_of(found: Collection[Shortfall]) -> OperatorCause:
 
 
 def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
-    """Return ``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``.
-    ``it``: the obstacle's name in the text."""
+    """Return a shortfall in words: ``crate@gate needs two robots with 'lift' at the same time; this
+    team has one: ben``. ``it``: the words for the obstacle."""
     need, met = found.need, f" (after '{found.met[-1]}')" if found.met else ""
     actions = "' and '".join((need.action, *sorted(need.skills - {need.action})))
     takes = need_words(actions, need.robots, together=need.together)
@@ -159,7 +160,7 @@ def number_words(number: int) -> str:
 
 
 def need_words(action: str, robots: int, *, together: bool) -> str:
-    """Return ``two robots with 'lift' at the same time``, ``a robot with 'push'``."""
+    """Return ``two robots with 'lift' at the same time`` or ``a robot with 'push'``."""
     if robots == 1:
         return f"a robot with '{action}'"
     when = " at the same time" if together else ""
@@ -167,8 +168,8 @@ def need_words(action: str, robots: int, *, together: bool) -> str:
 
 
 def without_room(now: Sets, word: Word) -> list[str]:
-    """Return a sentence for each need with ``together`` for which enough robots reach the
-    resolution regions, but not a separate region each."""
+    """Return a sentence for each joint need whose resolution regions enough robots can reach, but
+    not each robot a different one."""
     floor, found = now.floor, []
     for g in floor.open(now.stages):
         need, able = floor.need(g, now.stages), floor.able(g, now.stages)
@@ -181,7 +182,7 @@ def without_room(now: Sets, word: Word) -> list[str]:
 
 
 def crowd_words(floor: Floor, near: Mapping[int, Mask], word: Word) -> str:
-    """Return in words that robots cannot act together in the poses that each reaches."""
+    """Return a sentence: these robots cannot act together in the poses that each can reach."""
     names, regions = [floor.team.members[i].name for i in near], set[int]()
     for i, there in near.items():
         regions.update(bits(floor.graphs[i].regions_of(there)))

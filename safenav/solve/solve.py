@@ -1,9 +1,9 @@
 """SOLVE: an order of resolutions after which every robot can continue, for robots that never
 collide (docs/coordination.md).
 
-A robot is the set of poses that it may choose to be in. A step fulfils one need by a group, or one
-robot's part of it. Resolving only opens paths, so a step after which its robots can return to all
-their poses loses nothing, and is taken immediately. Only irreversible steps branch.
+A robot is the set of poses that it may choose to be in. A step fulfils a need by a group, or one
+robot's part of a need. Resolving only opens paths, so a step whose robots can return to all their
+poses loses nothing, and is taken immediately. Only irreversible steps branch.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Rank = tuple[object, ...]
 
 
 class BudgetError(Exception):
-    """An exhausted budget: no verdict."""
+    """An exhausted search budget, so there is no verdict."""
 
 
 class Step(Struct, frozen=True):
@@ -42,7 +42,7 @@ class Step(Struct, frozen=True):
 
 
 class Sets(Struct, frozen=True):
-    """The poses in which each robot may choose to be, and the obstacles at their stages."""
+    """The set of poses in which each robot may choose to be, and the stages of the obstacles."""
 
     floor: Floor
     sets: tuple[Mask, ...]
@@ -74,13 +74,13 @@ class Sets(Struct, frozen=True):
 
 
 def around(floor: Floor, poses: tuple[int, ...], stages: Stages) -> Sets:
-    """Return for each robot the poses that it can reach and from which it can return."""
+    """Return the poses that each robot can reach and from which it can return to ``poses``."""
     found = (floor.graphs[i].around(1 << p, floor.allowed(i, stages)) for i, p in enumerate(poses))
     return Sets(floor, tuple(found), stages)
 
 
 class Solver:
-    """Solver for one floor; it caches its results."""
+    """Solver of one floor. It caches its results."""
 
     def __init__(self, floor: Floor) -> None:
         self.floor = floor
@@ -94,9 +94,9 @@ class Solver:
     def plan(
         self, now: Sets, poses: tuple[int, ...], wanted: frozenset[int]
     ) -> tuple[Step, ...] | None:
-        """Return the steps that resolve ``wanted`` and other obstacles only where no step for
-        those is left, by the nearest robots, or by those that already help; None if there are
-        none."""
+        """Return the steps that resolve ``wanted``, by the nearest robots or those that already
+        help, and other obstacles only where ``wanted`` cannot be resolved without; None if there
+        are none."""
         self._nodes = 0
         origins = replace(now, sets=tuple(1 << pose for pose in poses))
         return self._steps(now, origins, wanted)
@@ -127,9 +127,9 @@ def options(
     before: tuple[Step, ...] = (),
     wanted: frozenset[int] = frozenset(),
 ) -> list[Step]:
-    """Return the steps that may come next, those for ``wanted`` obstacles first, of these the best
-    first (docs/coordination.md, Helpers); without ``origins``, a lossless step alone, if there is
-    one. ``before``: the steps before them."""
+    """Return the possible next steps: first those for ``wanted`` obstacles, and among these the
+    best first (docs/coordination.md, Helpers). Without ``origins``, return only one lossless step,
+    if there is one. ``before``: the earlier steps."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
         ranked = list(_options(g, now, origins, before))
@@ -143,7 +143,7 @@ def options(
 def _options(
     g: int, now: Sets, origins: Sets | None, before: tuple[Step, ...]
 ) -> Iterator[tuple[Rank, Step]]:
-    """Yield the steps for one obstacle, each with its rank: the least is the best."""
+    """Yield the steps for one obstacle, each with a rank that is least for the best step."""
     floor, stages = now.floor, now.stages
     need, then = floor.need(g, stages), replace(now, stages=floor.advanced(g, stages))
     places: dict[int, Mask] = {}
@@ -188,14 +188,14 @@ def _options(
 
 
 def _attainable(g: int, helpers: tuple[int, ...], now: Sets) -> bool:
-    """Return whether robots that help with an obstacle reach the regions of its next need."""
+    """Return whether all helpers of an obstacle can reach the regions of its next need."""
     need = now.floor.need(g, now.stages) if helpers else None
     return need is not None and all(now.spots(i, need.regions) for i in helpers)
 
 
 def time_of(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> float:
-    """Return a robot's bid: the time (ticks; live: seconds) to one of the need's regions, and on to
-    regions of the later needs that it must fulfil, on a shortest path."""
+    """Return a robot's bid: the time (ticks; live: seconds) of its shortest path to a region of the
+    next need and through regions of the later needs that the same robots must fulfil."""
     floor, graph, allowed = now.floor, now.floor.graphs[i], now.floor.allowed(i, now.stages)
     later = floor.gate(g).needs[now.stages[g].need + 1 :]
     goals = (graph.poses_on(need.regions) for need in takewhile(lambda need: need.same, later))
@@ -208,9 +208,9 @@ def gathered(
     places: Mapping[int, Mask],
     when: Callable[[int, Mask], float] = lambda *_: 0,
 ) -> float | None:
-    """Return the time at which a group can stand in its places together: rivals in different
-    regions, and no two robots of a zone in it; None if it cannot. ``when``: the time at which
-    a robot can be in some poses; for large groups, 0."""
+    """Return the earliest time at which the robots of a group can stand in regions of a need
+    together, rivals in different regions and at most one robot of a zone in it; None if they
+    cannot. ``when``: the time at which a robot can be in some poses; for large groups, 0."""
     members, free = floor.team.members, {i: floor.graphs[i].regions_of(places[i]) for i in group}
     for i in group:
         crowd = [i]
@@ -233,8 +233,8 @@ def _apart(
     at: tuple[Mask, ...],
     most: float,
 ) -> float | None:
-    """Return the least time below ``most`` at which a group can stand in its ``free`` regions (each
-    with its time, in order) while other robots are ``at`` theirs; None if there is none."""
+    """Return the least time below ``most`` at which a group can stand in its ``free`` regions (with
+    their times, in order) while other robots stand in the regions ``at``; None if it cannot."""
     if not group:
         return 0
     i, *rest = group
@@ -255,8 +255,8 @@ def _apart(
 
 class Closure(Struct, frozen=True):
     """All that the team can resolve and reach. ``never``: open obstacles that are never resolved;
-    ``stuck``: obstacles whose own next need can never be fulfilled; ``reach``, ``live``: the poses
-    that each robot reaches, and whether it can continue, once all other obstacles are resolved."""
+    ``stuck``: those whose next need can never be fulfilled; ``reach``, ``live``: the poses that
+    each robot reaches, and whether it can continue, once the other obstacles are resolved."""
 
     never: tuple[int, ...]
     stuck: tuple[int, ...]
@@ -266,8 +266,8 @@ class Closure(Struct, frozen=True):
 
 
 def closure_of(now: Sets) -> Closure:
-    """Return the least fixpoint: a need can be fulfilled if enough able robots reach its regions
-    once all that can be resolved is resolved."""
+    """Return the closure of ``now``, a least fixpoint: a need can be fulfilled if enough able
+    robots can reach its regions after everything else that can be resolved is resolved."""
     floor, given, grown = now.floor, now.stages, True
     while grown:
         grown = False
@@ -285,8 +285,8 @@ def closure_of(now: Sets) -> Closure:
 
 
 def _enough(g: int, now: Sets, given: Stages) -> bool:
-    """Return whether enough robots reach the regions of the next need, and those of the needs
-    before it that the same robots must fulfil."""
+    """Return whether enough robots can reach the regions of the next need, and those of the earlier
+    needs that the same robots must fulfil."""
     floor, stages = now.floor, now.stages
     needs, number = floor.gate(g).needs, stages[g].need
     begin = number
@@ -304,8 +304,8 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
 
 
 def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
-    """Return, where SOLVE fails, a closure in which some robot can never continue (None: no step is
-    left), and the steps that lead there, lossless if possible. No other steps avoid a dead end."""
+    """Return, for a state in which SOLVE fails, a closure in which some robot can never continue
+    (None: no step is possible), and the steps that lead there, lossless ones if possible."""
     taken: tuple[Step, ...] = ()
     while all((closure := closure_of(now)).live):
         steps = options(now, None)
@@ -320,8 +320,8 @@ def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
 
 
 class Duty(Struct, frozen=True):
-    """A duty. ``goal``: the poses where a robot can fulfil the next need of obstacle ``g`` and all
-    can continue."""
+    """A robot's duty. ``goal``: the poses in which it can fulfil the next need of obstacle ``g``
+    such that all robots can continue."""
 
     g: int
     group: tuple[int, ...]
@@ -330,9 +330,9 @@ class Duty(Struct, frozen=True):
 
 
 class Settlement(Struct, frozen=True):
-    """The ``served`` gates in order; the other gates are walls for now. ``safe``: the poses to
-    which each robot may go (None: not computed). ``plan``: the steps of which the duties are the
-    first. ``hopeless``: whether some robot can never continue; the other fields are then void."""
+    """The present duties; the ``served`` gates in order, while other gates are walls. ``safe``: the
+    poses to which each robot may go (None: not computed). ``plan``: all steps, of which duties are
+    the first. ``hopeless``: some robot can never continue, and the other fields are void."""
 
     served: tuple[int, ...] = ()
     duties: dict[int, Duty] = field(default_factory=dict)
@@ -348,8 +348,8 @@ def settle(
     aside: frozenset[int],
     careful: frozenset[int],
 ) -> Settlement:
-    """Return the settlement, with the duties at these poses. ``aside``: gates that no joint plan
-    serves; ``careful``: the robots whose strategies must know which poses are safe."""
+    """Return the duties of robots in these poses. ``aside``: gates that no joint plan serves;
+    ``careful``: robots whose strategies must know which poses are safe."""
     floor, now = solver.floor, around(solver.floor, poses, stages)
     if not solver.feasible(now):
         return Settlement(hopeless=True)
@@ -373,8 +373,8 @@ def settle(
 def _present_duties(
     solver: Solver, plan: tuple[Step, ...], now: Sets, wanted: frozenset[int]
 ) -> dict[int, Duty]:
-    """Return the steps that are duties now: no earlier step concerns their obstacle or robots, and
-    all their robots can get there."""
+    """Return the steps of a plan that are duties now: those without an earlier step for their
+    obstacle or robots whose robots can all get there."""
     duties: dict[int, Duty] = {}
     begun: set[int] = set()
     busy: set[int] = set()
@@ -394,15 +394,15 @@ def _present_duties(
 
 
 def _safe(solver: Solver, i: int, now: Sets, wanted: frozenset[int]) -> Mask:
-    """Return the poses to which a robot may go: it can come back, or the team can continue."""
+    """Return the poses to which a robot may go: the robot can return, or the team can continue."""
     here = now.sets[i]
     return here | _lasting(solver, i, now.reach(i, here) & ~here, now, wanted)
 
 
 def _lasting(solver: Solver, i: int, candidates: Mask, now: Sets, wanted: frozenset[int]) -> Mask:
-    """Return the candidates from which ``wanted`` can be served and all can continue. One answer
-    decides many poses: a pose from which a good one is reachable is good; a pose that is reachable
-    from a bad one is bad."""
+    """Return the candidates from which ``wanted`` can be served and all robots can continue. One
+    check decides for many poses: from a pose that reaches a good pose, and from a pose that a bad
+    pose reaches."""
     graph, allowed = now.floor.graphs[i], now.floor.allowed(i, now.stages)
     good, left = 0, candidates
     while left:

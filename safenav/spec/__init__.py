@@ -1,1 +1,1 @@
-"""Compilation of a robot's objective to a GR(1) specification in structured slugs."""
+"""Compiler from a robot's objective to a GR(1) specification in structured slugs."""

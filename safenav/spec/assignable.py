@@ -1,13 +1,13 @@
 """Goals that are assigned at runtime: coordination without resynthesis (paper, Section V-D).
 
-One input, ``assigned``, steers a robot whose strategy is never changed. The number after the last
-region leaves the robot to its own objective; another region sends it there, and excuses its own
-goals meanwhile; the region where it stands lets it wait. Obstacles that turn out to be permanent
-still require a new strategy.
+One input, ``assigned``, steers a robot whose strategy never changes. Its greatest value leaves the
+robot to its own objective. Another region sends the robot there, and excuses its own goals
+meanwhile; the region where it stands lets it wait. Obstacles that turn out to be permanent still
+require a new strategy.
 
 Only regions from which a robot can resume its own objective are assigned. Steps may be irreversible
 (headings in a corridor, formulas about steps or with a memory), and a joint plan or a duty may lead
-a robot through them. So its assignable regions depend on its pose and on its memory.
+a robot through them. So the assignable regions depend on the robot's pose and memory.
 """
 
 from __future__ import annotations
@@ -38,21 +38,21 @@ State = tuple[Pose, Remembered]
 
 
 class Part(Struct, frozen=True):
-    """Regions with the states (pose and memory) from which they are assignable."""
+    """Regions, with the states (pose and memory) in which they are assignable."""
 
     regions: frozenset[Region]
     states: frozenset[State]
 
 
 class AssignableRegions(Struct, frozen=True):
-    """Assignable regions. ``places``: regions assignable in some state. ``parts``: limits for
-    regions that are not assignable in every state."""
+    """The assignable regions. ``places``: regions that are assignable in some state. ``parts``: the
+    states for those that are not assignable in every state."""
 
     places: frozenset[Region] = frozenset()
     parts: tuple[Part, ...] = ()
 
     def allows(self, state: State, place: Region) -> bool:
-        """Return whether ``place`` is assignable in a state."""
+        """Return whether the region ``place`` is assignable in a state."""
         parts = (part for part in self.parts if place in part.regions)
         return place in self.places and all(state in part.states for part in parts)
 
@@ -67,8 +67,8 @@ def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
 
 
 class _Ground(Struct, frozen=True):
-    """The states of a robot (pose and memory), on which its paths depend. ``first``: the first
-    target that it has still to meet."""
+    """The states of a robot (pose and memory), on which its paths depend. ``first``: the index of
+    the first target that it still has to meet."""
 
     mobility: Mobility
     start: Pose
@@ -92,7 +92,7 @@ class _Ground(Struct, frozen=True):
         return [(self.start, _remembered(m)) for m in memories if begins(m, self.start)]
 
     def after(self, state: State) -> list[State]:
-        """Return the states after a step or a stay."""
+        """Return the possible states of the robot after a step or a stay."""
         pose, old, guarantees = state[0], dict(state[1]), self.guarantees
         return [
             (to, _remembered(new))
@@ -115,9 +115,9 @@ class _Ground(Struct, frozen=True):
         )
 
     def live(self) -> list[tuple[list[State], set[int]]]:
-        """Return the strongly connected sets of the states from which the robot can meet its
-        objective forever, even if it must wait in any. Successors come first; each set has the
-        numbers of the other sets that one step reaches."""
+        """Return the strongly connected sets of states in which the robot can meet its objective
+        forever, even if it must wait in any of them. A set comes after its successors, and has the
+        indices of the sets that one step reaches."""
         after = cache(self.after)
         successors = {state: after(state) for state in reached(self.begins(), after)}
         while True:
@@ -175,13 +175,13 @@ def inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def own(world: RegionMap) -> int:
-    """Return the value of the input that leaves the robot to its own objective."""
+    """Return the value of ``assigned`` that leaves the robot to its own objective."""
     return world.size
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumptions: the robot is assigned regions from which it can resume its objective,
-    and it keeps an assignment until it has reached the region or must wait."""
+    """Yield the assumptions: only regions from which the robot can resume its objective are
+    assigned, and an assignment lasts until the robot has reached the region or must wait."""
     possible = assignable_regions(task, world)
     begin = _origin("nothing is assigned before the first move")
     yield Constraint(Section.ENV_INIT, f"assigned = {own(world)}", begin)
@@ -202,7 +202,7 @@ NEXT = "'"
 
 
 def _elsewhere(world: RegionMap) -> str:
-    """Return the condition that the robot is assigned another region."""
+    """Return the condition that a region other than the robot's own is assigned."""
     return f"assigned' != {own(world)} & assigned' != region"
 
 
@@ -211,7 +211,7 @@ def _origin(rule: str) -> Origin:
 
 
 def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the guarantees: the robot waits when commanded, and goes to the assigned region."""
+    """Yield the guarantees: the robot waits if so commanded, and goes to the assigned region."""
     stay = _origin("it stays where it is assigned")
     yield Constraint(Section.SYS_TRANS, "assigned' = region -> region' = region", stay)
     able = _origin("it stays where it can reach the region that it is assigned")
@@ -224,7 +224,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _in(part: Part, task: Task, mark: str = "") -> str:
-    """Return the condition for the states of ``part``; ``mark``: suffix of the variables."""
+    """Return the condition that the state is one of ``part``. ``mark``: the suffix of variables."""
     ranges = task.objective.memory if isinstance(task.objective, Ltl) else {}
     poses: dict[Remembered, set[Pose]] = {}
     for pose, memory in part.states:
@@ -239,7 +239,7 @@ def _in(part: Part, task: Task, mark: str = "") -> str:
 
 
 def excused(constraint: Constraint, world: RegionMap) -> Constraint:
-    """Return a constraint of the robot's objective, excused while it is assigned another region."""
+    """Return a constraint of the own objective, excused while another region is assigned."""
     rule = f"{constraint.origin.rule}, unless it is assigned another region"
     formula = f"{_elsewhere(world)} | ({constraint.formula})"
     return replace(constraint, formula=formula, origin=replace(constraint.origin, rule=rule))

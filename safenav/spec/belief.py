@@ -4,16 +4,16 @@ Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strat
 abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
 each region of the believed cells, the other robot may stay or step to a neighbour; in a live run it
 may be anywhere within reach, since nothing bounds its steps between two observations. A successor
-in sight remains a region; all successors out of sight fold into one belief: the set of cells that
+in sight remains a region; all successors out of sight form one belief: the set of cells that
 contain one. The update of knowledge is defined here once, for the specification and for the
 runtime, so that a strategy receives exactly the observations for which it was synthesized. As in
-the game, the other moves first, and the robot observes from its region before its own move.
+the game, first the other robot moves, and then this robot observes from its region and moves.
 
 Values of ``at_NAME`` below the number of regions are regions where the robot sees the other robot;
-those from that number on are beliefs, numbered as they can occur. The game is as large as the map
-near the robot and as small as the partition everywhere else. Constraints are written for each own
-region (with the regions in sight) and for each belief, never for each pair of positions. Impossible
-pairs are left open where that shortens the text. See docs/tracking.md.
+greater values are the beliefs that can occur. The game is as large as the map near the robot and as
+small as the partition everywhere else. Constraints are written for each own region (with the
+regions in sight) and for each belief, never for each pair of positions. Impossible pairs are left
+open where that shortens the text. See docs/tracking.md.
 """
 
 from __future__ import annotations
@@ -48,25 +48,25 @@ Knowledge = Region | Belief
 
 
 class Prospect(Struct, frozen=True):
-    """The possible knowledge after the next observation: one of the regions in sight (``seen``), or
-    the ``belief`` if the other robot is out of sight (None: no region out of sight is possible)."""
+    """The possible knowledge after the next observation: one of the regions in sight (``seen``) or,
+    if the other robot is out of sight, the ``belief`` (None: it cannot be out of sight)."""
 
     seen: frozenset[Region]
     belief: Belief | None
 
 
 class Outlook(Struct, frozen=True):
-    """The prospects of one state of knowledge from all own regions: the other robot may move to
-    ``reach``; ``beliefs`` holds each belief (or None) with the own regions that lead to it."""
+    """The prospects of a state of knowledge from all own regions. The other robot may move to
+    ``reach``; ``beliefs``: each belief (or None), with the own regions that lead to it."""
 
     reach: Mask
     beliefs: tuple[tuple[Belief | None, Mask], ...]
 
 
 class Tracker:
-    """Tracking of other robots on a map, by the cells of a partition and the robot's visibility
+    """The tracking of other robots on a map, by the cells of a partition and the robot's visibility
     (``radius`` and ``closed`` as in ``Visibility``). ``live``: other robots make any number of
-    steps between two observations, else at most one."""
+    steps between two observations, not at most one."""
 
     def __init__(
         self,
@@ -87,23 +87,23 @@ class Tracker:
         self._masks = tuple(map(region_mask, cells))
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
-        """Return the regions where the other robot may be."""
+        """Return the regions where the other robot may be, given the knowledge of it."""
         if isinstance(knowledge, frozenset):
             return frozenset().union(*(self.cells[cell] for cell in knowledge))
         return frozenset({knowledge})
 
     def update(self, own: Region, knowledge: Knowledge) -> Prospect:
-        """Return the possible knowledge after the other robot's next move, observed from region
-        ``own``."""
+        """Return the possible knowledge after the other robot's next move and an observation from
+        region ``own``."""
         outlook = self.outlook(knowledge)
         seen = frozenset(bits(outlook.reach & self.visibility.mask(own)))
         belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
         return Prospect(seen, belief)
 
     def look(self, own: Region, other: Region, known: Knowledge) -> Knowledge:
-        """Return the knowledge after an observation from region ``own`` while the tracked robot is
-        in ``other`` (used only to decide whether it is seen). If it is out of sight although every
-        region that it can have reached is in sight, the belief is all cells."""
+        """Return the knowledge after an observation from region ``own`` while the other robot is in
+        region ``other`` (which only decides whether it is seen). If it is out of sight although
+        every region that it can have reached is in sight, the belief is all cells."""
         if self.visibility.mask(own) >> other & 1:
             return other
         belief = self.update(own, known).belief
@@ -111,16 +111,16 @@ class Tracker:
 
     @cached_method
     def outlook(self, knowledge: Knowledge) -> Outlook:
-        """Return the prospects of this knowledge from all free regions."""
+        """Return the prospects of a state of knowledge from all free regions."""
         return self._look_ahead(self.reach(region_mask(self.possible(knowledge))))
 
     def spread(self, regions: Mask, within: Mask | None = None) -> Mask:
-        """Return the regions at most one step away, in ``within`` (default: all free regions)."""
+        """Return the regions ``within`` (default: free) at most one step away from ``regions``."""
         around = regions | self._graph.forward(regions)
         return around & (self._free if within is None else within)
 
     def reach(self, regions: Mask) -> Mask:
-        """Return the possible regions of a robot in one of the regions at the next observation."""
+        """Return the regions where a robot in one of ``regions`` may be at the next observation."""
         free = self._free
         return self._graph.closure(regions & free, free) if self.live else self.spread(regions)
 
@@ -158,8 +158,8 @@ def occurring(
 ) -> Mapping[Knowledge, Mask]:
     """Return each possible state of knowledge, with the robot's own regions in which it may occur.
 
-    The robot starts with ``knowledge`` in region ``own``, and steps freely except onto
-    ``blocked`` regions. Raises TooManyBeliefsError beyond ``most`` beliefs.
+    The robot starts in region ``own`` with ``knowledge``, and steps freely except into ``blocked``
+    regions. Raises TooManyBeliefsError if there are more than ``most`` beliefs.
     """
     floor = region_mask(watch.world.free) & ~region_mask(blocked) | 1 << own
     found: dict[Knowledge, Mask] = {knowledge: 1 << own}
@@ -208,7 +208,7 @@ MOST_BELIEFS = 4000
 
 
 class Model(Struct, frozen=True):
-    """The possible knowledge of one other robot, and its encoding as an input."""
+    """The possible knowledge of one other robot, and its encoding as the values of an input."""
 
     other: Observed
     watch: Tracker
@@ -221,7 +221,7 @@ class Model(Struct, frozen=True):
         return self.watch.world.size
 
     def number(self, knowledge: Knowledge) -> int:
-        """Return the input's value; one beyond its range for a belief that cannot occur."""
+        """Return the input's value for some knowledge (beyond its range if that is impossible)."""
         if not isinstance(knowledge, frozenset):
             return knowledge
         known = knowledge in self.beliefs
@@ -229,20 +229,20 @@ class Model(Struct, frozen=True):
 
 
 def automatic(world: RegionMap) -> Cells:
-    """Return the cells of beliefs where the scenario gives none: the rooms of the map."""
+    """Return the cells of beliefs for a scenario that states none: the rooms of the map."""
     return coarsened(rooms(world), MOST_CELLS, world)
 
 
 def watch_for(task: Task, world: RegionMap) -> Tracker:
-    """Return the tracker of a task's robot: by the task's cells (default: the map's rooms), within
-    its vision, which the task's ``closed`` regions block."""
+    """Return the tracker of a task's robot. It uses the task's cells (default: the rooms of the
+    map) and the robot's vision, which the ``closed`` regions block."""
     return watch(
         world, task.partition or automatic(world), task.robot.model.vision, task.closed, task.live
     )
 
 
 def known_of(other: Observed) -> Knowledge:
-    """Return the initial knowledge of another robot."""
+    """Return the initial knowledge of an observed robot."""
     return other.region if other.belief is None else other.belief
 
 
@@ -284,8 +284,8 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumptions: other robots make single steps (in a live run any number); in sight
-    their regions are known, out of sight their beliefs."""
+    """Yield the assumptions: other robots make single steps (live: any number); their regions are
+    known in sight, and their beliefs out of sight."""
     for model in models(task, world):
         item, name = f"robots.{model.other.name}", model.other.variable
         begin = Origin(f"{item}.start", f"initial knowledge of {model.other.name}")
@@ -297,12 +297,12 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dict[str, int]:
-    """Return the inputs for this knowledge of other robots (robot's name -> knowledge)."""
+    """Return the inputs that represent a robot's knowledge of other robots, a mapping by names."""
     return {m.other.variable: m.number(known[m.other.name]) for m in models(task, world)}
 
 
 def _steps(model: Model, item: str) -> Iterator[Constraint]:
-    """Constrain moves between regions in sight: a single step, or in a live run any number."""
+    """Yield the constraints on moves between regions in sight: a single step (live: any number)."""
     world, name, size = model.watch.world, model.other.variable, model.size
     if model.watch.live:
         origin = Origin(item, "while in sight: move to any region that it can reach", SOURCE)
@@ -325,7 +325,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _sight(model: Model, item: str) -> Iterator[Constraint]:
-    """Constrain observations: the other robot is observed only while in sight."""
+    """Yield the constraints on observations: the other robot is seen only where it is in sight."""
     name, size, visibility = model.other.variable, model.size, model.watch.visibility
     origin = Origin(item, f"{model.other.name} is observed only while in sight", SOURCE)
     alike: dict[Mask, Mask] = {}
@@ -340,8 +340,8 @@ def _sight(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
-    """Constrain vanishing: from a known region the other vanishes only by a step out of sight
-    (live: by any number), and is then believed in the cells that such steps reach."""
+    """Yield the constraints on vanishing: from a known region the other robot vanishes only by a
+    step out of sight (live: by any number); the belief is then the cells that such steps reach."""
     name, size = model.other.variable, model.size
     everywhere = (1 << size) - 1
     stays: dict[Region, Mask] = {}
@@ -384,8 +384,9 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _believing(model: Model, item: str) -> Iterator[Constraint]:
-    """Constrain beliefs: from a believed cell the other may appear where it can have moved, or stay
-    out of sight; a belief drops cells whose reachable regions are all in sight."""
+    """Yield the constraints on beliefs: from a believed cell the other robot may appear where it
+    can have moved, or stay out of sight. A belief drops cells whose reachable regions are all in
+    sight."""
     name, size = model.other.variable, model.size
     wall = region_mask(tuple(model.watch.world.walls))
     for belief in model.beliefs:
@@ -408,7 +409,7 @@ def _believing(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _own_regions(model: Model) -> Mask:
-    """Return the regions in which this robot may be when the other robot moves."""
+    """Return the regions in which this robot may be when another robot moves."""
     owns = 0
     for regions in model.owns.values():
         owns |= regions
@@ -420,8 +421,8 @@ def _seen_regions(model: Model) -> tuple[Region, ...]:
 
 
 def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> str:
-    """Return a formula that binds like an atom: ``variable`` has one of the values in ``must``;
-    values in ``may`` are included where that is shorter."""
+    """Return a formula, which binds like an atom, for a ``variable`` with one of the values in
+    ``must``. It may include values in ``may`` where that is shorter."""
     name = variable + "'" * prime
     atoms = []
     for first, last in _runs(must, may):
@@ -435,7 +436,7 @@ def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> 
 
 
 def _runs(must: Mask, may: Mask) -> Iterator[tuple[int, int]]:
-    """Yield runs of consecutive values that cover ``must``, from one of its values to another."""
+    """Yield runs of consecutive values that together cover ``must``, and end with its values."""
     first = last = -1
     for value in bits(must):
         gap = (1 << value) - (1 << last + 1)

@@ -1,21 +1,20 @@
-"""Compile one robot's share of a mission to a GR(1) specification (docs/specifications.md).
+"""Compiler of one robot's share of a mission to a GR(1) specification (docs/specifications.md).
 
 Only variables that some guarantee can depend on are modelled: the robot's own pose and memory as
 outputs, its knowledge of other robots as inputs.
 
 Objectives: ``patrol`` of two targets is the paper's formula (Section VI, the definition of
 Patrol_p) with its bit ``scout``, plus the frame condition that the paper omits. Other objectives
-follow the same pattern: a goal is a state, and memory changes in the step after it. Goals are
-written about the next state, so that the step that meets one is the last of its pursuit and the
-step after it already pursues the next goal: on the current state, every goal would cost an idle
-step.
+follow the same pattern: a goal is a state, and memory changes in the step after it. Goals are about
+the next state, so that the step that meets a goal is the last of its pursuit, and the next step
+already pursues the next goal. About the current state, every goal would cost an idle step.
 
 Robots to avoid (``safenav synth --avoiding``, for automata that run without a coordination layer)
-are occupied neighbouring regions: the input ``busy_north`` is true when the region in the north is
-occupied at the moment of the decision. That suffices to avoid collisions, it is sound whatever the
-other robots do (also those that take several ticks for a step and occupy two regions meanwhile),
-and the game stays small: it does not grow with the team, and with the map only as the robot's own
-motion does. It has no foresight: the robot cannot plan around future positions of other robots.
+are occupied neighbouring regions: the input ``busy_north`` is true if the region in the north is
+occupied at the moment of the decision. That suffices to avoid collisions whatever the other robots
+do (also those that take several ticks for a step and occupy two regions meanwhile). The game stays
+small: it does not grow with the team, and with the map only as the robot's own motion does. The
+robot cannot plan around future positions of other robots.
 """
 
 from collections.abc import Iterator
@@ -94,7 +93,7 @@ def _assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _environment(task: Task) -> Iterator[Constraint]:
-    """Yield the present values of the inputs, and the values assumed to recur infinitely often."""
+    """Yield the present values of the inputs, and assumptions about values that must recur."""
     for each, on in task.inputs:
         origin = Origin(f"inputs.{each.name}", "its present value")
         yield Constraint(Section.ENV_INIT, each.name if on else f"!{each.name}", origin)
@@ -140,8 +139,8 @@ SOURCE_OBJECTIVE = "design, objectives"
 
 
 def encode(task: Task, world: RegionMap) -> tuple[list[Variable], list[Constraint]]:
-    """Return the variables and constraints of a task's objective. While a goal is assigned to the
-    robot at runtime, its own goals are excused."""
+    """Return the variables and constraints of a task's objective. Its goals are excused while a
+    region is assigned to the robot at runtime."""
     objective, item = task.objective, f"{task.item}.objective"
     if isinstance(objective, Ltl):
         variables = [
@@ -197,9 +196,9 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
 
 
 def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Constraint]:
-    """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
-    infinitely often. Without ``goal`` the next target comes first: a strategy takes its goals in
-    their order, and a robot that is at each target infinitely often is also at each in turn."""
+    """Yield the order of the targets, if the variable ``goal`` stores the next one, and each target
+    infinitely often. Without ``goal``, the next target is listed first, since a strategy takes
+    goals in their order, and a robot that meets each infinitely often also meets each in turn."""
     objective, region = task.objective, task.pose.region
     targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
     settles, first = objective.settles, objective.begin(region, task.memory.index)
@@ -264,7 +263,7 @@ MOVE = "move"
 
 
 def busy(heading: Heading) -> str:
-    """Return the name of the input that is true if the region on that side is occupied."""
+    """Return the name of the input that is true if the region on a side is occupied."""
     return f"busy_{heading.label}"
 
 
@@ -276,14 +275,14 @@ def _nearby_inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def _move_output() -> tuple[Variable]:
-    """Return the first output. It makes the synthesizer prefer the stay among equally good moves: a
-    robot that must wait does not wander."""
+    """Return the output ``move``, the first one. With it the synthesizer prefers the stay among
+    equally good moves, so that a robot that must wait does not wander."""
     note = "its move: 0 stay, 1 north, 2 east, 3 south, 4 west"
     return (Variable(MOVE, Owner.OUTPUT, (0, 4), note),)
 
 
 def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the guarantees: never enter a busy region; and the definition of ``move``."""
+    """Yield the guarantees: the robot never enters a busy region, and ``move`` is defined."""
     begin = Origin(f"{task.item}.mobility", "the definition of move")
     yield Constraint(Section.SYS_INIT, f"{MOVE} = 0", begin)
     yield Constraint(Section.SYS_TRANS, f"{MOVE}' = 0 <-> region' = region", begin)
@@ -299,8 +298,8 @@ def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _nearby_assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumptions: the number of other robots is bounded, none is in a wall, and none is
-    in the way forever."""
+    """Yield the assumptions: the number of other robots is bounded, none is in a wall, and none
+    blocks the robot forever."""
     begin = Origin(task.item, "nothing is observed before the first move", SOURCE_NEARBY)
     for heading in headings(world):
         yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)

@@ -26,8 +26,8 @@ Values = Mapping[str, int]
 
 
 class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
-    """One formula. Its truth on a step depends only on the variables that it names; unknown
-    ``inputs`` are as those ``on``, or (None) have values that make it true, if there are any."""
+    """One formula. Its truth on a step depends only on the variables that it names. Unknown
+    ``inputs`` are on if in ``on``; if that is None, they have values that make it true, if any."""
 
     formula: Formula
     inputs: frozenset[str] = frozenset()
@@ -59,8 +59,8 @@ class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
 
 
 class Guarantees:
-    """The formulas of one robot, evaluated on single steps. ``on``: the inputs that are always on
-    (None: unknown)."""
+    """The formulas of one robot, for evaluation on single steps. ``on``: the inputs that are always
+    on (None: unknown)."""
 
     def __init__(self, objective: Ltl, on: frozenset[str] | None = None) -> None:
         self.goals = len(objective.liveness)
@@ -77,17 +77,17 @@ class Guarantees:
 
     @property
     def remember_something(self) -> bool:
-        """Whether there is a memory; then poses alone do not decide whether a step is allowed."""
+        """Whether there is a memory, so that poses alone do not decide which steps are allowed."""
         return bool(self._ranges)
 
     @cached_property
     def goals_of_steps(self) -> tuple[int, ...]:
-        """The goals about steps, which a pose alone cannot meet."""
+        """The indices of the goals about steps, which a pose alone cannot meet."""
         goals = enumerate(self._liveness)
         return tuple(goal for goal, rule in goals if reads_next(rule.formula))
 
     def allows(self, before: Pose, after: Pose) -> bool:
-        """Return whether a step is allowed with some memory."""
+        """Return whether the formulas allow a step for at least one memory."""
         one, other = values_of(before), values_of(after)
         if not all(rule.holds(one, other) for rule in self._plain):
             return False
@@ -97,7 +97,7 @@ class Guarantees:
         )
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
-        """Return whether a goal is met on a step, or by staying, with some memory."""
+        """Return whether a step or a stay meets a goal for at least one memory."""
         if not self._speaks_of_memory(self._liveness[goal]):
             return self.meets_with(goal, before, {}, after, {})
         return not self.memories or any(
@@ -106,23 +106,23 @@ class Guarantees:
         )
 
     def begins(self, memory: Values, pose: Pose) -> bool:
-        """Return whether the robot may begin in a pose with a memory."""
+        """Return whether the robot may begin in this pose with this memory."""
         values = values_of(pose) | dict(memory)
         return all(rule.holds(values, values) for rule in self._init)
 
     def allows_with(self, before: Pose, old: Values, after: Pose, new: Values) -> bool:
-        """Return whether a step, or a stay, is allowed with the memory before and after it."""
+        """Return whether a step or a stay is allowed with these memories before and after it."""
         one, other = values_of(before) | dict(old), values_of(after) | dict(new)
         return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
 
     def memory_after(self, before: Pose, old: Values, after: Pose) -> Values:
-        """Return the memory after a step that no strategy or plan decided: the memory before the
-        step, unless the step requires another one."""
+        """Return the memory after a step that neither a strategy nor a plan has decided: unchanged,
+        unless the step requires another one."""
         found = ({**old, **memory} for memory in ({}, *self.memories))
         return next((new for new in found if self.allows_with(before, old, after, new)), old)
 
     def meets_with(self, goal: int, before: Pose, old: Values, after: Pose, new: Values) -> bool:
-        """Return whether a step, or a stay, meets a goal with the memory before and after it."""
+        """Return whether a step or a stay meets a goal with these memories before and after it."""
         one, other = values_of(before) | dict(old), values_of(after) | dict(new)
         return self._liveness[goal].holds(one, other)
 
@@ -131,7 +131,7 @@ class Guarantees:
 
     @cached_property
     def memories(self) -> tuple[dict[str, int], ...]:
-        """All values of the memory; none if there are too many."""
+        """All values of the memory; an empty sequence if there are too many."""
         count = prod(map(len, self._ranges.values()))
         every = product(*self._ranges.values()) if count <= MOST_VALUATIONS else ()
         return tuple(dict(zip(self._ranges, values, strict=True)) for values in every)
@@ -142,7 +142,7 @@ guarantees_of = lru_cache(maxsize=256)(Guarantees)
 
 
 def values_of(pose: Pose) -> dict[str, int]:
-    """Return the specification's variables for a robot's pose, with their values."""
+    """Return the variables of the specification that describe a robot's pose, with their values."""
     if pose.heading is None:
         return {"region": pose.region}
     return {"region": pose.region, "heading": int(pose.heading)}

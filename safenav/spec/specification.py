@@ -45,7 +45,7 @@ class Section(StrEnum):
 
 
 class Variable(Struct, frozen=True):
-    """A Boolean (``bounds`` is None) or an integer within ``bounds`` (min, max inclusive)."""
+    """A variable: Boolean if ``bounds`` is None, else an integer within ``bounds`` (inclusive)."""
 
     name: str
     owner: Owner
@@ -54,7 +54,7 @@ class Variable(Struct, frozen=True):
 
     @property
     def range(self) -> range:
-        """All values of the variable, ascending."""
+        """All values of the variable in ascending order."""
         low, high = self.bounds or (0, 1)
         return range(low, high + 1)
 
@@ -100,7 +100,7 @@ class Constraint(Struct, frozen=True):
 
 @lru_cache(maxsize=1 << 15)
 def formula_of(constraint: Constraint) -> Formula:
-    """Return the formula of a constraint. Raises InputError if it cannot be read."""
+    """Return the parsed formula of a constraint. Raises InputError if it cannot be read."""
     try:
         return parse(constraint.formula)
     except FormulaError as error:
@@ -108,7 +108,7 @@ def formula_of(constraint: Constraint) -> Formula:
 
 
 def unreadable(constraint: Constraint, found: str, column: int = 1, hint: str = "") -> InputError:
-    """Return the error of a constraint, at its line in a file if it has one."""
+    """Return the error for a constraint that cannot be read, at its line if it is from a file."""
     file, _, line = constraint.origin.item.rpartition(":")
     if line.isdecimal():
         return InputError([Diagnostic(file, int(line), column, found, hint, constraint.formula)])
@@ -117,8 +117,8 @@ def unreadable(constraint: Constraint, found: str, column: int = 1, hint: str = 
 
 
 class Specification(Struct, frozen=True):
-    """A robot's specification. Variables and constraints keep their order: with the same
-    order the synthesizer gives the same strategy to the byte."""
+    """A robot's specification. The order of variables and constraints matters: in the same order,
+    the synthesizer gives the same strategy to the byte."""
 
     robot: str
     title: str
@@ -241,7 +241,7 @@ SOURCE_MOBILITY = "paper, Section VI"
 
 def among(poses: Collection[Pose], mark: str = "") -> str:
     """Return the condition that the robot is in one of the poses, as a formula that binds like an
-    atom; ``mark``: suffix of the variables."""
+    atom. ``mark``: the suffix of its variables."""
     regions: dict[Heading | None, set[Region]] = {}
     for pose in poses:
         regions.setdefault(pose.heading, set()).add(pose.region)
@@ -258,7 +258,7 @@ def among(poses: Collection[Pose], mark: str = "") -> str:
 
 
 def step_formula(variable: str, heading: Heading, world: RegionMap) -> str:
-    """Return the atom for one step of ``variable`` in that direction (ignoring edges)."""
+    """Return the atom for one step of ``variable`` in a direction, ignoring the map's edges."""
     offset = world.cols if heading in (Heading.NORTH, Heading.SOUTH) else 1
     if heading in (Heading.NORTH, Heading.WEST):
         return f"{variable} = {variable}' + {offset}"
@@ -273,8 +273,8 @@ def headings(world: RegionMap) -> tuple[Heading, ...]:
 
 
 def stepping(world: RegionMap, item: str) -> Iterator[Constraint]:
-    """Yield the constraints of a step: stay, or enter a 4-neighbour on the map, never around the
-    map's edge."""
+    """Yield the constraints of a step: the robot stays or enters a 4-neighbour, and never steps
+    around the edge of the map."""
     section = Section.SYS_TRANS
     origin = Origin(item, "stay, or step to a neighbouring region", SOURCE_MOBILITY)
     steps = (step_formula("region", heading, world) for heading in headings(world))
@@ -289,15 +289,15 @@ def stepping(world: RegionMap, item: str) -> Iterator[Constraint]:
 
 
 def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
-    """Return the regions at the eastern or western edge whose next number in that direction is that
-    of a free region at the other edge."""
+    """Return the free regions at the eastern or western edge after which the next index, in that
+    direction, is a free region at the opposite edge."""
     column, on = (world.cols - 1, 1) if heading is Heading.EAST else (0, -1)
     edge = (world.region(row, column) for row in range(world.rows))
     return [region for region in edge if world.is_free(region) and world.is_free(region + on)]
 
 
 def walls(world: RegionMap) -> Iterator[Constraint]:
-    """Yield the constraints that forbid walls: one for each run of walls within a row."""
+    """Yield the constraints that forbid the walls, one for each run of walls in a row."""
     origin = Origin("map", "walls are never entered", SOURCE_MAP)
     for first, last in _runs(world):
         if first == last:
@@ -312,7 +312,7 @@ def walls(world: RegionMap) -> Iterator[Constraint]:
 
 
 def _runs(world: RegionMap) -> Iterator[tuple[Region, Region]]:
-    """Yield the maximal runs of consecutive walls within one row, as (first, last)."""
+    """Yield the maximal runs of consecutive walls in a row, as pairs (first, last)."""
     for row in range(world.rows):
         first: Region | None = None
         for region in range(world.region(row, 0), world.region(row, world.cols)):
@@ -326,7 +326,7 @@ def _runs(world: RegionMap) -> Iterator[tuple[Region, Region]]:
 
 
 def heading_rules(world: RegionMap, item: str) -> Iterator[Constraint]:
-    """Yield the constraints of heading mobility: staying keeps the heading, a step sets it, and
+    """Yield the constraints of heading mobility: a stay keeps the heading, and a step sets it and
     never leads backwards."""
     section = Section.SYS_TRANS
     origin = Origin(item, "staying keeps the heading", SOURCE_MOBILITY)

@@ -1,12 +1,12 @@
-"""The input of one synthesis: everything but the map that a robot's specification depends on, and
-the forms of its objective, the strongest first.
+"""The input of one synthesis: all data except the map on which a robot's specification depends, and
+the forms of its objective, from the strongest to the weakest.
 
 A strict objective, such as a patrol, keeps its literal formula (paper, Section VI) if the robot can
 satisfy that with its present memory, or else with another target first. Otherwise it becomes plain
-alternation: the robot may cross a target out of turn and wait at one. Robots that share a floor or
-get goals assigned at runtime use plain alternation from the start. Every other objective has one
-form, as has a strict one with ``form: literal``. ``run``, ``check``, ``synth``, ``explain``, the
-studio and certificates try these forms in this order.
+alternation: the robot may cross a target out of turn and wait at a target. Robots that share a
+floor or get goals assigned at runtime use plain alternation from the start. Every other objective
+has one form, as has a strict one with ``form: literal``. ``run``, ``check``, ``synth``,
+``explain``, the studio and certificates try these forms in this order.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -45,8 +45,8 @@ class Known(Struct, frozen=True):
 
 
 class Observed(Struct, frozen=True):
-    """Another robot that the robot tracks, and its region or, out of sight, the cells that may hold
-    it (``belief``, see ``spec.belief``)."""
+    """A robot that this robot tracks: its region or, out of sight, the cells that may hold it
+    (``belief``, see ``spec.belief``)."""
 
     name: str
     region: Region
@@ -58,15 +58,15 @@ class Observed(Struct, frozen=True):
 
 
 class Task(Struct, frozen=True):
-    """Complete input of one robot's specification, apart from the map.
+    """The complete input of one robot's specification, except the map.
 
     ``blocked``: known obstacles (O beyond the walls) that block this robot. ``observed``: the
-    robots that it tracks by beliefs, with the ``partition`` of the map (None for its rooms) and the
+    robots that it tracks by beliefs, with the ``partition`` of the map (None: its rooms) and the
     ``closed`` regions, whose obstacles block the view. ``avoids``: names of robots with which it
-    must not collide (``synth --avoiding``; in a run joint plans drive these). ``assignable``: goals
-    can be assigned at runtime. ``forbidden``: poses from which the team could not continue.
-    ``inputs``: the objective's inputs with their present values. ``live``: other robots may move
-    any distance between two observations.
+    must not collide (``synth --avoiding``; in a run joint plans drive these). ``assignable``:
+    whether goals can be assigned at runtime. ``forbidden``: poses from which the team could not
+    continue. ``inputs``: the objective's inputs with their present values. ``live``: whether other
+    robots may move any distance between two observations.
     """
 
     robot: Robot
@@ -89,14 +89,14 @@ class Task(Struct, frozen=True):
 
     @property
     def item(self) -> str:
-        """The robot's item in the scenario, for origins."""
+        """The name of the robot's item in the scenario, for origins."""
         return f"robots.{self.robot.name}"
 
     @property
     def remembers(self) -> bool:
         """Whether the specification needs a variable for the next target. A strategy takes its
-        goals in their order, but skips goals that one step meets together, and loses its place in
-        the order where goals are assigned at runtime."""
+        goals in their order, but it skips goals that one step meets together, and loses the order
+        if goals are assigned at runtime."""
         objective, targets = self.objective, self.targets
         if not objective.turn or len(targets) == 1:
             return False
@@ -114,7 +114,7 @@ class Task(Struct, frozen=True):
 
 
 class Weakening(StrEnum):
-    """Reasons for a weaker form of an objective, in words."""
+    """The reasons for a weaker form of an objective; each value states its reason in words."""
 
     TURNED = "from its pose it cannot begin with the target whose turn it is"
     CORRIDOR = "the map leaves no other path"
@@ -127,8 +127,8 @@ class Weakening(StrEnum):
 
 
 class ObjectiveForm(Struct, frozen=True):
-    """One form of an objective. ``turn``: the target that comes first. ``weakening``: the reason
-    against stronger forms; None for the strongest."""
+    """One form of an objective. ``turn``: the index of the target that comes first. ``weakening``:
+    the reason why stronger forms are impossible; None for the strongest form."""
 
     objective: Objective
     turn: int
@@ -145,9 +145,9 @@ def forms(
     planned: bool = False,
     assigned: bool = False,
 ) -> Iterator[ObjectiveForm]:
-    """Yield the forms to try, the strongest first, for a robot at ``pose`` whose next target is
-    number ``turn``. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
-    could not keep even alone are omitted, except the last."""
+    """Yield the forms to try, from the strongest to the weakest, for a robot at ``pose`` whose next
+    target has the index ``turn``. ``blocked``: a mask of the regions that it cannot enter. Forms
+    that the robot could not keep even if it were alone are omitted, except the last one."""
     plain = objective.relaxed()
     if isinstance(objective, Ltl) or plain == objective:
         yield ObjectiveForm(objective, turn)
@@ -165,8 +165,8 @@ def forms(
 
 
 def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) -> str | None:
-    """Return the difference between a form and the objective, with its reason: ``may cross a target
-    on the way: the map leaves no other path``. None for the strongest form."""
+    """Return, in words, how a form is weaker than the objective, and why: ``may cross a target on
+    the way: the map leaves no other path``. None for the strongest form."""
     if rung.weakening is None:
         return None
     if rung.weakening is Weakening.TURNED:
@@ -178,7 +178,7 @@ def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) 
 
 
 def asked_of(task: Task) -> Objective:
-    """Return the user's objective, of which the task may have a weaker form."""
+    """Return the objective that the user stated, of which a task may have a weaker form."""
     own = task.robot.objective
     return own if task.objective in (own, own.relaxed()) else task.objective
 
@@ -208,8 +208,8 @@ def can_keep(
     """Return whether a robot alone, at ``pose`` with ``memory``, can keep the literal form of a
     strict objective forever. ``blocked``: mask of the regions that it cannot enter.
 
-    The literal form is strict (paper, Section VI): a robot leaves a target immediately, and never
-    touches one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
+    In the literal form (paper, Section VI) a robot leaves a target immediately, and never touches
+    one out of turn. The check is a one-player game on sets of poses.
     """
     begun = strict.begin(pose.region, memory)
     targets = graph.on_each(strict.targets)

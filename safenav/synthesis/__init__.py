@@ -1,1 +1,1 @@
-"""Synthesis of strategies: the subprocess, its cache, and the automaton."""
+"""The synthesis of strategies: the subprocess, its cache, and the resulting automaton."""

@@ -1,9 +1,9 @@
-"""Results of the synthesizer, stored on disk by their inputs.
+"""Results of the synthesizer, stored on disk under a key of their inputs.
 
-The key is a hash of the specification without comments, the binary's content and the options. A
-file carries a checksum of its name and content, appears by renaming, and is never changed: readers
-and writers of any number of processes need no lock. An error costs a recomputation, never a run:
-damaged files are replaced, and a disk that cannot be written is reported once.
+The key is a hash of the specification without comments, the binary's content and the options. Each
+file has a checksum of its name and content, appears by renaming, and never changes, so any number
+of processes can read and write without a lock. An error costs a recomputation, never a run: damaged
+files are replaced, and a disk that cannot be written is reported once.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _LISTINGS = 64
 
 
 class CacheWarning(UserWarning):
-    """A cache that cannot be used; everything still works, only slower."""
+    """A cache that cannot be used. Everything still works, only more slowly."""
 
 
 class CacheEntry(Struct, frozen=True):
@@ -45,8 +45,8 @@ class CacheEntry(Struct, frozen=True):
 
 
 def key_of(text: str, binary_digest: str, options: Iterable[str]) -> str:
-    """Return the key of a result, in hex. Each part is hashed with its length, so that parts cannot
-    run together."""
+    """Return the key of a result, in hex. Each part is hashed with its length, so that no two lists
+    of parts give the same text."""
     whole = hashlib.sha256()
     for part in (text, binary_digest, *options):
         data = part.encode()
@@ -56,7 +56,7 @@ def key_of(text: str, binary_digest: str, options: Iterable[str]) -> str:
 
 
 class Cache:
-    """A directory of results; without a directory, a cache that keeps texts only, in memory."""
+    """A directory of results. Without a directory, the cache keeps only texts, in memory."""
 
     def __init__(self, directory: Path | None, limit_bytes: int = _LIMIT_BYTES) -> None:
         self.directory = directory
@@ -66,7 +66,7 @@ class Cache:
 
     @classmethod
     def from_environment(cls) -> Cache:
-        """Return ``SAFENAV_CACHE`` (a directory, or ``off``), else the user's cache directory."""
+        """Return the cache in ``SAFENAV_CACHE`` (a directory, or ``off``), else in the user's."""
         named, base = os.environ.get(VARIABLE), os.environ.get("XDG_CACHE_HOME", "")
         try:
             if named:
@@ -78,25 +78,25 @@ class Cache:
             return cls(None)
 
     def load(self, key: str) -> CacheEntry | None:
-        """Return the result with that key, None if it is unknown or damaged."""
+        """Return the result with a key; None if it is unknown or its file is damaged."""
         data = self._read(key + _RESULT)
         return None if data is None else msgpack.decode(data, type=CacheEntry)
 
     def store(self, key: str, entry: CacheEntry) -> None:
-        """Keep a proven verdict; exhausted limits prove nothing and are not kept."""
+        """Store a proven verdict. An exhausted limit proves nothing and is not stored."""
         if entry.verdict.proven:
             self._write(key + _RESULT, msgpack.encode(entry))
 
     def keep_text(self, sha256: str, text: str) -> None:
-        """Keep a specification's text under its sha256, by which traces name it; also in memory,
-        since a bundle needs it if no directory can be written. A damaged file of that name, or one
-        of another version, is replaced."""
+        """Keep the text of a specification under its sha256, by which traces name it; also in
+        memory, since a bundle needs it even if no directory can be written. A damaged file with
+        this name, or one of another version, is replaced."""
         self._texts[sha256] = text
         if self._read(sha256 + _TEXT) is None:
             self._write(sha256 + _TEXT, text.encode())
 
     def load_text(self, sha256: str) -> str | None:
-        """Return the text with this sha256; None if it is not kept."""
+        """Return the text with a sha256; None if the cache does not have it."""
         data = self._read(sha256 + _TEXT)
         return self._texts.get(sha256) if data is None else data.decode()
 
@@ -105,7 +105,7 @@ class Cache:
         return self.directory / name[:2] / name
 
     def _read(self, name: str) -> bytes | None:
-        """Return the entry in a file; None for a damaged file, which a new one replaces."""
+        """Return the entry in a file; None if the file is damaged, so that it is replaced."""
         if self.directory is None:
             return None
         try:
@@ -146,8 +146,8 @@ class Cache:
             )
 
     def _prune(self, directory: Path) -> None:
-        """Remove the oldest files beyond the limit, also those of writers that were killed. Files
-        outside the folder that their name determines are not the cache's and stay."""
+        """Remove the oldest files beyond the size limit, also those of killed writers. A file
+        outside the folder that its name determines does not belong to the cache and stays."""
         found: list[tuple[float, int, Path]] = []
         for path in directory.glob("??/*"):
             if path.name.lstrip(".")[:2] != path.parent.name:
@@ -165,5 +165,5 @@ class Cache:
 
 
 def _first_line(name: str, body: bytes) -> bytes:
-    """Return the first line of a file: format, and checksum of its name and content."""
+    """Return the first line of a file: the format, and a checksum of its name and content."""
     return (_MAGIC + hashlib.sha256(name.encode() + b"\n" + body).hexdigest()).encode()

@@ -1,7 +1,7 @@
-"""The slugs binary, and its processes, none of which survives a timeout, Ctrl-C or (on Linux) the
+"""The slugs binary and its processes, none of which survives a timeout, Ctrl-C or (on Linux) the
 death of this process.
 
-Each command has a process group of its own, which is killed and reaped at its deadline or when its
+Each command has its own process group, which is killed and reaped at the deadline or when its
 ``ProcessGroup`` is dismissed. Commands run in threads: signals interrupt only the main thread, so
 no process is lost between its start and its registration. Their output goes to files in memory,
 whose size the system limits.
@@ -36,7 +36,7 @@ for that purpose would take as long as a small synthesis."""
 
 
 class Finished(Struct, frozen=True):
-    """The result of a command. ``status`` is negative for death by that signal."""
+    """The result of a command. A negative ``status`` is the signal that killed the command."""
 
     status: int
     stdout: bytes
@@ -46,7 +46,7 @@ class Finished(Struct, frozen=True):
 
     @property
     def explanation(self) -> str:
-        """The last lines of its standard error, without the banner and the verdict."""
+        """The last lines on standard error, without the banner and the verdict."""
         lines = map(str.rstrip, self.stderr.decode("utf-8", "replace").splitlines())
         return "\n".join([e for e in lines if e and not _ROUTINE.match(e)][-12:])[-2000:]
 
@@ -56,7 +56,7 @@ class DismissedError(Exception):
 
 
 class ProcessGroup:
-    """The running commands of one call. Thread safe."""
+    """The running commands of one call. Its methods may be called from any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -71,8 +71,8 @@ class ProcessGroup:
         seconds: float | None,
         memory_mb: int | None = None,
     ) -> Finished:
-        """Run a binary with ``given`` on its standard input, at most ``seconds``. Its output is
-        kept in memory, so ``memory_mb`` limits that also.
+        """Run a binary with ``given`` on its standard input, for at most ``seconds``. Its output is
+        kept in memory, so ``memory_mb`` limits also the output.
 
         Raises SynthesizerError if it cannot be started, ResourceLimitError if its output is larger,
         and DismissedError after ``dismiss``.
@@ -109,7 +109,7 @@ class ProcessGroup:
         return Finished(process.returncode, *printed, took, late)
 
     def dismiss(self) -> None:
-        """Kill all running commands; refuse later ones."""
+        """Kill all running commands, and refuse further ones."""
         with self._lock:
             self._dismissed = True
             for process in self._running:
@@ -141,16 +141,16 @@ class ProcessGroup:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Send SIGKILL to the process group that this process leads, unless the process has been reaped
-    (its number may belong to another one by then)."""
+    """Send SIGKILL to the process group that a process leads, unless the process has been reaped
+    (another process may then have its id)."""
     if process.returncode is None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
 
 
 def _file() -> IO[bytes]:
-    """Return an empty file that is deleted after its use; in memory on Linux, which saves a
-    millisecond of each synthesis."""
+    """Return an empty file that is deleted after use. On Linux it is in memory, which saves a
+    millisecond in each synthesis."""
     if sys.platform == "linux":
         return os.fdopen(os.memfd_create("synthesizer"), "w+b")
     from tempfile import TemporaryFile
@@ -159,7 +159,7 @@ def _file() -> IO[bytes]:
 
 
 def _bound(pid: int, output: int) -> None:
-    """Limit the bytes of each output of a process (Linux)."""
+    """Limit the size of each output file of a process, in bytes (Linux only)."""
     if sys.platform == "linux":
         from resource import RLIMIT_FSIZE, prlimit
 

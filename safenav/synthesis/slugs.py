@@ -1,10 +1,10 @@
-"""The synthesizer: specifications (also from files) in, typed results out, several at a time.
+"""The synthesizer: it turns specifications (also from files) into typed results, several at a time.
 
     result = Synthesizer().synthesize(specification)
     if result.verdict is Verdict.REALIZABLE: drive(result.strategy)
 
-Every result is one of: a proven verdict (perhaps from the cache), an exhausted limit, or a
-SynthesizerError with the program's failure.
+A synthesis ends with a proven verdict (perhaps from the cache), with an exhausted limit, or with a
+SynthesizerError that names the program's failure.
 """
 
 import hashlib
@@ -39,15 +39,15 @@ PRINTED: Mapping[Verdict, str] = {
 
 
 class SynthesisResult(Struct, frozen=True, weakref=True):
-    """One result of the synthesizer.
+    """The result of one synthesis.
 
     ``strategy``: not None exactly if the verdict is realizable and a strategy was requested, or
-    unrealizable and a counterstrategy was. ``seconds``: wall time of the subprocess (of the
-    original one if ``cached``). ``spec_sha256`` and ``strategy_sha256``: hex digests of the
+    unrealizable and a counterstrategy was requested. ``seconds``: wall time of the subprocess (if
+    ``cached``, of the original one). ``spec_sha256`` and ``strategy_sha256``: hex digests of the
     structured-slugs text and of the JSON that the synthesizer printed. ``detail``: its last
-    messages beyond the verdict, such as its progress before a limit. ``verified``: True if an
-    independent check accepted the strategy, None without a check (a strategy that the check rejects
-    is an error, never a result).
+    messages besides the verdict, such as its progress before a limit. ``verified``: True if an
+    independent check has accepted the strategy, None without a check (a strategy that the check
+    rejects is an error, never a result).
     """
 
     robot: str
@@ -63,13 +63,13 @@ class SynthesisResult(Struct, frozen=True, weakref=True):
 
     @property
     def states(self) -> int | None:
-        """Number of nodes of the strategy, None if there is none."""
+        """The number of nodes of the strategy; None if there is none."""
         return len(self.strategy.states) if self.strategy is not None else None
 
 
 class SynthesisProgress(Struct, frozen=True):
-    """A synthesis that finished with a ``result``, or that still runs (reported twice per second).
-    ``index``: its specification's index."""
+    """A synthesis that has finished with a ``result``, or that still runs (reported twice per
+    second). ``index``: the index of its specification."""
 
     index: int
     robot: str
@@ -81,7 +81,7 @@ Listener = Callable[[SynthesisProgress], None]
 
 
 class Job(Struct, frozen=True):
-    """One request. ``wanted``: the verdict whose automaton is requested; None for no automaton."""
+    """One call of slugs. ``wanted``: the verdict whose automaton is requested, or None."""
 
     index: int
     spec: Specification
@@ -94,8 +94,8 @@ class Job(Struct, frozen=True):
 
     @property
     def options(self) -> tuple[str, ...]:
-        """The options for the binary. A strategy that relies on fairness assumptions moves where it
-        can, and waits for the other robots only where it must."""
+        """The options for the binary. If assumptions are about fairness, its strategy moves where
+        it can, and waits for other robots only where it must."""
         if self.wanted is None:
             return ()
         waits = self.wanted is Verdict.REALIZABLE and self.spec.section(Section.ENV_LIVENESS)
@@ -116,13 +116,13 @@ are independent."""
 
 
 class Synthesizer:
-    """Calls of a slugs binary within limits, with a cache of the results.
+    """A slugs binary with limits for its calls, and a cache of the results.
 
-    ``binary``: default that of ``find_binary``. ``seconds`` (wall) and ``memory_mb`` limit each
-    single synthesis; None for no limit. ``cache``: default by the environment. ``verifier`` checks
-    every automaton against its specification before it is returned; an automaton that fails is a
-    SynthesizerError. ``at_once``: maximum number of simultaneous syntheses, default one per
-    processor.
+    ``binary``: by default that of ``find_binary``. ``seconds`` (wall time) and ``memory_mb`` limit
+    each synthesis; None: no limit. ``cache``: by default that of the environment. ``verifier``
+    checks every automaton against its specification before it is returned; if it fails,
+    SynthesizerError is raised. ``at_once``: maximum number of simultaneous syntheses, by default
+    one per processor.
     """
 
     def __init__(
@@ -144,14 +144,14 @@ class Synthesizer:
         self._in_use = WeakValueDictionary[str, SynthesisResult]()
 
     def synthesize(self, spec: Specification, strategy: bool = True) -> SynthesisResult:
-        """Return the verdict, and the strategy if there is one and ``strategy`` is true.
+        """Return the verdict, with a strategy if one exists and ``strategy`` is true.
 
         Raises SynthesizerError if the binary is missing, crashes or prints invalid output.
         """
         return self.synthesize_all([spec], strategy)[0]
 
     def counterstrategy(self, spec: Specification) -> SynthesisResult:
-        """Return the verdict, and for an unrealizable specification the environment's strategy."""
+        """Return the verdict and, if it is unrealizable, the environment's strategy."""
         return self._ask_all([spec], Verdict.UNREALIZABLE, None)[0]
 
     def synthesize_all(
@@ -160,11 +160,11 @@ class Synthesizer:
         strategy: bool = True,
         progress: Listener | None = None,
     ) -> list[SynthesisResult]:
-        """Return the results in the order of ``specs``, computed in parallel on the machine's
+        """Return the results in the order of ``specs``. They are computed in parallel on all
         processors.
 
-        ``progress`` is called in the caller's thread. On an error or Ctrl-C all running syntheses
-        are killed before the exception leaves.
+        ``progress`` is called in the caller's thread. An error or Ctrl-C first kills all running
+        syntheses.
         """
         return self._ask_all(specs, Verdict.REALIZABLE if strategy else None, progress)
 
@@ -188,8 +188,8 @@ class Synthesizer:
         return [results[index] for index in range(len(specs))]
 
     def _worked_off(self, jobs: Sequence[Job], report: Listener) -> dict[int, SynthesisResult]:
-        """Return the results of jobs by their indices. Threads run the program; its results are
-        read, and reported, in the caller's thread. Any exception also ends the programs."""
+        """Return the results of jobs by their indices. Threads run the program; the caller's thread
+        reads and reports its results. Any exception also ends the running programs."""
         crew = ProcessGroup()
         waiting, running = iter(jobs), dict[int, tuple[Job, float]]()
         ended = SimpleQueue[tuple[Job, Finished | BaseException]]()
@@ -229,7 +229,7 @@ class Synthesizer:
         return results
 
     def _run(self, crew: ProcessGroup, job: Job) -> Finished:
-        """Run the program, which reads standard input and enforces its limits itself."""
+        """Run the program, which reads standard input and enforces the limits itself."""
         options = [*(job.options or ("--realizability",))]
         if job.wanted is Verdict.REALIZABLE:
             options += ["--nodes", str(_MOST_STATES)]
@@ -240,8 +240,8 @@ class Synthesizer:
         return crew.run(self.binary, [*options, "-"], given, deadline, self.memory_mb)
 
     def _remembered(self, job: Job) -> SynthesisResult | None:
-        """Return the cached result if it exists and passes every check of a fresh result (a result
-        still in use has passed them); else None."""
+        """Return the cached result, else None. It must pass every check of a new result, unless an
+        object still in use has passed them already."""
         key = self._key(job)
         known = self._in_use.get(key)
         if known and known.strategy and known.strategy.specification == job.spec:
@@ -276,8 +276,8 @@ class Synthesizer:
     def _checked(
         self, job: Job, entry: CacheEntry, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
-        """Return the result with its automaton. Raises SynthesizerError if that is malformed or
-        fails verification."""
+        """Return the result with its automaton. Raises SynthesizerError if the automaton is
+        malformed or fails verification."""
         data, checked = entry.strategy_json, None
         strategy = None if data is None else Strategy.parse(data, job.spec)
         if strategy is not None and self.verifier is not None:
@@ -309,7 +309,7 @@ class Synthesizer:
 
 @cache
 def _digest(binary: Path, changed: int) -> str:  # noqa: ARG001 - part of the cache's key
-    """Return the hex sha256 of a program: cached results are valid for this one only."""
+    """Return the sha256 of a program in hex. Cached results are valid for this program only."""
     return hashlib.sha256(binary.read_bytes()).hexdigest()
 
 
@@ -328,8 +328,8 @@ class ExitStatus(IntEnum):
 
 
 def verdict_of(finished: Finished, binary: Path, robot: str) -> Verdict:
-    """Return the verdict: the RESULT line on standard error, which the exit status confirms.
-    Raises SynthesizerError, with the last messages, if there is none."""
+    """Return the verdict of a finished program: its RESULT line on standard error, which its exit
+    status must confirm. Raises SynthesizerError, with the last messages, if there is none."""
     if finished.timed_out:
         return Verdict.TIMEOUT
     status, printed = finished.status, _RESULT.findall(finished.stderr)
@@ -357,7 +357,7 @@ def verdict_of(finished: Finished, binary: Path, robot: str) -> Verdict:
 
 
 def failure(problem: str, finished: Finished, binary: Path, robot: str) -> SynthesizerError:
-    """Return an error with the problem, the synthesizer's last messages, and advice."""
+    """Return an error that states the problem, the synthesizer's last messages, and advice."""
     lines = [f"the synthesizer {binary} {problem} (robot '{robot}')"]
     words = finished.explanation.splitlines()
     lines.append("    its last output:" if words else "    it printed nothing")
@@ -380,8 +380,8 @@ MOST_OF_A_TEXT = 20_000_000
 def specification_in(
     data: bytes, file: str, robot: str, warn: Callable[[str], object] = lambda _: None
 ) -> Specification:
-    """Return the specification that a file holds. ``warn`` gets the warnings of safenav's
-    synthesizer. Raises InputError with all errors that it finds in the text."""
+    """Return the specification in a file. ``warn`` receives the warnings of safenav's synthesizer.
+    Raises InputError with all errors that the synthesizer finds in the text."""
     text = decoded(data, file)
     check_kind(text, "specification", file)
     done = _translated(text.encode())
@@ -394,7 +394,7 @@ def specification_in(
 
 
 def slugsin_of(spec: Specification) -> bytes | None:
-    """Return a specification in slugsin, as safenav's own slugs translates it; None if missing."""
+    """Return a specification in slugsin, translated by safenav's slugs; None if that is missing."""
     done = _translated(spec.to_structuredslugs().encode())
     return done.stdout if done is not None and done.status == ExitStatus.REALIZABLE else None
 

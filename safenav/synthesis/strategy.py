@@ -1,11 +1,11 @@
-"""A strategy: the finite automaton that the synthesizer prints as JSON; written as DOT and GraphML.
+"""A strategy: the finite automaton that the synthesizer prints as JSON, also in DOT and GraphML.
 
-A node is a valuation of all variables and a rank (the goal that the strategy pursues there); it has
+A node is a valuation of all variables and a rank (the goal that the strategy pursues there). It has
 one successor for each next input that the assumptions allow. Reading checks the shape of the whole
-automaton in one pass; the bits of a node become named values only when it is accessed, so that a
-million edges cost a fraction of a second. In files for other tools, values are written in words
-(``region=47 heading=east scout``), nodes and edges come in the order of the automaton: the same
-strategy always gives the same bytes.
+automaton in one pass. The bits of a node become named values only when it is accessed, so that a
+million edges cost a fraction of a second. Files for other tools state values in words (``region=47
+heading=east scout``), with nodes and edges in the order of the automaton, so that the same strategy
+always gives the same bytes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def bit_names(variable: Variable) -> tuple[str, ...]:
     """Return the synthesizer's names of a variable's bits, least significant first.
 
     A Boolean is its own bit. An integer holds value - min in as many bits as max - min needs:
-    ``x@0.min.max``, ``x@1``, ``x@2``, ...; none if it has one value only.
+    ``x@0.min.max``, ``x@1``, ``x@2``, ...; it has no bits if it has only one value.
     """
     if variable.bounds is None:
         return (variable.name,)
@@ -46,14 +46,14 @@ def bit_names(variable: Variable) -> tuple[str, ...]:
 
 
 class Field(Struct, frozen=True):
-    """Position of a variable's bits in a node's state."""
+    """The position of a variable's bits in the state of a node."""
 
     variable: Variable
     columns: tuple[int, ...]
 
     @property
     def base(self) -> int:
-        """The value that all bits zero encode."""
+        """The value that the variable has if all its bits are zero."""
         return 0 if self.variable.bounds is None else self.variable.bounds[0]
 
     def decode(self, state: Sequence[int]) -> int:
@@ -64,7 +64,7 @@ class Field(Struct, frozen=True):
         return value
 
     def encode(self, value: int) -> tuple[tuple[int, int], ...] | None:
-        """Return (column, bit) pairs of a value, None if the variable cannot hold it."""
+        """Return the pairs (column, bit) of a value; None if the variable cannot have the value."""
         offset = value - self.base
         if not 0 <= offset < 1 << len(self.columns):
             return None
@@ -83,10 +83,10 @@ class _Document(Struct):
 
 
 class Strategy(Struct, frozen=True, eq=False, dict=True):
-    """An automaton over the variables of a specification (or a counterstrategy: same shape).
+    """The automaton of a strategy, or of a counterstrategy, over the variables of a specification.
 
-    ``states``, ``ranks`` and ``transitions`` are its raw columns, one entry per node, for code that
-    reads all of it. They must not be changed.
+    ``states``, ``ranks`` and ``transitions`` are its raw columns, with one entry for each node, for
+    code that reads all of them. They must not be changed.
     """
 
     specification: Specification
@@ -101,9 +101,9 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
 
     @classmethod
     def parse(cls, data: bytes, specification: Specification) -> Strategy:
-        """Read what ``slugs --explicitStrategy --jsonOutput`` prints for this specification.
+        """Return the automaton that ``slugs --explicitStrategy --jsonOutput`` has printed.
 
-        Raises SynthesizerError for anything that is not such an automaton.
+        Raises SynthesizerError if the text is not such an automaton for the specification.
         """
         try:
             document = msgspec.json.decode(data, type=_Document)
@@ -119,19 +119,19 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def edges(self) -> int:
-        """Number of transitions."""
+        """The number of transitions."""
         return sum(map(len, self.transitions))
 
     def values(self, node: int) -> dict[str, int]:
-        """Return all variables at a node: integers as they are, Booleans as 0 and 1."""
+        """Return the values of all variables at a node. A Boolean is 0 or 1."""
         state = self.states[node]
         return {field.variable.name: field.decode(state) for field in self.fields}
 
     @cached_method
     def initial(self, counter: bool = False) -> tuple[int, ...]:
-        """Return the nodes in which a play may start, ascending.
+        """Return the nodes in which a play may start, in ascending order.
 
-        The synthesizer prints them first but does not mark them: they are the leading nodes with
+        The synthesizer prints them first but does not mark them. They are the leading nodes with
         distinct states that satisfy ENV_INIT and SYS_INIT; in a strategy only those of rank 0, in a
         ``counter``strategy only those with the inputs of the first one.
         """
@@ -154,14 +154,14 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return next(iter(self.nodes_with(values, self.initial())), None)
 
     def successors_for(self, node: int, inputs: Mapping[str, int]) -> tuple[int, ...]:
-        """Return all successors whose inputs agree with the given ones (some or all inputs)."""
+        """Return all successors of a node whose inputs have the given values."""
         return self.nodes_with(inputs, self.transitions[node])
 
     def nodes_with(
         self, values: Mapping[str, int], among: Iterable[int] | None = None
     ) -> tuple[int, ...]:
-        """Return the nodes that agree with the given values of some or all variables; of all nodes,
-        or ``among`` these."""
+        """Return the nodes at which these variables have these values; ``among``: the nodes to
+        search (default: all)."""
         wanted: list[tuple[int, int]] = []
         for name, value in values.items():
             bits = self._field[name].encode(int(value))
@@ -198,7 +198,7 @@ def _in_order(nodes: Mapping[str, _Node]) -> list[_Node]:
 
 
 def _check_columns(states: list[list[int]], transitions: list[list[int]], bits: int) -> None:
-    """Check all lengths and targets, one column at a time: there may be a million edges."""
+    """Check all lengths and targets, column by column, since there may be a million edges."""
     for node, state in enumerate(states):
         if len(state) != bits:
             raise _malformed(f"node {node} has {len(state)} bits, expected {bits}")
@@ -264,7 +264,7 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
 
 
 def in_words(strategy: Strategy, values: Mapping[str, int], *owners: Owner) -> str:
-    """Return the values of these owners' variables in words; default: outputs, then inputs."""
+    """Return the values of the variables of ``owners`` (default: outputs, then inputs) in words."""
     spec = strategy.specification
     variables = (v for owner in owners or (Owner.OUTPUT, Owner.INPUT) for v in spec.owned(owner))
     return " ".join(_value_in_words(variable, values[variable.name]) for variable in variables)

@@ -1,1 +1,1 @@
-"""The team and its one model: members, state, events and the transition between states."""
+"""The only model of a team: members, state, events, and the transition between states."""

@@ -1,5 +1,5 @@
-"""The regions that robots occupy; their actions where they stand; consequences of failed steps,
-unknown obstacles and lost robots."""
+"""The regions that robots occupy, their actions where they stand, and the consequences of failed
+steps, unknown obstacles and lost robots."""
 
 from collections.abc import Collection, Iterator, Sequence
 
@@ -18,9 +18,9 @@ FAILURE = "world"
 def standing(
     team: Team, state: State, *, moving: bool, leader: int | None = None
 ) -> list[int | None]:
-    """Return the region of each robot in service that can take part in an action; None for others.
-    ``moving``: include robots in transit; ``leader``: only robots that take part in the action of
-    this robot or, if it does not act yet, those that do not act."""
+    """Return, for each robot, its region if it can take part in an action, else None. ``moving``:
+    whether robots in transit can; ``leader``: only robots in the action of this robot count or, if
+    it does not act yet, only robots that do not act."""
     acts = None if leader is None else state.robots[leader].acting
     found = list[int | None]()
     for robot in state.robots:
@@ -37,21 +37,21 @@ def driven(team: Team, state: State) -> tuple[int, ...]:
 
 
 def occupied(team: Team, state: State) -> frozenset[int]:
-    """Return the regions that robots occupy: two for each robot in transit."""
+    """Return the regions that robots occupy. A robot in transit occupies two."""
     size = team.size
     return frozenset(p % size for robot in state.robots for p in (robot.pose, robot.next))
 
 
 def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether a robot must not enter a region now: a rival occupies it, or another robot is
-    in a zone around it."""
+    """Return whether robot ``i`` must not enter a region now, since a rival occupies the region, or
+    another robot is in a zone that contains it."""
     at = [1 << r.pose % team.size | 1 << r.next % team.size for r in state.robots]
     return bool(team.members[i].closed(at) >> region & 1)
 
 
 def is_shut(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether a present obstacle, known or not, closes a region to a robot that cannot
-    resolve the obstacle by entering."""
+    """Return whether a present obstacle, known or not, closes a region to a robot. It does not if
+    the robot can resolve it by entering."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     here = ((one, each) for one, each in pairs if one.region == region)
     return any(one.closes(i, each) and not one.lets_in(i, each) for one, each in here)
@@ -60,9 +60,9 @@ def is_shut(team: Team, state: State, i: int, region: int) -> bool:
 def acts_on(
     team: Team, state: State, at: Sequence[int | None], i: int, among: Collection[int] | None = None
 ) -> tuple[tuple[int, now.Stage], ...]:
-    """Return the obstacles that a robot changes by acting where it stands, with their new stages.
-    ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
-    count (None: all that are known)."""
+    """Return the obstacles that robot ``i`` changes if it acts where it stands, with their new
+    stages. ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles
+    that count (None: all known ones)."""
     region = at[i]
     if region is None or not team.members[i].robot.capabilities:
         return ()
@@ -82,8 +82,8 @@ def acting_group(
     i: int,
     changes: Collection[tuple[int, now.Stage]],
 ) -> frozenset[int]:
-    """Return the robots that take part when a robot acts, also in the needs that follow
-    immediately. ``changes``: the obstacles that it changes, with their new stages."""
+    """Return the robots that take part in an action of robot ``i``, also in needs that follow
+    immediately. ``changes``: the obstacles that the action changes, with their new stages."""
     found = {i}
     for k, stage in changes:
         for later in (None, *range(state.obstacles[k].stage.need + 1, stage.need)):
@@ -95,7 +95,7 @@ def participants(
     team: Team, state: State, at: Sequence[int | None], i: int, k: int, later: int | None = None
 ) -> tuple[int, ...]:
     """Return the robots that act when robot ``i`` acts on an obstacle: all robots that must act
-    together, else robot ``i`` alone. ``later``: a need after the present one."""
+    together, or only robot ``i``. ``later``: the index of a need after the present one."""
     stage, needs = state.obstacles[k].stage, team.obstacles[k].needs
     later = stage.need if later is None else later
     if not needs[later].together:
@@ -114,9 +114,8 @@ def participants(
 def consequences(
     team: Team, before: State, event: now.Elsewhere | now.Failed | now.Lost
 ) -> Iterator[now.Event]:
-    """Yield the events that follow from a step that did not end as commanded. If another robot may
-    be in the robot's region, the robot is out of service. ``before``: the state before the
-    event."""
+    """Yield the events that follow from a step that did not end as commanded. The robot is out of
+    service if another robot may be in its region. ``before``: the state before the step's end."""
     i, robot = event.robot, team.members[event.robot].robot
     here, target = (pose % team.size for pose in (before.robots[i].pose, before.robots[i].next))
     policy, tried = team.scenario.failures, (*before.robots[i].failed, target)
@@ -141,9 +140,9 @@ def consequences(
 
 
 def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozenset[str]]:
-    """Return the regions in which a lost robot may be, each with the robots to which it is closed;
-    not the robot's last region, which it blocks itself. If it may be in a zone without its last
-    region, the whole zone is closed to the zone's other robots."""
+    """Return the regions in which a lost robot may be, except its last one, which it blocks itself,
+    each with the robots to which it is closed. If the robot may have entered a zone, the whole zone
+    is closed to the zone's other robots."""
     name, here = team.members[event.robot].name, before.robots[event.robot].pose % team.size
     rivals = frozenset(team.members[j].name for j in team.members[event.robot].rivals)
     closed = dict.fromkeys(event.regions - {here}, rivals)
@@ -155,7 +154,7 @@ def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozense
 
 
 def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iterator[now.Event]:
-    """Yield the events of a robot that encounters an obstacle, which the team may not know yet."""
+    """Yield the events when robot ``i`` encounters an obstacle that the team may not know yet."""
     yield from noticed(team, state, obstacle)
     yield now.Met(i, number(team, state, obstacle), pose, stopped=True)
 
@@ -163,9 +162,9 @@ def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iter
 def vain(
     team: Team, before: State, after: State, i: int, failed: Collection[int]
 ) -> Iterator[now.Event]:
-    """Yield the events that follow from failed actions: obstacles that the team sees or encounters,
-    and the robot out of service if it cannot turn back. ``before``, ``after``: the states around
-    the action."""
+    """Yield the events that follow from failed actions: the team sees or encounters obstacles, and
+    a robot that cannot turn back is out of service. ``before``, ``after``: the states around the
+    action."""
     pose, late = after.robots[i].pose, barred(team, after) - barred(team, before)
     behind, steps = after.robots[i].behind, team.members[i].graph.steps(pose)
     for k in failed:
@@ -179,8 +178,7 @@ def vain(
 
 
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events by which the team sees an obstacle; an order that is over is ordered
-    again."""
+    """Yield the events by which the team sees an obstacle. A resolved order is ordered again."""
     yield from joined(team, state, obstacle)
     k = number(team, state, obstacle)
     over = k < len(state.obstacles) and state.obstacles[k].state in (Is.AWAY, Is.OVER)
@@ -189,7 +187,7 @@ def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]
 
 
 def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events that add an obstacle to the team, if the team does not have it. An earlier
+    """Yield the events that add an obstacle to a team that does not have it yet. An earlier
     obstacle of its name has then disappeared, even if no event has reported that."""
     there = {k: state.obstacles[k].state for k in team.numbers.get(obstacle.name, ())}
     if not there:
@@ -199,8 +197,8 @@ def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
 
 
 def number(team: Team, state: State, obstacle: Obstacle) -> int:
-    """Return the number of an obstacle: its own if known; else that of the first one of its name
-    that is not ``OVER``, else of the last one; the next number for a new name."""
+    """Return the index of an obstacle: its own if the team has it; else that of the first obstacle
+    of its name that is not ``OVER``, or of the last one; the next free index for a new name."""
     numbers = team.numbers.get(obstacle.name)
     if numbers is None:
         return len(team.obstacles)
@@ -215,7 +213,7 @@ BY_OPERATOR = (Need(OPERATOR_ACTION),)
 
 
 def unknown(robot: Robot, region: Region) -> Obstacle:
-    """Return an obstacle that blocks the robot's layer in a region; only an operator can resolve
+    """Return an obstacle that blocks the robot's layer in a region until an operator resolves
     it."""
     layer = robot.model.layer
     kind = ObstacleType(f"unknown_{layer}", BY_OPERATOR, frozenset({layer}))
@@ -223,7 +221,7 @@ def unknown(robot: Robot, region: Region) -> Obstacle:
 
 
 def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
-    """Return an obstacle where a lost robot may be; it blocks that robot and ``others``."""
+    """Return an obstacle where a lost robot may be. It blocks the lost robot and ``others``."""
     blocks = frozenset({robot.name, *others})
     return Obstacle(ObstacleType(f"lost_{robot.name}", BY_OPERATOR, blocks), region)
 

@@ -1,5 +1,5 @@
-"""The only transition function: it applies an event to a state. The world, the run and resume all
-use it."""
+"""The only transition function, which applies an event to a state. The simulated world, the run and
+resume all use it."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ _SURPRISES = (
 
 
 def initial(team: Team) -> State:
-    """Return the initial state (Algorithm 1, lines 1 to 3): every robot at its start with its own
-    objective; an empty stack."""
+    """Return the initial state (Algorithm 1, lines 1 to 3): every robot is at its start and has its
+    own objective; the stack is empty."""
     robots = tuple(map(_initial, team.members))
     away = ObstacleNow(Is.AWAY)
     obstacles = (ObstacleNow() if each.source.appears is None else away for each in team.obstacles)
@@ -50,17 +50,17 @@ def _initial(member: Member) -> RobotNow:
 
 
 def _values(member: Member, pose: int, inputs: frozenset[str]) -> now.Values:
-    """Return the values of formulas at their beginning: the memory in a state with memory, and the
-    ``inputs`` that are on."""
+    """Return the values of a robot's formulas at their beginning: those of the memory, if its
+    states include one, and of the ``inputs`` that are on."""
     formulas = member.objective.formulas
     heard = formulas.heard(inputs) if formulas else {}
     return tuple(sorted({**heard, **member.graph.memory(pose)}.items()))
 
 
 def apply(team: Team, state: State, event: now.Event) -> State:
-    """Return the state after an event. Requests that are set aside are served again after each
-    event that changes an obstacle, the service of a robot or an objective, and when given-up
-    obstacles are reopened."""
+    """Return the state after an event. Requests that were set aside are served again after each
+    event that changes an obstacle, a robot's service or an objective, or reopens given-up
+    obstacles."""
     if isinstance(event, _HELPS) or (isinstance(event, now.Acted) and event.truths):
         for number, each in enumerate(state.obstacles):
             if each.aside:
@@ -209,7 +209,7 @@ def _robot(state: State, i: int, **changes: object) -> State:
 
 
 def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> State:
-    """Place a robot in a pose to which no decision has led."""
+    """Return the state with a robot in a pose to which no decision has led."""
     robot, region = state.robots[i], pose % team.size
     changes |= {"pose": pose} | _undone(team, state, i, pose)
     if region != robot.pose % team.size:
@@ -220,7 +220,7 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
 
 
 def _moved(team: Team, state: State, i: int) -> State:
-    """End a step: it uses charge, whatever its result."""
+    """Return the state after the end of a step, which uses charge whatever its result."""
     energy, charge = team.members[i].energy, state.robots[i].charge
     return state if energy is None else _robot(state, i, charge=energy.battery.stepped(charge))
 
@@ -234,13 +234,13 @@ def _charged(team: Team, state: State, i: int, time: float) -> State:
 
 
 def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State:
-    """Forget the failed actions of a robot, or those on an obstacle."""
+    """Return the state without the failed actions of a robot, or without those on an obstacle."""
     left = tuple(pair for pair in state.attempts if pair[0] != i and pair[1] != k)
     return state if left == state.attempts else replace(state, attempts=left)
 
 
 def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
-    """Give a robot another objective of its own, which ``team`` already states."""
+    """Return the state in which a robot has another own objective, that which ``team`` states."""
     robot, graph = state.robots[i], team.members[i].graph
     plain = plain_graph(team.world, graph.mobility)
     pose, to = (
@@ -257,8 +257,8 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
 def _stepped(
     team: Team, state: State, i: int, pose: int, values: now.Values | None
 ) -> dict[str, object]:
-    """Return the fields of a robot whose formulas take a step or a stay to ``pose``. ``values``:
-    memory and inputs by its strategy; None: the memory in ``pose``, else the present one."""
+    """Return the changed fields of a robot whose formulas take a step or a stay to ``pose``.
+    ``values``: memory and inputs by its strategy; None: memory in ``pose``, or the present one."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
         return {}
@@ -270,7 +270,7 @@ def _stepped(
 
 
 def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
-    """Return the changed fields of a robot whose step ended in another pose than decided: its
+    """Return the changed fields of a robot whose step ended in another pose than intended. Its
     formulas return to the memory before the step, unless the actual step requires another one."""
     robot, graph = state.robots[i], team.members[i].graph
     formulas = robot.objective.formulas
@@ -294,7 +294,7 @@ def _obstacle(state: State, k: int, /, **changes: object) -> State:
 
 
 def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
-    """Push the request of a known open obstacle onto the stack, once (Algorithm 1, line 9)."""
+    """Return the state after a known open obstacle is requested, once (Algorithm 1, line 9)."""
     before = state.obstacles[k]
     met = before.state is Is.OVER or team.obstacles[k].next(before.stage) is None
     stage = now.Stage() if met else before.stage  # a reappearing obstacle starts over
@@ -307,13 +307,13 @@ def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...])
 
 
 def _dropped(state: State, k: int) -> State:
-    """Pop a request from the stack, at any position (Algorithm 1, line 19)."""
+    """Return the state with a request removed from the stack (Algorithm 1, line 19)."""
     return replace(state, requests=tuple(each for each in state.requests if each != k))
 
 
 def _acted(team: Team, state: State, event: now.Acted) -> State:
-    """End an action: stages change, resolved obstacles disappear or, if untraversable, become
-    permanent, and rounds restart."""
+    """Return the state after an action: stages change, resolved obstacles disappear or, if
+    untraversable, become permanent, and rounds restart."""
     for i in [i for i, robot in enumerate(state.robots) if robot.acting == event.robot]:
         state = _robot(state, i, acting=None, works=())
     if event.failed:
@@ -355,8 +355,8 @@ def on_own(team: Team, state: State, i: int) -> bool:
 def goals(
     team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = True
 ) -> Iterator[tuple[int, int, bool]]:
-    """Yield the targets that a robot counts where it stands: its own and, if ``duty``, those of its
-    duty; each with the rounds completed by then, and whether the target is its own."""
+    """Yield each target that a robot counts where it stands, with the rounds completed by then, and
+    whether the target is its own. ``duty``: whether targets of its duty also count."""
     for objective, before, after, met in _counts(team, state, i, ticks, duty):
         own = objective == team.members[i].objective
         for goal in met if objective.goals else ():
@@ -364,7 +364,7 @@ def goals(
 
 
 def _remembers(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot on a duty counts its own targets, except one where it got the duty."""
+    """Return whether a robot counts own targets during a duty (not one where it got the duty)."""
     member, robot = team.members[i], state.robots[i]
     assigned = team.assignable(i) and member.objective.formulas is None
     return member.planned or (assigned and not (robot.fresh and robot.own.held))
@@ -375,10 +375,9 @@ Counted = tuple[Objective, Count, Count, tuple[int, ...]]
 
 
 def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> Iterator[Counted]:
-    """Yield each count of a robot where it stands, none in transit: for its own objective (during a
-    duty only if it ``_remembers``), then for that of the duty if ``duty``. A turn that takes no
-    time may count each target once and, if the objective settles, all rounds. Formulas count one
-    step."""
+    """Yield each count of a robot where it stands (none in transit): first for its own objective,
+    if it pursues or ``_remembers`` it, then for its duty if ``duty``. A turn that takes no time may
+    count each target once and, if the objective settles, all rounds. Formulas count one step."""
     robot, own = _begun(team, state, i), team.members[i].objective
     mine = robot.objective == own
     parts = [(own, robot.own, team.rounds)] if mine or _remembers(team, state, i) else []
@@ -395,8 +394,8 @@ def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> 
 
 
 def _begun(team: Team, state: State, i: int) -> RobotNow:
-    """Return the robot; if it has just got a strict objective, it begins with the target on which
-    it stands, if any. (Robots of a plan keep the order of the plan.)"""
+    """Return the robot. If it has just got a strict objective and no plan drives it, it begins with
+    the target on which it stands, if any."""
     robot, member = state.robots[i], team.members[i]
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
@@ -408,8 +407,8 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
 
 
 def _turned(member: Member, count: Count, memory: int) -> Count:
-    """Return the progress of a robot that continues with another target: the round that it has
-    begun is void."""
+    """Return the progress of a robot whose next target is now ``memory``. If this changes the
+    target, the incomplete round is void."""
     if memory == count.memory:
         return count
     return count._replace(memory=memory, met=count.met - count.met % member.pursuit.targets)
@@ -429,7 +428,7 @@ def _count(
 
 
 def _with_counts(team: Team, state: State, event: now.Counted) -> State:
-    """Count goals of the own objective and of the duty."""
+    """Return the state after a robot has counted the goals of its own objective and of its duty."""
     i, member = event.robot, team.members[event.robot]
     robot = _begun(team, state, i)
     changes = {"own": robot.own, "task": robot.task, "fresh": robot.fresh and robot.to is not None}
@@ -440,7 +439,7 @@ def _with_counts(team: Team, state: State, event: now.Counted) -> State:
 
 
 def will_count(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot will count further goals if it stays."""
+    """Return whether a robot will count further goals if it stays where it is."""
     robot, member = state.robots[i], team.members[i]
     here = member.kept(robot.pose)
     after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
@@ -448,7 +447,7 @@ def will_count(team: Team, state: State, i: int) -> bool:
 
 
 def orders_ahead(team: Team, state: State) -> bool:
-    """Return whether the scenario has orders that the team has not received yet."""
+    """Return whether the scenario still has orders that the team has not received."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     return any(o.ordered and each.state is Is.AWAY for o, each in pairs)
 
@@ -458,7 +457,7 @@ def done(team: Team, state: State, i: int) -> bool:
 
 
 def stands(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot is where its own objective settles; True if that settles nowhere. A
+    """Return whether a robot is where its own objective settles (True if it settles nowhere). A
     lost robot may be in several regions."""
     member, robot = team.members[i], state.robots[i]
     if not member.pursuit.settles:

@@ -1,7 +1,7 @@
 """Batteries: the charge that steps and stays use, the poses from which a robot can continue, and
 its next destination.
 
-More charge is never worse, so one number for each pose and next target states the sufficient
+More charge is never worse. So one number for each pose and next target states the sufficient
 charge, and searches keep only the highest charges of a state.
 """
 
@@ -22,9 +22,9 @@ ROUNDING = 1e-6
 
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
-    """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: whether it stays at
-    the last target; ``returns``: whether it always keeps the charge to reach a charger, since an
-    input may give it another objective, or it may have to help another robot."""
+    """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: whether the robot
+    stays at the last target; ``returns``: whether it always keeps the charge to reach a charger,
+    since it may get another objective or a duty."""
 
     graph: PoseGraph
     chargers: Mask
@@ -37,7 +37,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         return bool(self.chargers >> pose & 1)
 
     def is_flat(self, charge: float, pose: int) -> bool:
-        """Return whether a robot with this charge can take no step, and gets no charge in its
+        """Return whether a robot with this charge can take no step and gets no charge in its
         pose."""
         return charge < self.battery.move - ROUNDING and not self.charging(pose)
 
@@ -49,8 +49,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def needs(self, allowed: Mask) -> tuple[dict[int, float], ...]:
-        """Return for each next target the least charge of each pose with which the robot can meet
-        all targets forever: the greatest fixpoint. Poses where no charge suffices are left out."""
+        """Return, for each next target, the least charge of each pose with which the robot can meet
+        all targets forever (a greatest fixpoint). Poses where no charge suffices are left out."""
         least: dict[int, float] = dict.fromkeys(bits(allowed), 0)
         if self.returns:
             at = dict.fromkeys(bits(self.chargers & allowed), 0.0)
@@ -71,8 +71,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def suffices(self, allowed: Mask, turn: int, goals: int) -> dict[int, float]:
-        """Return the least charge of each pose with which the robot alone can meet this number of
-        goals."""
+        """Return, for each pose, the least charge with which the robot alone can meet its next
+        ``goals`` goals."""
         then: Mapping[int, float] = dict.fromkeys(bits(allowed), 0)
         for k in range(goals - 1, -1, -1):
             then = self._leg(allowed, self.targets[self.turn(turn + k)], then)
@@ -81,8 +81,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def _leg(
         self, allowed: Mask, goal: Mask, then: Mapping[int, float], *, direct: bool = False
     ) -> dict[int, float]:
-        """Return the least charge of each pose with which the robot reaches a goal with the charge
-        ``then``, with stops at chargers or ``direct``."""
+        """Return, for each pose, the least charge with which the robot reaches a goal and then has
+        the charge ``then``; with stops at chargers unless ``direct``."""
         battery = self.battery
         best, queue = dict[int, float](), list[tuple[float, int]]()
 
@@ -115,15 +115,15 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def _direct(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, float]:
-        """Return the charge to reach a goal without a stop, and (``lasting``) to continue from
-        there to target ``turn``."""
+        """Return, for each pose, the charge to reach a goal without a stop and, if ``lasting``, to
+        continue from there to target ``turn``."""
         then = self.needs(allowed)[turn] if lasting else dict.fromkeys(bits(allowed), 0)
         return self._leg(allowed, goal, then, direct=True)
 
     @cached_method
     def _levels(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, int]:
-        """Return the chargers from which the robot reaches the goal, each with the number of stops
-        on the way there."""
+        """Return a mapping from the chargers from which the robot can reach the goal to the number
+        of further stops on the way."""
         direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
         far = self.graph.distances
         places, found = [*bits(self.chargers & allowed)], dict[int, int]()
@@ -139,9 +139,9 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def aim(
         self, allowed: Mask, goal: Mask, turn: int, at: tuple[int, float], how: tuple[bool, bool]
     ) -> Mask:
-        """Return the goal if the charge suffices, or no charger helps; else the chargers in reach
-        with the fewest stops before the goal, or the one where the robot is. If it waits for a
-        resolution: ``home``. Target ``turn`` comes after the goal. ``at``: pose and charge;
+        """Return the poses to visit next: the goal if the charge suffices or no charger helps; else
+        the chargers in reach with fewest stops before the goal, or the present one; ``home`` if the
+        robot waits for a resolution. ``turn``: the target after the goal; ``at``: pose, charge;
         ``how``: the charge must be ``lasting``, and the robot leaves chargers ``full`` only."""
         (pose, charge), (lasting, full), battery = at, how, self.battery
         on, far = self.chargers >> pose & 1, self.graph.distances
@@ -165,13 +165,13 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         return self.aim(allowed, goal, turn, at, (False, full)) if lasting else goal
 
     def home(self, allowed: Mask) -> Mask:
-        """Return the poses where the robot waits: on a charger if waiting elsewhere uses charge."""
+        """Return the chargers if waiting elsewhere uses charge, else no pose (any is suitable)."""
         return self.chargers & allowed if self.battery.stay else 0
 
 
 def dominated(charges: Sequence[float], known: list[tuple[float, ...]]) -> bool:
-    """Return whether some ``known`` ones are at least as high as ``charges`` everywhere; if not,
-    add ``charges``, and remove the known ones that are nowhere higher."""
+    """Return whether one of ``known`` is at least as high as ``charges`` everywhere. If not, add
+    ``charges`` to ``known``, and remove those that are nowhere higher."""
     if any(all(map(ge, one, charges)) for one in known):
         return True
     known[:] = [one for one in known if not all(map(ge, charges, one))]

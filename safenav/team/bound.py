@@ -1,9 +1,9 @@
-"""Lower bounds on the times of resolutions and rounds: the only proof that a deadline cannot be
+"""Lower bounds on the times of resolutions and rounds, the only proof that a deadline cannot be
 met.
 
-A relaxation (h_max): robots do not collide, are never busy, and each obstacle opens at its own
-earliest time. Turn ``tick * n + i`` is that of robot ``i`` of ``n`` in a tick; a step that begins
-in tick t and takes d ticks ends in the robot's turn of tick t + d - 1.
+In this relaxation (h_max), robots do not collide and are never busy, and each obstacle opens at its
+own earliest time. Turn ``tick * n + i`` is that of robot ``i`` of ``n`` in a tick. A step that
+begins in tick t and takes d ticks ends in the robot's turn of tick t + d - 1.
 """
 
 from bisect import bisect_left
@@ -24,8 +24,8 @@ ByTick = dict[int, Mask]
 
 
 class Walker(Struct, frozen=True, eq=False):
-    """A robot in ``allowed`` poses; ``ticks``: duration of its fastest step. ``gates``: sets of
-    poses, each with the first tick in which the robot may depart for them, the latest first."""
+    """A robot in ``allowed`` poses. ``ticks``: the duration of its fastest step. ``gates``: sets of
+    poses, each with the first tick in which the robot may depart for them; latest first."""
 
     graph: PoseGraph
     ticks: int
@@ -33,8 +33,8 @@ class Walker(Struct, frozen=True, eq=False):
     gates: Sequence[tuple[int, Mask]] = ()
 
     def spread(self, seeds: ByTick, goal: Mask = 0) -> tuple[ByTick, ByTick]:
-        """Return the poses that the robot reaches from ``seeds`` without crossing ``goal``; and
-        those of ``goal`` in which it has had a turn: by arriving, or by staying for a tick."""
+        """Return two mappings from ticks to poses: those that the robot reaches from ``seeds`` not
+        crossing ``goal``, and those in ``goal`` where it has arrived, or stayed for a tick."""
         waiting, found, met, seen = dict(seeds), ByTick(), ByTick(), 0
         for tick, poses in seeds.items():
             _add(met, tick + 1, poses & goal)
@@ -60,8 +60,8 @@ class Bound:
     """Bounds at one moment: after the turns of the first ``had`` robots in the present tick.
     ``times``: for each open obstacle the earliest turn in which each of its needs can be fulfilled.
 
-    Obstacles that will disappear are ignored, and robots out of service count as in service: this
-    only lowers the bounds."""
+    Obstacles that will disappear are ignored, and robots out of service count as in service. So
+    bounds are only lower."""
 
     def __init__(self, team: Team, state: State, had: int) -> None:
         self.team, self.state, self.count = team, state, len(team.members)
@@ -84,14 +84,14 @@ class Bound:
             self.times = {k: tuple(map(min, self._needs(k), each)) for k, each in before.items()}
 
     def resolved(self, k: int) -> int:
-        """Return the earliest tick in which an open obstacle is resolved, NEVER if it cannot be;
-        the present one if it will disappear."""
+        """Return the earliest tick in which an open obstacle can be resolved, or NEVER; the present
+        tick if it will disappear."""
         *_, turn = self.times.get(k, (int(self.state.time) * self.count,))
         return NEVER if turn >= NEVER else turn // self.count
 
     def rounds_done(self, i: int, goals: Iterable[Mask]) -> int:
         """Return the earliest tick at whose end a robot can have met ``goals`` in sequence, each in
-        a separate turn; NEVER if it cannot."""
+        a separate turn; NEVER if it cannot meet them."""
         met, robot = self._start(i), self.state.robots[i]
         arrives = robot.to is not None
         for goal in goals:
@@ -105,12 +105,12 @@ class Bound:
         return {self.ready[i]: 1 << self.state.robots[i].next}
 
     def _turn(self, i: int, need: Need, since: int) -> int:
-        """Return the first turn from ``since`` on in which a robot can act on a need: its own, or
-        any if the robots act together."""
+        """Return the first turn from ``since`` on in which a robot can act on a need: any turn if
+        the robots act together, else the robot's own."""
         return since if need.together else since + (i - since) % self.count
 
     def _walker(self, i: int) -> Walker:
-        """Return the relaxed robot: each obstacle opens for it at one of the ``times``."""
+        """Return the relaxed robot, for which each obstacle opens at one of the ``times``."""
         member, obstacles = self.team.members[i], self.team.obstacles
         gates = list[tuple[int, Mask]]()
         sealed = self.state.sealed.difference(self.times)
@@ -130,8 +130,8 @@ class Bound:
         return Walker(member.graph, member.ticks, allowed, sorted(gates, reverse=True))
 
     def _needs(self, k: int) -> list[int]:
-        """Return the earliest turn of each need of an obstacle, in sequence: several may be
-        fulfilled in one turn. For a fulfilled need, the present turn."""
+        """Return the earliest turn of each need of an obstacle (the present turn if it is
+        fulfilled). Several needs may be fulfilled in one turn."""
         stage, needs = self.state.obstacles[k].stage, self.team.obstacles[k].needs
         found, done, since = [self.now] * stage.need, stage.done, self.now + 1
         begins = {i: self._start(i) for i in stage.group or ()}
@@ -162,8 +162,8 @@ class Bound:
         return min(turn, self._leaving(i, need, since))
 
     def _after(self, i: int, field: ByTick, need: Need, since: int) -> ByTick:
-        """Return the poses from which a robot continues after its part of a need, which is
-        fulfilled from turn ``since`` on; the robot may have done its part long before."""
+        """Return the poses, by tick, from which a robot continues after its part of a need that is
+        fulfilled from turn ``since`` on. It may have done its part long before."""
         if self._leaving(i, need, since) < NEVER:
             return self._start(i)
         # until it arrives elsewhere the robot can still act, also in a group
@@ -185,9 +185,9 @@ class Bound:
 
 def least_first(member: Member, start: int, first: int) -> tuple[int | None, int]:
     """Return the least number of ticks for each round (None: there is none), and the target with
-    which a robot then begins: ``first`` unless it may begin with any and is too late with that. If
-    its objective is literal and that is possible (else synthesis reports it), no other targets are
-    on the way."""
+    which a robot then begins: ``first``, unless it may begin with any target and is too late with
+    that one. If its objective is literal, no other targets are on the way, where that is
+    possible."""
     strict = least_within(member, start, strict=True) if member.objective.literal else None
     if strict is not None:
         return strict, first
@@ -201,17 +201,17 @@ def least_first(member: Member, start: int, first: int) -> tuple[int | None, int
 
 @lru_cache(maxsize=64)
 def least_within(member: Member, start: int, *, strict: bool, first: int = 0) -> int | None:
-    """Return the least N such that a robot alone can take at most N ticks for every round, forever;
-    None if there is none. ``strict``: whether it touches no other target on the way to a target
-    (the paper's patrol); ``first``: the target with which it begins.
+    """Return the least N such that a robot alone can complete every round in N ticks, forever; None
+    if there is none. ``strict``: whether it touches no other target on the way to a target (the
+    paper's patrol); ``first``: the target with which it begins.
 
-    Exact, without a counter: K is the greatest set of poses of the last target from which another
-    round of at most N ticks leads back into K; the first round must lead into K in time."""
+    The result is exact: K is the greatest set of poses of the last target from which another round
+    of at most N ticks leads back into K; the first round must lead into K in time."""
     targets = member.targets[first:] + member.targets[:first]
     every = reduce(or_, targets) if strict else 0  # targets of a patrol share no region
 
     def round_from(pose: int, goals: Sequence[Mask] = targets) -> ByTick:
-        """Return the poses of the last target by the ticks of a round that ends there."""
+        """Return, for each number of ticks, the poses where a round from ``pose`` can end."""
         met = {0: 1 << pose}
         for target in goals:
             allowed = member.floor & ~(every & ~target)

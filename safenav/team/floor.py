@@ -2,8 +2,8 @@
 their results.
 
 A ``Floor`` is the team's knowledge at one moment, without poses. SOLVE, joint searches, proofs, the
-simulated world and the execution use the same methods of it. ``stages`` are those of its ``gates``,
-in its order.
+simulated world and the execution share its methods. ``stages`` are the stages of its ``gates``, in
+their order.
 """
 
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
@@ -27,7 +27,7 @@ leave, if it has entered to resolve the obstacle (None: any)."""
 
 class Joint(NamedTuple):
     """A joint state of a search: all that its future depends on. ``charges``: the charge of each
-    robot, in searches with batteries."""
+    robot; empty in searches without batteries."""
 
     poses: tuple[int, ...]
     counts: tuple[tuple[int, int], ...]
@@ -37,14 +37,15 @@ class Joint(NamedTuple):
 
 class Floor(Struct, frozen=True, eq=False, dict=True):
     """The team's knowledge at one moment, without poses. ``gates``: open obstacles in the order of
-    service; ``graphs``: poses and steps per robot; ``floors``: per robot, the poses that walls, its
-    rules and sealed obstacles leave; ``robots``: robots that take part; ``barred``: pairs of a
-    robot and an obstacle that it must not resolve; ``inside``: per robot, the closed obstacles that
-    contain it; ``helping``: robots that already serve each obstacle; ``rounds``: rounds to complete
-    per robot, if they differ from the mission's; ``away``: per robot, poses closed only by robots
-    out of service; ``either``: whether strict objectives may begin with any target; ``ready``:
-    whether robots with completed rounds must still be able to move; ``laden``: robots that carry
-    loads of other obstacles; ``left``: the time until each gate is due, if any is."""
+    service; ``graphs``: the poses and steps of each robot; ``floors``: for each robot, the poses
+    that walls, its rules and sealed obstacles leave free; ``robots``: robots that take part;
+    ``barred``: pairs of a robot and an obstacle that it must not resolve; ``inside``: for each
+    robot, the closed obstacles that contain it; ``helping``: robots that already serve each
+    obstacle; ``rounds``: the rounds that each robot has to complete, if they differ from the
+    mission's; ``away``: for each robot, the poses that only robots out of service close;
+    ``either``: whether strict objectives may begin with any target; ``ready``: whether robots with
+    completed rounds must still be able to move; ``laden``: robots that carry loads of other
+    obstacles; ``left``: the time until each gate is due, if any gate is."""
 
     team: Team
     gates: tuple[int, ...]
@@ -73,13 +74,13 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def flat(self) -> dict[int, int]:
-        """The gates that are batteries of robots out of service: resolving such a gate returns its
-        robot to service."""
+        """The gates that are batteries of robots out of service, by robot. If such a gate is
+        resolved, its robot returns to service."""
         every = ((self.gate(g).battery_of, g) for g in range(len(self.gates)))
         return {i: g for i, g in every if i is not None and i not in self.robots}
 
     def in_service(self, i: int, stages: Stages) -> bool:
-        """Return whether a robot is in service at these stages."""
+        """Return whether a robot is in service when the gates have these stages."""
         g = self.flat.get(i)
         return i in self.robots if g is None else self.gate(g).next(stages[g]) is None
 
@@ -100,12 +101,12 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return found
 
     def shut(self, i: int, poses: Sequence[int]) -> Mask:
-        """Return the regions that a robot must not enter because other robots are in its zones."""
+        """Return the regions that a robot must not enter since other robots are in its zones."""
         member = self.team.members[i]
         return member.shut(self._at(poses)) if member.zones else 0
 
     def _at(self, poses: Sequence[int]) -> list[Mask]:
-        """Return the region of each robot that takes part."""
+        """Return the region of each robot that takes part, as a mask (0 for the others)."""
         at, size = [0] * len(poses), self.team.size
         for i in self.robots:
             at[i] = 1 << poses[i] % size
@@ -113,25 +114,25 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
-        """Return the allowed poses from which a robot can continue forever, as if all robots were
-        in service."""
+        """Return the ``allowed`` poses from which a robot can continue forever if robots out of
+        service block none."""
         more = self.away[i] if self.away else 0
         return self.graphs[i].live(self.team.members[i].aims, allowed | more) & allowed
 
     @cached_property
     def one_way(self) -> bool:
-        """Whether some robot may be unable to undo a step."""
+        """Whether there is a robot that may be unable to undo a step."""
         return any(self.graphs[i].one_way for i in self.robots)
 
     @cached_method
     def ahead(self, i: int, pose: int) -> frozenset[int]:
-        """Return the regions into which steps lead after which a robot can continue."""
+        """Return the regions into which a robot can step from ``pose`` and then continue."""
         live = self.live(i, self.floors[i])
         return frozenset(p % self.team.size for p in self.graphs[i].steps(pose) if live >> p & 1)
 
     def candidates(self, g: int, stages: Stages) -> Iterator[int]:
-        """Yield the robots with the skills of the next need, also those out of service; only those
-        of the chosen group, if there is one. No robot replaces its own battery."""
+        """Yield the robots, also those out of service, with the skills of the next need, or those
+        of the chosen group if there is one. No robot replaces its own battery."""
         skills, group = self.need(g, stages).skills, stages[g].group
         for i, member in enumerate(self.team.members):
             may = i != self.gate(g).battery_of and (group is None or i in group)
@@ -146,7 +147,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def able(self, g: int, stages: Stages) -> tuple[int, ...]:
-        """Return the robots that do their part of the next need when they are in its regions."""
+        """Return the robots that do their part of the next need if they are in its regions."""
         need, out = self.need(g, stages), stages[g].done
         if need.takes:
             out = out | need.strays | self.carriers(stages)
@@ -154,8 +155,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def carriers(self, stages: Stages) -> frozenset[int]:
-        """Return the robots that carry a load, or have taken their part of one: at most one
-        each."""
+        """Return the robots that carry a load or have taken their part of one, which is at most one
+        load each."""
         carried = (carrying(self.need(g, stages), stages[g]) for g in self.open(stages))
         return self.laden.union(*carried)
 
@@ -163,13 +164,13 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.need(g, stages).robots - len(stages[g].done)
 
     def commits(self, g: int, stages: Stages) -> bool:
-        """Return whether fulfilling the next need determines the robots of a later need."""
+        """Return whether the robots that fulfil the next need must also fulfil a later need."""
         need, group = self.need(g, stages), stages[g].group
         return need.chosen and (group is None or len(group) > need.robots)
 
     def advanced(self, g: int, stages: Stages, group: Iterable[int] | None = None) -> Stages:
-        """Return the stages after the next need is fulfilled, by a group and the robots that had
-        done their part."""
+        """Return the stages after a group, and the robots that had done their part, fulfil the next
+        need."""
         stage, chosen = stages[g], self.need(g, stages).chosen
         met = stage.group if group is None else stage.done.union(group)
         return put(stages, g, Stage(stage.need + 1, group=met if chosen else None))
@@ -182,8 +183,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return stages if need.together else put(stages, g, stages[g]._replace(done=done))
 
     def acted(self, stages: Stages, at: Sequence[int | None], i: int) -> Stages:
-        """Return the stages after robot i has done all that it can in its region; ``at``: each
-        robot's region (None: it takes no part). It takes loads last, begun ones before others."""
+        """Return the stages after robot i has acted on all gates in its region. ``at``: each
+        robot's region (None: it takes no part). A robot takes loads last, begun ones first."""
         loads = [g for g in self.open(stages) if self.need(g, stages).takes]
         loads.sort(key=lambda g: (not stages[g].done, self.gate(g).source.order))
         for g in [g for g in self.open(stages) if g not in loads] + loads:
@@ -200,14 +201,14 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return stages
 
     def there(self, g: int, stages: Stages, at: Sequence[int | None]) -> tuple[int, ...]:
-        """Return the robots that do their part of the next need where they are."""
+        """Return the robots that do their part of the next need where they stand."""
         regions = self.need(g, stages).regions
         able = ((i, at[i]) for i in self.able(g, stages))
         return tuple(i for i, region in able if region is not None and regions >> region & 1)
 
     @cached_method
     def acting(self, stages: Stages) -> Mask:
-        """Return the regions in which a robot may take part in a next need."""
+        """Return the regions where a robot may take part in the next need of some gate."""
         needs = (self.need(g, stages) for g in self.open(stages) if self.able(g, stages))
         return reduce(or_, (need.regions for need in needs), 0)
 
@@ -230,9 +231,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     # Joint states.
 
     def moved(self, joint: Joint, poses: tuple[int, ...]) -> Joint:
-        """Return the joint state after robots have gone to their ``poses``, all have acted, and
-        goals have counted. If a resolution restarts rounds, or a need chooses robots for the next
-        one, the robots go one at a time, as in a plan's execution."""
+        """Return the joint state after the robots have gone to their ``poses``, have acted and
+        counted goals. If a resolution restarts rounds, or a need determines the robots of the next
+        one, the robots go one at a time, as in the execution of a plan."""
         moved = {i for i in self.robots if poses[i] != joint.poses[i]}
         after = self.settled(poses, joint.counts, joint.stages, moved)
         if len(moved) > 1 and (
@@ -243,7 +244,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def sequence(self, joint: Joint, poses: tuple[int, ...]) -> Iterator[tuple[int, Joint]]:
         """Yield the robots in an order in which they can go to their poses one at a time, each with
-        the state after its step."""
+        the joint state after its step."""
         size, left = self.team.size, [i for i in self.robots if poses[i] != joint.poses[i]]
         there: dict[int, set[int]] = {}
         for i in self.robots if left else ():
@@ -288,7 +289,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def wanted(self) -> tuple[int, ...]:
-        """The rounds that each robot is to complete."""
+        """The number of rounds that each robot has to complete."""
         return self.rounds or (self.team.rounds,) * len(self.team.members)
 
     @cached_method
@@ -297,13 +298,13 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.rounds_done(i, count) >= self.wanted[i]
 
     def rounds_done(self, i: int, count: tuple[int, int]) -> int:
-        """Return the rounds that a robot has completed."""
+        """Return the number of rounds that a robot has completed."""
         return self.team.members[i].pursuit.rounds(count[1])
 
     @cached_method
     def awaited(self, i: int, count: tuple[int, int]) -> Mask:
-        """Return the poses of a robot's next target; if its rounds are completed, the poses where
-        it must end."""
+        """Return the poses of a robot's next target or, after its last round, the poses where it
+        must end."""
         member = self.team.members[i]
         if not self.is_done(i, count):
             return member.awaited(count[0])
@@ -312,8 +313,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def completed(
         self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
     ) -> bool:
-        """Return whether all rounds are completed, no ``served`` gate is open, and each robot (of
-        ``who``) is in a pose where it may end."""
+        """Return whether all rounds are completed, all ``served`` gates are resolved, and each
+        robot (of ``who``) is in a pose where it may end."""
         robots = self.robots if who is None else who
         if not all(self.is_done(i, joint.counts[i]) for i in robots):
             return False
@@ -323,8 +324,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def final(self, i: int, stages: Stages) -> Mask:
-        """Return the poses where a robot may end: it can continue forever and, if its objective
-        settles and it has rounds to complete, is at the last target."""
+        """Return the poses where a robot may end. It can continue there forever and, if its
+        objective settles and it has rounds to complete, is at the last target."""
         member, live = self.team.members[i], self.live(i, self.allowed(i, stages))
         settles = member.pursuit.settles and (not self.rounds or self.rounds[i] > 0)
         return live & member.targets[-1] if settles else live
@@ -337,8 +338,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         moved: Container[int] = (),
         who: Iterable[int] | None = None,
     ) -> Joint:
-        """Return the joint state after all have acted where they are, and goals of robots ``who``
-        have counted (default: of all). ``moved``: robots that come there by a step."""
+        """Return the joint state after all robots have acted where they are, and the robots ``who``
+        (default: all) have counted goals. ``moved``: robots that got there by a step."""
         who = self.robots if who is None else who
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in self.robots):
@@ -371,23 +372,23 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return Joint(poses, tuple(changed) if changed else counts, stages)
 
     def restarts(self, before: Stages, after: Stages) -> bool:
-        """Return whether a resolution restarts rounds: that of a flat battery does not."""
+        """Return whether a resolution restarts rounds, which that of a flat battery does not."""
         over = {*self.open(before)} - {*self.open(after)}
         return any(self.gate(g).restarts for g in over)
 
     def _chooses(self, before: Stages, after: Stages) -> bool:
-        """Return whether robots fulfilled a need, or a part, that may determine the next robots."""
+        """Return whether a need or a part was fulfilled that may determine the next robots."""
         changed = (g for g in self.open(before) if before[g] != after[g])
         return any(need.same for g in changed for need in self.gate(g).needs)
 
     @cached_property
     def _meeting(self) -> list[tuple[dict[int, int], dict[int, int]]]:
-        """The targets that each robot meets by arriving in a pose, and by staying there."""
+        """For each robot, the targets met by arriving in a pose, and those met by staying there."""
         return [(_Known(member.reached), _Known(member.kept)) for member in self.team.members]
 
 
 class _Known(dict[int, T]):
-    """A function of the pose, computed once for each pose."""
+    """A function of a pose whose value is computed once for each pose."""
 
     def __init__(self, of: Callable[[int], T]) -> None:
         self.of = of
@@ -408,6 +409,5 @@ def carrying(need: Need, stage: Stage) -> frozenset[int]:
 
 
 def restarted(member: Member, count: Count) -> Count:
-    """Return the progress after a resolution: rounds count from zero, and the next target remains
-    the next."""
+    """Return the progress after a resolution: zero rounds, and the same next target."""
     return count._replace(memory=count.memory if member.pursuit.in_turn else 0, met=0)

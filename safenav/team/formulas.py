@@ -1,8 +1,8 @@
 """Formulas (``ltl`` and ``always``) in the graph of a robot: the steps that they allow, and the
 states in which goals are met.
 
-Steps depend on the memory of the formulas. The states of a robot in a joint plan are
-poses with a memory; a lone robot follows its strategy, so poses suffice as its states.
+Steps depend on the memory of the formulas. In a joint plan, the states of a robot are poses with a
+memory. A lone robot follows its strategy, so poses suffice as its states.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,8 +26,8 @@ MOST_STATES = 4000
 def graph_of(
     robot: Robot, world: RegionMap, *, shared: bool, on: frozenset[str] | None = None
 ) -> PoseGraph:
-    """Return the states of a robot, and the steps that its rules allow; ``on``: the inputs that
-    are on (None: unknown). Raises UsageError for too many."""
+    """Return the graph of a robot's states and of the steps that its rules allow. ``on``: the
+    inputs that are on (None: unknown). Raises UsageError if there are too many states."""
     found, mobility = formulas_in(robot.objective), robot.model.mobility
     if found is None:
         return plain_graph(world, mobility)
@@ -48,7 +48,8 @@ def graph_of(
 def targets_of(
     objective: Objective, graph: PoseGraph, *, on: frozenset[str] | None = None
 ) -> tuple[Mask, ...]:
-    """Return the states in which each goal of an objective is met; ``on``: as in ``graph_of``."""
+    """Return, for each goal of an objective, the states that meet it. ``on``: as in
+    ``graph_of``."""
     if objective.formulas is None:
         return graph.on_each(objective.targets)
     if graph.remembers:
@@ -65,7 +66,7 @@ def targets_of(
 def _posed(
     formulas: Ltl, world: RegionMap, mobility: Mobility, on: frozenset[str] | None
 ) -> PoseGraph:
-    """Return the graph of poses, with the steps that formulas allow for some memory."""
+    """Return the graph of poses with the steps that formulas allow for at least one memory."""
     graph, allows = plain_graph(world, mobility), guarantees_of(formulas, on).allows
     steps = ((pose, step) for pose in bits(graph.everywhere) for step in graph.steps(pose))
     closed = (each for each in steps if not allows(graph.pose(each[0]), graph.pose(each[1])))
@@ -73,8 +74,8 @@ def _posed(
 
 
 def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
-    """Return the targets on which a robot stands, or the goals of formulas that its last turn
-    met."""
+    """Return, as a mask, the targets on which a robot stands, or the goals of its formulas that its
+    last turn has met."""
     if objective.formulas is None:
         return objective.reached(robot.pose % graph.size)
     if robot.came is None:
@@ -86,9 +87,9 @@ def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
 
 
 class StateGraph(PoseGraph):
-    """A graph whose states are poses with the memory there and the goals that the step into them
-    has met. Number of a state: its pose plus its memory times the number of poses. A step that
-    changes the memory alone leaves the robot where it stands."""
+    """A graph whose states are poses with a memory, and with the goals that the last step has met.
+    The index of a state is its pose plus its memory times the number of poses. A step that changes
+    only the memory leaves the robot where it stands."""
 
     def __init__(
         self,
@@ -117,7 +118,7 @@ class StateGraph(PoseGraph):
         return self._memories[number // self._span][0]
 
     def number(self, pose: Pose) -> int:
-        """Return the state of a robot that begins in a pose."""
+        """Return the state in which a robot begins in a pose."""
         here = super().number(pose)
         begins, every = self._guarantees.begins, enumerate(self._memories)
         begun = (k for k, (memory, met) in every if not met and begins(memory, pose))
@@ -135,8 +136,8 @@ class StateGraph(PoseGraph):
         return super().pose(number % self._span)
 
     def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
-        """Return this graph without the steps into a pose, for every memory. All steps from there
-        stay: those of a robot that backs out are not restricted to ``behind``."""
+        """Return this graph without the steps into a pose, whatever the memory. All steps from the
+        pose remain, also for a robot that has to back out to ``behind``."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, self._on, shut)
 
@@ -162,8 +163,8 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
-        """The states in which each goal is met: by staying there, or by the step into it if staying
-        at neither end meets the goal."""
+        """For each goal, the states in which it is met: by staying there, or by the step into the
+        state if staying at neither end of the step meets it."""
         by_steps = (
             sum(1 << s for s in bits(self.everywhere) if goal in self._memories[s // self._span][1])
             for goal in range(self._guarantees.goals)
@@ -173,7 +174,7 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def stays(self) -> tuple[Mask, ...]:
-        """The states in which staying meets each goal."""
+        """For each goal, the states in which staying meets it."""
         states = [(s, (self.pose(s), self.memory(s))) for s in bits(self.everywhere)]
         meets = self._guarantees.meets_with
         return tuple(
@@ -182,7 +183,7 @@ class StateGraph(PoseGraph):
         )
 
     def _met_on(self, pose: int, step: int) -> frozenset[int]:
-        """Return the goals that a step meets but staying at either end does not."""
+        """Return the goals that a step meets although staying at either of its ends does not."""
         ends = self.pose(pose), self.memory(pose), self.pose(step), self.memory(step)
         goals, stays = self._guarantees.goals_of_steps, self.stays
         met = (g for g in goals if self._guarantees.meets_with(g, *ends))

@@ -1,4 +1,4 @@
-"""The floor at present, as the team knows it: its open and sealed obstacles, robots in service."""
+"""The present floor, as the team knows it: open and sealed obstacles, and robots in service."""
 
 from collections.abc import Collection
 from functools import lru_cache
@@ -9,7 +9,7 @@ from safenav.team.team import Team
 
 
 def inside(team: Team, state: State) -> frozenset[Inside]:
-    """Return the robots in, or in transit to, obstacles that are closed to them."""
+    """Return an entry for each robot in, or in transit to, an obstacle that is closed to it."""
     found = set[Inside]()
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
@@ -22,7 +22,7 @@ def inside(team: Team, state: State) -> frozenset[Inside]:
 
 
 def turns_back(team: Team, state: State, i: int, k: int) -> bool:
-    """Return whether a robot that has entered an obstacle to resolve it must back out: it has
+    """Return whether a robot that has entered an obstacle to resolve it must back out, since it has
     failed, or an operator has declared the obstacle permanent."""
     each, obstacle = state.obstacles[k], team.obstacles[k]
     failed = each.known and i in obstacle.blocks and (i, k) in barred(team, state)
@@ -30,13 +30,13 @@ def turns_back(team: Team, state: State, i: int, k: int) -> bool:
 
 
 def charged(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot that ran out of charge has another battery: it returns to service."""
+    """Return whether a robot that ran out of charge now has another battery, and so returns."""
     robot, energy = state.robots[i], team.members[i].energy
     return robot.flat and energy is not None and robot.charge >= energy.battery.capacity
 
 
 def floor_now(team: Team, state: State) -> Floor:
-    """Return the floor as the team knows it, with the robots that are in service."""
+    """Return the floor, with the robots in service, as the team knows it."""
     every = enumerate(state.robots)
     away = ((i, robot) for i, robot in every if not robot.active and not charged(team, state, i))
     out = frozenset((i, robot.next) for i, robot in away)
@@ -44,7 +44,7 @@ def floor_now(team: Team, state: State) -> Floor:
 
 
 def acting_floor(team: Team, state: State, among: Collection[int] | None = None) -> Floor:
-    """Return the floor with the obstacles on which robots can act: ``among``, or all known ones."""
+    """Return the floor with the obstacles ``among``, or all known ones, on which robots can act."""
     known = (k for k, each in enumerate(state.obstacles) if each.known)
     return floor_with(team, state, tuple(sorted(known if among is None else among)))
 
@@ -56,8 +56,8 @@ def floor_with(
     sealed: frozenset[int] = frozenset(),
     out: frozenset[tuple[int, int]] = frozenset(),
 ) -> Floor:
-    """Return the floor at present if ``gates`` are open, and ``sealed`` obstacles permanent.
-    ``out``: the robots out of service, each with its pose."""
+    """Return the present floor as if exactly ``gates`` were open, and ``sealed`` obstacles
+    permanent. ``out``: the robots out of service, each with its pose."""
     full = frozenset[int]()
     for k, each in enumerate(state.obstacles):
         need = team.obstacles[k].next(each.stage) if each.known or each.stands else None
@@ -76,7 +76,7 @@ def floor_of(
     out: frozenset[tuple[int, int]] = frozenset(),
     laden: frozenset[int] = frozenset(),
 ) -> Floor:
-    """Return the floor with these open and sealed obstacles."""
+    """Return the floor on which these obstacles are open and sealed."""
     graphs, floors, within, standing, absent = [], [], [], dict(out), []
     robots = tuple(i for i in range(len(team.members)) if i not in standing)
     at = [1 << standing[i] % team.size if i in standing else 0 for i in range(len(team.members))]
@@ -103,6 +103,6 @@ def stages_of(floor: Floor, state: State) -> Stages:
 
 
 def barred(team: Team, state: State) -> frozenset[tuple[int, int]]:
-    """Return pairs of a robot and an obstacle on which its actions have failed too often."""
+    """Return the pairs of a robot and an obstacle on which its actions have failed too often."""
     pairs = state.attempts
     return frozenset(pair for pair in pairs if pairs.count(pair) >= team.scenario.failures.actions)

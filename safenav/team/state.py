@@ -1,4 +1,4 @@
-"""The state of a team, and the events that change it. Frozen, numbered, hashable."""
+"""The state of a team, and the events that change it, all frozen, hashable and with indices."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -11,8 +11,8 @@ from safenav.world.poses import Pose
 
 
 class Stage(NamedTuple):
-    """An obstacle's progress: its next need, the robots that have done their part of it, and those
-    that fulfilled the one before if the same robots must fulfil it (None: any)."""
+    """The progress of an obstacle: its next need, the robots that have done their part of it, and
+    the robots of the previous need if only these may fulfil it (None: any robots)."""
 
     need: int = 0
     done: frozenset[int] = frozenset()
@@ -20,9 +20,9 @@ class Stage(NamedTuple):
 
 
 class Count(NamedTuple):
-    """Progress with an objective: ``memory`` of its pursuit; ``met`` goals (in turn) or rounds
-    since the last resolution; ``held``: at the last count the robot stood at its last target;
-    ``last``: the target that counted last."""
+    """Progress with an objective. ``memory`` of its pursuit; ``met``: the goals (in turn) or rounds
+    met since the last resolution; ``held``: whether the robot stood at its last target at the last
+    count; ``last``: the index of the target that counted last."""
 
     memory: int = 0
     met: int = 0
@@ -30,15 +30,16 @@ class Count(NamedTuple):
     last: int = -1
 
     def turn(self, pursuit: Pursuit) -> int:
-        """Return the target that a strategy meets first; in any order, the one after the last."""
+        """Return the index of the target that a strategy meets first: the next one if targets are
+        met in turn, else the one after the target that counted last."""
         return self.memory if pursuit.in_turn else (self.last + 1) % max(1, pursuit.targets)
 
 
 class Is(StrEnum):
-    """State of an obstacle. ``AWAY``: has not appeared yet; ``HIDDEN``: unknown; ``SEEN``: a sensor
-    shows it, but it has no request; ``OPEN``: encountered or ordered, with a request; ``SEALED``:
-    permanent (in O), because it is untraversable or can never be resolved; ``OVER``: resolved, or
-    gone."""
+    """The state of an obstacle. ``AWAY``: it has not appeared yet; ``HIDDEN``: the team does not
+    know it; ``SEEN``: a sensor shows it, without a request; ``OPEN``: it was encountered or
+    ordered, with a request; ``SEALED``: it is permanent (in O), since it is untraversable or can
+    never be resolved; ``OVER``: it is resolved, or gone."""
 
     AWAY = "away"
     HIDDEN = "hidden"
@@ -49,10 +50,10 @@ class Is(StrEnum):
 
 
 class ObstacleNow(Struct, frozen=True):
-    """An obstacle now. ``asked``: robots that encountered it, each with the region where it waits,
-    the latest last; ``given_up``: sealed because no robot can resolve it, not because it was found
-    untraversable; ``aside``: no joint plan serves it; ``due``: the tick by whose end its request
-    must be met."""
+    """An obstacle now. ``asked``: the robots that have encountered it, each with the region where
+    it waits, the latest last; ``given_up``: whether it is sealed because no robot can resolve it,
+    not because it is untraversable; ``aside``: whether no joint plan serves it; ``due``: the tick
+    by whose end it must be resolved."""
 
     state: Is = Is.HIDDEN
     stage: Stage = Stage()
@@ -63,12 +64,12 @@ class ObstacleNow(Struct, frozen=True):
 
     @property
     def known(self) -> bool:
-        """Whether the team knows the obstacle as unresolved, so that robots act on it."""
+        """Whether the team knows the obstacle as unresolved, so that robots may act on it."""
         return self.state in (Is.OPEN, Is.SEEN) or self.given_up
 
     @property
     def stands(self) -> bool:
-        """Whether the obstacle was encountered or ordered, and is still present."""
+        """Whether the obstacle was encountered or ordered and is still present."""
         return self.state in (Is.OPEN, Is.SEALED)
 
 
@@ -82,20 +83,21 @@ Base = tuple[Objective, int | None, Count, Values]
 
 
 class RobotNow(Struct, frozen=True):
-    """A robot now. ``to``: the pose of the step under way (it reserves both regions); ``due``: the
-    tick in which this step ends (lockstep). ``objective`` in force, with its progress ``task``;
-    ``own``: progress with its own objective. ``node`` of its strategy at its next pose. ``at``: its
-    place in the joint plan; ``by``: the origin of the step under way; ``command``: the number of
-    the last one (live). ``acting``: the robot in whose action it takes part; ``works``: the
-    obstacles of its own action (live). ``active``: whether it is in service; ``failed``: the
-    regions of the steps that failed since it arrived somewhere. ``fresh``: whether it has a new
-    objective, of which it has counted nothing yet. Of formulas: ``values`` of the memory and the
-    inputs at the pose of its next decision; ``came``: its pose and these values before its last
-    turn. ``known``: for each robot that it tracks a region, or the cells that may hold it.
-    ``mode``: the input that set its own objective; ``base``: its objective before that. ``charge``
-    of its battery; ``flat``: whether it is used up, and the robot waits for another; ``cause``: the
-    reason why it is out of service. ``behind``: the region from which it entered its own; None if
-    it was put there. ``broken``: the assumptions of its last strategy that did not hold."""
+    """A robot now. ``to``: the pose to which its step leads (it reserves both regions); ``due``:
+    the tick in which this step ends (lockstep). ``objective``: that in force, with the progress
+    ``task``; ``own``: the progress with its own objective. ``node``: that of its strategy at its
+    next pose. ``at``: the index of its waypoint in the joint plan; ``by``: the origin of the step
+    under way; ``command``: the number of the last one (live). ``acting``: the robot in whose
+    action it takes part; ``works``: the obstacles of its own action (live). ``active``: whether it
+    is in service; ``failed``: the regions of the steps that failed since it last arrived.
+    ``fresh``: whether it has a new objective of which it has counted no goal yet. ``values``: those
+    of its formulas' memory and inputs at its next decision; ``came``: its pose and these values
+    before its last turn. ``known``: for each robot that it tracks, a region, or the cells that may
+    hold it. ``mode``: the input that set its own objective; ``base``: its objective before that.
+    ``charge``: that of its battery; ``flat``: whether this is used up, and the robot waits for
+    another battery; ``cause``: the reason why it is out of service. ``behind``: the region from
+    which it entered its present one (None: it was put there). ``broken``: the assumptions of its
+    last strategy that did not hold."""
 
     pose: int
     objective: Objective
@@ -125,7 +127,7 @@ class RobotNow(Struct, frozen=True):
 
     @property
     def next(self) -> int:
-        """The pose of its next decision: in transit, the destination."""
+        """The pose of the robot's next decision: its destination, if it is in transit."""
         return self.pose if self.to is None else self.to
 
     @property
@@ -134,11 +136,11 @@ class RobotNow(Struct, frozen=True):
 
 
 class Waypoint(NamedTuple):
-    """A stop of a plan: the pose, and the conditions of its step. ``after`` (robot, waypoint): that
-    other robot has arrived there; ``needs`` (obstacle, number): that many needs of that obstacle
-    are fulfilled; ``progress``: its count (memory and met), if exactly the obstacles in ``over``
-    are over: the plan counts immediately what staying meets; ``charge``: the charge that it then
-    has; on a charger it waits for that charge, and until ``tick``."""
+    """A stop of a plan: a pose, and the conditions of the step to it. ``after``: pairs (robot,
+    waypoint), where that robot has arrived; ``needs``: pairs (obstacle, n), of which n needs are
+    fulfilled; ``progress``: the robot's count (memory and met) if exactly the obstacles ``over``
+    are over (the plan counts immediately what staying meets); ``charge``: the robot's charge at
+    that time; on a charger the robot waits for that charge, and until ``tick``."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -151,8 +153,8 @@ class Waypoint(NamedTuple):
 
 class Plan(Struct, frozen=True):
     """A joint plan in execution: the waypoints of each robot (the present one first; else empty).
-    ``foreseen``: the obstacles that it knows; ``charges``: each robot's charge at its end, if
-    charges suffice; ``part``: whether it does not complete the mission."""
+    ``foreseen``: the obstacles that the plan considers; ``charges``: each robot's charge at its
+    end, if charges suffice; ``part``: whether it does not complete the mission."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]
@@ -162,8 +164,8 @@ class Plan(Struct, frozen=True):
 
 class State(Struct, frozen=True):
     """A team's state. ``requests``: the open obstacles, the oldest first: the paper's stack.
-    ``over``: obstacles resolved in this run, in order. ``time``: tick or seconds. ``attempts``: the
-    actions that failed, each as a robot and an obstacle. ``inputs``: inputs that are on."""
+    ``over``: obstacles resolved in this run, in order. ``time``: tick or seconds. ``attempts``:
+    failed actions, as pairs of a robot and an obstacle. ``inputs``: the inputs that are on."""
 
     robots: tuple[RobotNow, ...]
     obstacles: tuple[ObstacleNow, ...]
@@ -176,9 +178,9 @@ class State(Struct, frozen=True):
 
     @property
     def gates(self) -> tuple[int, ...]:
-        """The open obstacles in the order of service: by the ticks at which they are due; then
-        those of robots, the newest first, as the paper's stack has it; then orders, the oldest
-        first: each is served even if more follow."""
+        """The open obstacles in the order of service: first those with deadlines, by their ticks,
+        then those of robots, the newest first, as in the paper's stack; then orders, the oldest
+        first, so that each is served even if more follow."""
         asked = [k for k in self.requests[::-1] if self.obstacles[k].asked]
         ordered = [k for k in self.requests if not self.obstacles[k].asked]
         dues = {k: self.obstacles[k].due for k in (*asked, *ordered)}
@@ -204,7 +206,7 @@ class Ended(Event, frozen=True):
 
 
 class Turn(Event, frozen=True):
-    """The turn of a robot in a tick; in a live run it takes no time."""
+    """The turn of a robot in a tick. In a live run a turn takes no time."""
 
     robot: int
 
@@ -216,16 +218,16 @@ class Goes(Event, frozen=True):
 
 
 class Time(Change, frozen=True):
-    """The time of the run. In a live run, charges of robots at rest change with it; in lockstep,
-    with each stay."""
+    """A new time of the run. With it, charges of resting robots change in a live run (in lockstep
+    they change with each stay)."""
 
     now: float
 
 
 class Departed(Event, frozen=True):
-    """A robot departs for a pose. ``by``: the origin of the decision; ``node``: the node of its
-    strategy there, with the ``values`` of its formulas; ``due``: the tick in which the step ends,
-    if it takes several; live: ``command``, its number, and ``seconds``, its expected duration."""
+    """A robot departs for a pose. ``by``: the origin of the decision; ``node``: its strategy's node
+    there, with the ``values`` of its formulas; ``due``: the tick in which the step ends, if it
+    takes several; live: the number of its ``command`` and the expected ``seconds``."""
 
     robot: int
     pose: int
@@ -238,13 +240,13 @@ class Departed(Event, frozen=True):
 
 
 class Arrived(Ended, frozen=True):
-    """A robot has arrived where its step leads. ``why``: the reason for more than one attempt."""
+    """A robot has arrived in the commanded pose. ``why``: the reason for more than one attempt."""
 
     why: str = ""
 
 
 class Elsewhere(Ended, frozen=True):
-    """A robot's step has ended in another pose. ``blocked``: an obstacle stopped it."""
+    """A robot's step has ended in another pose. ``blocked``: whether an obstacle stopped it."""
 
     pose: int
     blocked: bool = False
@@ -282,15 +284,15 @@ class Stayed(Event, frozen=True):
 
 
 class Flat(Event, frozen=True):
-    """The end of a robot's charge. ``obstacle``: its empty battery, if the scenario has
-    ``flat``."""
+    """The end of a robot's charge. ``obstacle``: its empty battery, if the scenario has a ``flat``
+    type."""
 
     robot: int
     obstacle: int | None
 
 
 class Served(Change, frozen=True):
-    """A robot is out of service, or back in service. ``cause``: the reason."""
+    """A robot goes out of service, or returns to service. ``cause``: the reason."""
 
     robot: int
     active: bool
@@ -305,9 +307,9 @@ class Placed(Change, frozen=True):
 
 
 class Assigned(Change, frozen=True):
-    """A robot has another objective of its own. ``cause``: the reason; ``within``: the ticks until
-    its deadline; ``mode``: the input that sets it; ``base``: the objective before that, or again
-    after it; ``own``: whether it pursued its own objective until now."""
+    """A robot gets another own objective. ``cause``: the reason; ``within``: the deadline of each
+    round in ticks; ``mode``: the input that selects it; ``base``: the objective without that input;
+    ``own``: whether the robot pursued its own objective until now."""
 
     robot: int
     objective: Objective
@@ -319,8 +321,8 @@ class Assigned(Change, frozen=True):
 
 
 class Looked(Event, frozen=True):
-    """A robot has observed the robots that it tracks: its knowledge now, and the regions where each
-    may be."""
+    """A robot has observed the robots that it tracks: its knowledge of each now, and the regions
+    where each may be."""
 
     robot: int
     known: tuple[tuple[int, Known], ...]
@@ -351,7 +353,7 @@ class Intervened(Change, frozen=True):
 
 
 class Late(Change, frozen=True):
-    """The run drops a report of the world or a change: its kind, and the reason."""
+    """The run drops a report of the world or a change, of this kind and for this reason."""
 
     kind: str
     why: str
@@ -360,13 +362,13 @@ class Late(Change, frozen=True):
 
 
 class Seen(Change, frozen=True):
-    """A sensor shows an obstacle that no robot has requested to be resolved yet."""
+    """A sensor shows an obstacle for which there is no request yet."""
 
     obstacle: int
 
 
 class Acts(Event, frozen=True):
-    """A robot begins to act on obstacles where it stands, with this group: a command under way."""
+    """A robot begins an action on obstacles where it stands, with this group, as a command."""
 
     robot: int
     group: tuple[int, ...]
@@ -377,8 +379,8 @@ class Acts(Event, frozen=True):
 class Acted(Event, frozen=True):
     """A robot has done all that it can where it stands. ``stages``: the changed stages; ``truths``:
     the truth that each resolved obstacle revealed; ``failed``: the obstacles that it failed to
-    resolve; ``gone``: obstacles that it did not find; ``why``: the reason of a failure; ``again``:
-    obstacles that a sensor showed again, and that it resolved without a request."""
+    resolve; ``gone``: the obstacles that it did not find; ``why``: the reason of a failure;
+    ``again``: the obstacles that a sensor showed again and that it resolved without a request."""
 
     robot: int
     stages: tuple[tuple[int, Stage], ...]
@@ -391,16 +393,16 @@ class Acted(Event, frozen=True):
 
 
 class Introduced(Change, frozen=True):
-    """An obstacle that the scenario does not list: one that was noticed, or the empty battery of a
-    robot."""
+    """The team gets an obstacle that the scenario does not list: one that was noticed, or the empty
+    battery of a robot."""
 
     source: model.Obstacle
     battery_of: int | None = None
 
 
 class Met(Event, frozen=True):
-    """A robot would have entered an obstacle, by a step to ``pose``. ``stopped``: whether it has
-    begun that step, and stands where it began."""
+    """A robot has encountered an obstacle on a step to ``pose``. ``stopped``: whether it had begun
+    that step, and stands where it began."""
 
     robot: int
     obstacle: int
@@ -409,8 +411,8 @@ class Met(Event, frozen=True):
 
 
 class Appeared(Change, frozen=True):
-    """An obstacle appears. ``truth``: the truth that resolving it will reveal, in a simulated
-    world, if it differs from that of the last obstacle of its name."""
+    """An obstacle appears. ``truth``: the truth that its resolution will reveal in a simulated
+    world, if it differs from the last one of its name."""
 
     obstacle: int
     truth: bool | None = None
@@ -425,8 +427,8 @@ class Gone(Change, frozen=True):
 
 
 class Counted(Event, frozen=True):
-    """A robot's turn is over: goals count where it stands. ``ticks``: its duration (None: no time,
-    so staying counts immediately); ``duty``: whether goals of its duty also count."""
+    """A robot's turn is over: goals count where it stands. ``ticks``: the turn's duration (None: no
+    time, so staying counts immediately); ``duty``: whether goals of its duty count also."""
 
     robot: int
     ticks: int | None = 1
@@ -440,7 +442,7 @@ class GaveUp(Event, frozen=True):
 
 
 class Reopened(Event, frozen=True):
-    """A decision: given-up obstacles and those set aside get another chance."""
+    """A decision: given-up obstacles, and requests that were set aside, are tried again."""
 
 
 class SetAside(Event, frozen=True):
@@ -450,8 +452,8 @@ class SetAside(Event, frozen=True):
 
 
 class Told(Event, frozen=True):
-    """A decision: a robot pursues an objective, from this node of its strategy on, with these
-    ``values`` of its formulas."""
+    """A decision: a robot pursues an objective, from ``node`` of its strategy on, where its
+    formulas have these ``values``."""
 
     robot: int
     objective: Objective
@@ -460,7 +462,7 @@ class Told(Event, frozen=True):
 
 
 class Turned(Event, frozen=True):
-    """A decision: a robot begins with this target."""
+    """A decision: a robot begins its round with this target."""
 
     robot: int
     memory: int

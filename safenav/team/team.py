@@ -1,6 +1,6 @@
-"""A team as numbered data: robots, obstacles and their needs. A team never changes.
+"""A team as indexed data: robots, obstacles and their needs. A team never changes.
 
-Robots and obstacles are numbered in the scenario's order. A set of regions or poses is a mask.
+Robots and obstacles have indices in the scenario's order. A set of regions or poses is a mask.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,11 +25,11 @@ from safenav.world.poses import Mask, Pose, PoseGraph, bits, plain_graph, region
 
 
 class Need(Struct, frozen=True):
-    """A need: ``robots`` distinct robots do ``action`` in ``regions``, simultaneously if
-    ``together``; with ``same``, robots that fulfilled the need before. ``chosen``: whether they
-    also fulfil the next one; ``skills``: all actions that they must have, up to the last need that
-    the same robots fulfil; ``strays``: robots that do not take the load, since no path leads to
-    where it is put down. ``closed_to``: robots that must not enter while this need is next."""
+    """A need: ``robots`` robots do ``action`` in ``regions``, simultaneously if ``together``; if
+    ``same``, the robots of the previous need. ``chosen``: whether these robots also fulfil the next
+    need; ``skills``: all actions that they must have, up to the last need that the same robots
+    fulfil; ``strays``: robots that do not take the load, since no path leads to where it is put
+    down. ``closed_to``: robots that must not enter while this need is next."""
 
     action: str
     robots: int
@@ -43,13 +43,13 @@ class Need(Struct, frozen=True):
 
     @property
     def takes(self) -> bool:
-        """Whether the robots that fulfil the need carry a load from then on."""
+        """Whether the robots that fulfil the need carry a load afterwards."""
         return self.chosen and not self.same
 
 
 class Obstacle(Struct, frozen=True, eq=False):
-    """An obstacle. ``restarts``: whether resolving it restarts rounds; ``battery_of``: the robot
-    whose empty battery it is."""
+    """An obstacle. ``restarts``: whether its resolution restarts rounds; ``battery_of``: the robot
+    whose empty battery it is, if any."""
 
     name: str
     region: int
@@ -64,7 +64,7 @@ class Obstacle(Struct, frozen=True, eq=False):
         return self.source.ordered
 
     def closes(self, i: int, now: ObstacleNow) -> bool:
-        """Return whether a robot must not enter the region, in this state of the obstacle."""
+        """Return whether the obstacle, in this state, forbids a robot to enter its region."""
         if now.state is Is.SEALED:  # a sealed obstacle may have no need left
             return i in self.blocks
         return now.state not in (Is.AWAY, Is.OVER) and i in self.needs[now.stage.need].closed_to
@@ -76,7 +76,7 @@ class Obstacle(Struct, frozen=True, eq=False):
         return need is not None and i in self.blocks - need.closed_to
 
     def next(self, stage: Stage) -> Need | None:
-        """Return the next need at a stage; None if the obstacle is resolved."""
+        """Return the need that is next at a stage; None if the obstacle is resolved."""
         return self.needs[stage.need] if stage.need < len(self.needs) else None
 
 
@@ -85,7 +85,7 @@ Zone = tuple[frozenset[int], Mask]
 
 
 class Member(Struct, frozen=True, eq=False):
-    """A robot. ``floor``: the poses that walls and its own rules leave; ``targets``: masks of
+    """A robot. ``floor``: the poses that walls and its own rules leave free; ``targets``: masks of
     poses; ``rivals``: the robots with which it never shares a region; ``zones``: its entries of
     ``never_together``; ``base``: a pose with the same paths as its present pose."""
 
@@ -107,17 +107,17 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def partners(self) -> frozenset[int]:
-        """The robots for which this robot may have to wait."""
+        """The robots for which this robot may have to wait: rivals, and those that share a zone."""
         return self.rivals.union(*(others for others, _ in self.zones))
 
     def shut(self, at: Sequence[Mask]) -> Mask:
-        """Return the regions that it must not enter, since other robots are in its zones. ``at``:
+        """Return the regions that the robot must not enter since others are in its zones. ``at``:
         the regions of each robot."""
         zones = (zone for others, zone in self.zones if any(at[j] & zone for j in others))
         return reduce(or_, zones, 0)
 
     def closed(self, at: Sequence[Mask]) -> Mask:
-        """Return the regions of ``shut``, and those that the rivals occupy."""
+        """Return the regions of ``shut``, and those that rivals occupy."""
         found = self.shut(at)
         for j in self.rivals:
             found |= at[j]
@@ -129,35 +129,35 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def ticks(self) -> int:
-        """Ticks of a step of the robot."""
+        """The number of ticks of a step of the robot."""
         return self.robot.model.timing
 
     @property
     def either(self) -> bool:
-        """Whether the robot may begin with any target, as strict objectives allow."""
+        """Whether the robot may begin a round with any target, as strict objectives allow."""
         return self.objective.strict and not self.objective.literal
 
     @property
     def aims(self) -> tuple[Mask, ...]:
-        """The targets that the robot meets forever."""
+        """The targets that the robot has to meet forever."""
         return self.targets[-1:] if self.pursuit.settles else self.targets
 
     def awaited(self, memory: int) -> Mask:
-        """Return the poses of the targets of which the robot must reach one next."""
+        """Return the poses of the targets that the robot may have to reach next."""
         return reduce(or_, (self.targets[k] for k in bits(self.pursuit.awaited(memory))), 0)
 
     def reached(self, pose: int) -> int:
-        """Return the targets that contain a pose, as a mask."""
+        """Return, as a mask, the targets that contain a pose."""
         return sum(1 << k for k, target in enumerate(self.targets) if target >> pose & 1)
 
     def kept(self, pose: int) -> int:
-        """Return the targets met by staying in a pose, as a mask: not goals about steps."""
+        """Return, as a mask, the targets met by staying in a pose: not the goals about steps."""
         goals = self.graph.stays or self.targets
         return sum(1 << k for k, goal in enumerate(goals) if goal >> pose & 1)
 
 
 def pace_on(world: RegionMap, robot: model.Robot) -> Pace:
-    """Return the pace of a robot at its start at time 0."""
+    """Return the durations of a robot's steps from its start at time 0."""
     figures, ticks = robot.model.figures, robot.model.timing
     side = SIDE if world.frame is None else world.frame.resolution
     return pace_of(figures, world.cols, side, robot.start.facing, ticks)
@@ -174,7 +174,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def numbers(self) -> dict[str, tuple[int, ...]]:
-        """The numbers of the obstacles of each name; an obstacle that returns has several."""
+        """The indices of the obstacles of each name. An obstacle that returns has several."""
         found: dict[str, tuple[int, ...]] = {}
         for k, each in enumerate(self.obstacles):
             found[each.name] = (*found.get(each.name, ()), k)
@@ -194,13 +194,13 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def crowds(self) -> tuple[frozenset[int] | None, ...]:
-        """Each robot with its rivals, if all of these are rivals of each other, else None."""
+        """For each robot, it and its rivals if these are all rivals of each other, else None."""
         whole = [member.rivals | {i} for i, member in enumerate(self.members)]
         return tuple(each if all(whole[j] == each for j in each) else None for each in whole)
 
     @cached_property
     def worksites(self) -> Mask:
-        """The regions in which an act can change some obstacle."""
+        """The regions in which an action can change some obstacle."""
         return reduce(or_, (need.regions for each in self.obstacles for need in each.needs), 0)
 
     @cached_property
@@ -210,31 +210,31 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def lone(self) -> tuple[int, ...]:
-        """The robots that are driven by their strategies."""
+        """The robots that their own strategies drive."""
         return tuple(i for i, member in enumerate(self.members) if not member.planned)
 
     @cached_property
     def charged(self) -> tuple[int, ...]:
-        """The robots with a battery."""
+        """The robots that have a battery."""
         return tuple(i for i, member in enumerate(self.members) if member.energy is not None)
 
     @cached_property
     def step_times(self) -> tuple[float, ...]:
-        """The ticks of each robot's step; in a live run its seconds: the mean of a straight step
-        and one with a quarter turn."""
+        """The duration of each robot's step: in ticks; in a live run in seconds, the mean of a
+        straight step and one with a quarter turn."""
         if not self.live:
             return tuple(member.ticks for member in self.members)
         return tuple(sum(times) / 2 for times in self._step_times)
 
     @cached_property
     def turning(self) -> frozenset[int]:
-        """The robots whose steps take longer with a turn."""
+        """The robots whose steps take longer with a turn than without."""
         times = enumerate(self._step_times if self.live else ())
         return frozenset(i for i, (straight, turned) in times if turned > straight)
 
     @cached_property
     def _step_times(self) -> tuple[tuple[float, float], ...]:
-        """The seconds of each robot's straight step, and of one with a quarter turn."""
+        """For each robot, the seconds of a straight step, and of a step with a quarter turn."""
         found = []
         for member in self.members:
             pace, times = pace_on(self.world, member.robot), []
@@ -251,7 +251,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def act_times(self) -> tuple[float, ...]:
-        """The maximum seconds of an action of each robot in a live run, with halting and
+        """For each robot, the maximum seconds of an action in a live run, with halting and
         turning."""
         found = []
         for member in self.members:
@@ -263,8 +263,8 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def spaces(self, i: int, region: int) -> dict[object, frozenset[int]]:
-        """Return a region and the zones around it, each with the robots that must not be there at
-        the same time as robot i."""
+        """Return a region and the zones around it, each with the robots that must not be in it
+        together with robot i."""
         found: dict[object, frozenset[int]] = {region: self.members[i].rivals}
         for others, regions in self.members[i].zones:
             if regions >> region & 1:
@@ -272,7 +272,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         return found
 
     def assignable(self, i: int) -> bool:
-        """Return whether a robot keeps one strategy, whose inputs command it."""
+        """Return whether a robot keeps one strategy, which inputs command."""
         return self.scenario.coordination is Coordination.ASSIGNABLE and not self.members[i].planned
 
     @cached_property
@@ -295,8 +295,8 @@ def _member(
     remember: bool = True,
     on: frozenset[str] | None = None,
 ) -> Member:
-    """Return a robot of a scenario, perhaps with another objective; ``remember``: whether its
-    states hold the memory of its formulas, if joint plans drive it; ``on``: the inputs of the
+    """Return a robot of a scenario, perhaps with another objective. ``remember``: whether its
+    states include the memory of its formulas, if joint plans drive it; ``on``: the inputs of the
     formulas that are on (None: unknown)."""
     every, name = [*enumerate(scenario.robots)], robot.name
     rivals = frozenset(k for k, o in every if o.name != name and robot.conflicts(o))
@@ -331,7 +331,7 @@ def hearing(team: Team, on: frozenset[str]) -> Team:
 
 @lru_cache(maxsize=16)
 def _posed(team: Team) -> Team:
-    """Return the team without the memory of formulas, as decisions about obstacles see it."""
+    """Return the team without the memory of formulas, which decisions about obstacles ignore."""
     if not any(member.graph.remembers for member in team.members):
         return team
     pairs = ((member.robot, member.base) for member in team.members)
@@ -353,21 +353,21 @@ def without_memory(team: Team, state: State) -> tuple[Team, State]:
 
 
 def introduced(team: Team, source: model.Obstacle, battery_of: int | None = None) -> Team:
-    """Return the team with a further obstacle that the scenario does not list."""
+    """Return the team with an additional obstacle that the scenario does not list."""
     new = _obstacle(source, team.members, team.scenario, battery_of)
     return replace(team, obstacles=(*team.obstacles, new))
 
 
 def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Team:
-    """Return the team in which a robot has another objective of its own, each round due ``within``
-    this number of ticks. ``based`` then determines the robots that can deliver loads."""
+    """Return the team in which a robot has another own objective, with ``within`` ticks for each
+    round. ``based`` then determines the robots that can deliver loads."""
     robot = replace(team.members[i].robot, objective=objective, within=within)
     new = _member(team.scenario, robot, team.members[i].base)
     return replace(team, members=(*team.members[:i], new, *team.members[i + 1 :]))
 
 
 def based(team: Team, poses: Mapping[int, Pose]) -> Team:
-    """Return the team whose robots have these poses as ``base``, which determine the robots that
+    """Return the team with these poses of its robots as ``base``, which determine the robots that
     can deliver loads."""
     pairs = enumerate(team.members)
     members = tuple(replace(each, base=poses.get(i, each.base)) for i, each in pairs)
@@ -407,8 +407,8 @@ def _needs(
 
 
 def _cut_off(member: Member, places: list[tuple[int, ...]], scenario: model.Scenario) -> bool:
-    """Return whether the map leaves a robot no path to any region of one of ``places``, the first
-    of which has the regions where it takes the load."""
+    """Return whether a robot can reach no region of one of ``places`` on the map. The first of
+    them, where it takes the load, may be in a region that it otherwise avoids."""
     graph = plain_graph(scenario.map, member.robot.model.mobility)
     free = graph.outside(member.objective.avoid)
     there = graph.closure(1 << graph.number(member.base), free) & (free | graph.on(places[0]))

@@ -1,1 +1,1 @@
-"""Check of an automaton against the text of its specification."""
+"""The check of an automaton against its specification."""

@@ -1,7 +1,7 @@
-"""An automaton and its specification: its reachable nodes and edges, and its cycles.
+"""An automaton with its specification: the reachable nodes and edges, and the cycles.
 
-Only the nodes reachable from the given start nodes are visited, in breadth-first order, so the
-first fault found is also one of the nearest.
+Only nodes reachable from the given start nodes are visited, in breadth-first order, so the first
+fault found is also one of those nearest to the start.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,16 +37,16 @@ def clauses(spec: Specification, section: Section) -> list[Clause]:
 
 
 def openings(spec: Specification) -> tuple[Completions, Completions]:
-    """Return the initial inputs that the assumptions allow, and the outputs that the guarantees
-    then allow."""
+    """Return two sets of valuations: the initial inputs that the assumptions allow, and the outputs
+    that the guarantees then allow."""
     inputs, outputs = ([Slot(variable, False) for variable in spec.owned(o)] for o in Owner)
     assumed, promised = clauses(spec, Section.ENV_INIT), clauses(spec, Section.SYS_INIT)
     return Completions((), inputs, assumed), Completions(inputs, outputs, promised)
 
 
 def rounds(spec: Specification) -> tuple[Completions, Completions]:
-    """Return the next inputs in a state that the assumptions allow, and the next outputs that the
-    guarantees then allow."""
+    """Return two sets of valuations after a state: the next inputs that the assumptions allow, and
+    the next outputs that the guarantees then allow."""
     now = [Slot(variable, False) for variable in spec.variables]
     inputs, outputs = ([Slot(variable, True) for variable in spec.owned(o)] for o in Owner)
     assumed, promised = clauses(spec, Section.ENV_TRANS), clauses(spec, Section.SYS_TRANS)
@@ -71,27 +71,27 @@ class Automaton:
 
     @cached_property
     def against(self) -> list[Against]:
-        """The clauses of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS, each with the plane
-        of the edges that do not satisfy it."""
+        """The clauses of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS, as four lists. Each
+        clause has the plane (bit mask) of the edges that violate it."""
         parts = [clauses(self.spec, section) for section in _OF_MOVES]
         planes = iter(self.violated([clause.formula for part in parts for clause in part]))
         return [[(clause, next(planes)) for clause in part] for part in parts]
 
     @cached_property
     def values(self) -> dict[int, Row]:
-        """All variables of each node, in the specification's order."""
+        """The values of all variables at each node, in the specification's order."""
         fields = [self._fields[variable.name] for variable in self.spec.variables]
         states = self.strategy.states
         return {n: tuple([field.decode(states[n]) for field in fields]) for n in self.nodes}
 
     @cached_method
     def parts(self, owner: Owner) -> dict[int, Row]:
-        """Return the inputs or the outputs of each node, in the specification's order."""
+        """Return the values of the inputs, or of the outputs, at each node."""
         own = [k for k, v in enumerate(self.spec.variables) if v.owner is owner]
         return {node: tuple([row[k] for k in own]) for node, row in self.values.items()}
 
     def violated(self, formulas: Sequence[Formula]) -> list[int]:
-        """Return for each formula the plane of the edges that violate it."""
+        """Return, for each formula, the plane (bit mask) of the edges that violate it."""
         found = [0] * len(formulas)
         for start in range(0, len(self.edges), _BLOCK_EDGES):
             evaluator = self._evaluator(slice(start, start + _BLOCK_EDGES))
@@ -102,11 +102,11 @@ class Automaton:
         return found
 
     def path(self, node: int) -> tuple[int, ...]:
-        """Return a shortest path from a start node."""
+        """Return a shortest path from a start node to ``node``."""
         return path_to(node, self._before)
 
     def _evaluator(self, block: slice) -> Evaluator:
-        """Return an evaluator of formulas on some of the edges."""
+        """Return an evaluator of formulas on some of the edges, one edge per row."""
         width = len(self.strategy.states[0])
         blocks = [end[block] for end in self.edges.ends]
         ends = [b"".join(map(self._digits.__getitem__, end)) for end in blocks]
@@ -132,8 +132,8 @@ class Automaton:
 
 
 class Edges:
-    """The edges to the successors of each node (``after``), in their order. There may be millions,
-    so their ends are two flat lists, and pairs are made on demand."""
+    """The edges from each node to its successors (``after``), in order. There may be millions of
+    edges, so their ends are two flat lists, and pairs are made on demand."""
 
     def __init__(self, after: Mapping[int, Sequence[int]]) -> None:
         self.after = after
@@ -147,12 +147,12 @@ class Edges:
         return zip(*self.ends, strict=True)
 
     def without(self, plane: int) -> dict[int, list[int]]:
-        """Return the successors of each node by edges that are not in the set."""
+        """Return the successors of each node by the edges that are not in a plane."""
         banned = iter(self.flags(plane))
         return {n: [to for to in targets if not next(banned)] for n, targets in self.after.items()}
 
     def flags(self, plane: int) -> bytes:
-        """Return for each edge 1 if it is in the set, else 0."""
+        """Return, for each edge, 1 if it is in a plane, else 0."""
         return flags(plane, len(self))
 
 
@@ -176,9 +176,9 @@ def measure(
 ) -> Measure:
     """Return the progress measure of a goal.
 
-    ``size``: number of nodes. ``edges``: the node before each edge, and the node after it. ``met``,
-    and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each edge, whether that
-    edge meets it. Raises NoMeasureError, with the first cycle, if no measure exists.
+    ``size``: the number of nodes. ``edges``: two lists, of the source and of the target of each
+    edge. ``met`` and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each
+    edge, whether the edge meets it. Raises NoMeasureError, with a cycle, if no measure exists.
     """
     sources, targets = edges
     missing: list[list[int]] = [[] for _ in range(size)]
@@ -211,8 +211,8 @@ def measure(
 
 
 def closed_walk(edges: Sequence[Edge], required: Sequence[Edge]) -> tuple[int, ...]:
-    """Return a walk over ``edges`` of one component that takes each ``required`` edge and returns
-    to its first node (which is not repeated at the end)."""
+    """Return a closed walk over ``edges`` of one component that takes each ``required`` edge. Its
+    first node is not repeated at the end."""
     successors: dict[int, list[int]] = {}
     for source, target in edges:
         successors.setdefault(source, []).append(target)

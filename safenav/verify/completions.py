@@ -1,12 +1,12 @@
-"""Number of completions of a partial transition, without listing them.
+"""Counts of the completions of a partial transition, without listing them.
 
-For each row of known values (a state, say): how many valuations of the unknown variables (the
-next inputs, say) satisfy all constraints. The 2^n valuations are never enumerated:
+For each row of known values (for example a state): how many valuations of the unknown variables
+(for example the next inputs) satisfy all constraints. The 2^n valuations are never enumerated:
 
-- variables that no constraint connects are counted apart and multiplied;
-- a constraint sees few of the known variables, so its verdict on every value of an unknown is
+- groups of variables that no constraint connects are counted apart, and the counts multiplied;
+- a constraint reads few of the known variables, so its verdict on every value of an unknown is
   computed once per valuation of those, as a bit mask, and looked up for the rows;
-- connected variables whose joint domain is large are split by the values of one of them.
+- connected variables with a large joint domain are split by the values of one of them.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ Lookup = Callable[[str, bool], Vector]
 
 
 class Evaluator:
-    """Evaluation of formulas on ``count`` rows; ``lookup`` returns the planes of a variable."""
+    """Evaluator of formulas on ``count`` rows. ``lookup`` returns a variable's bits, as planes."""
 
     def __init__(self, count: int, lookup: Lookup) -> None:
         self.everywhere = (1 << count) - 1
         self._number, self._compare = cache(lookup), cache(self._compared)
 
     def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
-        """Return the rows in which ``formula`` is true; ``primed`` evaluates it in the next
-        state."""
+        """Return the plane of the rows in which a formula is true, in the next state if
+        ``primed``."""
         match formula:
             case syntax.Name(name, own_prime):
                 return self._number(name, primed or own_prime)[0]
@@ -88,7 +88,7 @@ class Evaluator:
         return planes.get(formula.relation, every ^ (less | equal))
 
     def _order(self, left: Vector, right: Vector) -> tuple[int, int]:
-        """Return the rows where left < right, and those where they are equal."""
+        """Return two planes: the rows where left < right, and the rows where they are equal."""
         less, equal = 0, self.everywhere
         for i in reversed(range(max(len(left), len(right)))):
             a = left[i] if i < len(left) else 0
@@ -100,7 +100,7 @@ class Evaluator:
 
 
 def add(left: Vector, right: Vector) -> Vector:
-    """Return the sum of two numbers in each row, with as many bits as it needs."""
+    """Return the sum of two numbers in each row. A number has a plane for each bit."""
     total = []
     carry = 0
     for i in range(max(len(left), len(right))):
@@ -115,7 +115,7 @@ def add(left: Vector, right: Vector) -> Vector:
 
 
 def first_row(plane: int) -> int:
-    """Return the number of the first row in a plane that is not empty."""
+    """Return the index of the first row in a plane that is not empty."""
     return (plane & -plane).bit_length() - 1
 
 
@@ -123,7 +123,7 @@ _BITS = bytes.maketrans(b"01", b"\x00\x01")
 
 
 def flags(plane: int, count: int) -> bytes:
-    """Return 1 for each of this many rows that is in a plane, else 0."""
+    """Return, for each of ``count`` rows, 1 if the row is in a plane, else 0."""
     return f"{plane:0{count}b}".encode().translate(_BITS)[::-1][:count]
 
 
@@ -139,7 +139,7 @@ Row = tuple[int, ...]
 
 
 class Slot(Struct, frozen=True):
-    """A variable now, or (``primed``) in the next state."""
+    """A variable in the present state or, if ``primed``, in the next state."""
 
     variable: Variable
     primed: bool
@@ -153,14 +153,14 @@ Key = tuple[str, bool]
 
 
 class Clause(Struct, frozen=True, dict=True):
-    """A constraint with its formula."""
+    """A constraint, with its parsed formula."""
 
     constraint: Constraint
     formula: syntax.Formula
 
     @cached_property
     def places(self) -> frozenset[Key]:
-        """The variables that the clause refers to, now or next."""
+        """The slots to which the clause refers."""
         return frozenset(_keys(self.formula, False))
 
     @cached_property
@@ -169,7 +169,7 @@ class Clause(Struct, frozen=True, dict=True):
 
 
 class Completions:
-    """Completions of rows over ``known`` places with values of the ``unknown`` ones."""
+    """The completions of rows of ``known`` slots by values of the ``unknown`` slots."""
 
     def __init__(
         self, known: Sequence[Slot], unknown: Sequence[Slot], clauses: Sequence[Clause]
@@ -183,7 +183,7 @@ class Completions:
     def count(self, rows: Sequence[Row]) -> list[int]:
         """Return the number of completions of each row.
 
-        Raises ResourceLimitError if the constraints connect too many unknowns.
+        Raises ResourceLimitError if the constraints connect too many unknown slots.
         """
         totals = dict.fromkeys(rows, 1)
         for places, tied in self._parts:
@@ -193,12 +193,12 @@ class Completions:
         return [totals[row] for row in rows]
 
     def each(self, row: Row, decisive: frozenset[Key] | None = None) -> Iterator[Row]:
-        """Yield the completions of one row in ascending order; of those that agree in all places up
-        to the last ``decisive`` one, only the first. Raises as ``count``."""
+        """Yield the completions of a row in ascending order, but only the first of several that
+        agree up to the last ``decisive`` slot. Raises as ``count``."""
         return (longer[len(row) :] for longer in self._longer([row], decisive))
 
     def _longer(self, rows: Sequence[Row], decisive: frozenset[Key] | None) -> Iterator[Row]:
-        """Yield completed rows. Each value is followed only if the rest can be completed."""
+        """Yield the completed rows. A value is tried only if the other slots can be completed."""
         ranges = [place.variable.range for place in self._unknown]
         if decisive is not None and decisive.isdisjoint(place.key for place in self._unknown):
             for row in rows:
@@ -216,15 +216,15 @@ class Completions:
 
     @cached_property
     def _rest(self) -> Completions:
-        """The completions of rows with a value of the first unknown place."""
+        """The completions of rows that include a value of the first unknown slot."""
         first, *others = self._unknown
         return Completions((*self._known, first), others, self._clauses)
 
     def unanswered(
         self, replies: Completions, row: Row = (), most: int | None = None
     ) -> Row | None:
-        """Return a completion of a row that ``replies`` cannot complete further, if there is one
-        among the first ``most`` that differ in places to which ``replies`` refers."""
+        """Return a completion of a row that ``replies`` cannot complete further; None if there is
+        none among the first ``most`` that differ in slots to which ``replies`` refers."""
         read = frozenset[Key]().union(*(clause.places for clause in replies._clauses))
         first = sorted(self._unknown, key=lambda place: place.key not in read)
         order = [first.index(place) for place in self._unknown]
@@ -239,7 +239,7 @@ class Completions:
 def _counts(
     rows: Sequence[Row], known: Sequence[Slot], part: Sequence[Slot], tied: Sequence[Clause]
 ) -> list[int]:
-    """Return for each row the number of valuations of connected slots that satisfy the clauses."""
+    """Return, for each row, how many valuations of connected slots satisfy the clauses."""
     domain = prod(len(place.variable.range) for place in part)
     if not tied:
         return [domain] * len(rows)
@@ -262,7 +262,7 @@ def _counts(
 def _components(
     unknown: Sequence[Slot], clauses: Sequence[Clause]
 ) -> Iterator[tuple[list[Slot], list[Clause]]]:
-    """Yield the groups of unknown places that constraints connect, with those constraints."""
+    """Yield the groups of unknown slots that constraints connect, each with these constraints."""
     index = {place.key: i for i, place in enumerate(unknown)}
     seen = [[index[key] for key in clause.places if key in index] for clause in clauses]
     graph: list[list[int]] = [[] for _ in unknown]
@@ -278,8 +278,8 @@ def _components(
 def _masks(
     rows: Sequence[Row], known: Sequence[Slot], part: Sequence[Slot], clauses: Sequence[Clause]
 ) -> list[int]:
-    """Return for each row the valuations of ``part`` (bit d: the d-th of their product) that
-    satisfy all clauses. Clauses that read the same known places are computed together."""
+    """Return, for each row, a mask of the valuations of ``part`` (bit d: the d-th of their product)
+    that satisfy all clauses. Clauses that read the same known slots are evaluated together."""
     valuations = list(product(*(place.variable.range for place in part)))
     masks = [(1 << len(valuations)) - 1] * len(rows)
     free = {place.key for place in part}
@@ -300,8 +300,8 @@ def _masks(
 def _projected(
     rows: Sequence[Row], known: Sequence[Slot], clauses: Sequence[Clause]
 ) -> tuple[list[Slot], list[Row], list[Row]]:
-    """Return the known places to which clauses refer, their values in each row, and the distinct
-    values."""
+    """Return the known slots that clauses read, the values of these slots in each row, and the
+    distinct ones of these values."""
     read = frozenset[Key]().union(*(clause.places for clause in clauses))
     columns = [column for column, place in enumerate(known) if place.key in read]
     if len(columns) > 1:
@@ -317,8 +317,8 @@ def _block(
     valuations: Sequence[Row],
     clauses: Sequence[Clause],
 ) -> list[int]:
-    """Evaluate on all pairs of a key and a valuation, whose values have these ``columns``; return a
-    mask for each key."""
+    """Return, for each key, a mask of the valuations that satisfy all clauses. ``columns``: the
+    position of each slot in a key followed by a valuation."""
     width = (len(valuations) + 7) // 8  # bytes of each key in a plane
     blanks = (bytes(width), b"\xff" * width)
 
@@ -346,7 +346,7 @@ def _block(
 
 
 def _keys(formula: syntax.Formula, primed: bool) -> Iterator[Key]:
-    """Yield the occurrences of variables; those inside ``next(...)`` count as primed."""
+    """Yield the variables of a formula, each with whether it refers to the next state."""
     if isinstance(formula, syntax.Name | syntax.Comparison):
         yield from ((name.name, primed or name.primed) for name in syntax.names_of(formula))
     for operand in syntax.operands_of(formula):

@@ -37,7 +37,7 @@ from safenav.verify.completions import Clause, Completions, Row, first_row
 
 
 class Fault(StrEnum):
-    """Defects of an automaton; the value is the wording."""
+    """Faults of an automaton; each value states its fault in words."""
 
     NO_START = "no node to start from"
     RANGE = "a value outside its range"
@@ -52,12 +52,12 @@ class Fault(StrEnum):
 
 
 class Failure(Struct, frozen=True):
-    """A fault, and a path to it.
+    """A fault, with a path to it.
 
-    ``node``: its node, None if it concerns no node; ``state``: the node in words. ``successor``:
-    the other end of a wrong transition. ``constraint``: the violated constraint, with its origin.
-    ``path``: a shortest one from an initial node to ``node``. ``cycle``: nodes of a closed walk
-    from ``node``, for faults of liveness. ``detail``: the move in question.
+    ``node``: its node, None if it concerns no node; ``state``: this node in words. ``successor``:
+    the other end of a faulty transition. ``constraint``: the violated constraint, with its origin.
+    ``path``: a shortest path from an initial node to ``node``. ``cycle``: the nodes of a closed
+    walk from ``node``, for faults of liveness. ``detail``: the move that is at fault.
     """
 
     fault: Fault
@@ -71,7 +71,7 @@ class Failure(Struct, frozen=True):
 
     @property
     def lines(self) -> list[str]:
-        """The fault, and the constraint that it breaks with its origin."""
+        """The failure in words: the fault, and the constraint that it breaks with its origin."""
         where = "" if self.node is None else f" at node {self.node} ({self.state})"
         found = [f"{self.fault.value}{where}", *([self.detail] if self.detail else [])]
         if self.constraint is not None:
@@ -81,9 +81,9 @@ class Failure(Struct, frozen=True):
 
 
 class Verification(Struct, frozen=True):
-    """Result of a check. ``failures``: the shallowest one of each kind and constraint; ``nodes``,
-    ``edges``: the numbers of those reached and checked. ``vacuous``: no initial state satisfies the
-    assumptions, so the strategy guarantees nothing."""
+    """The result of a check. ``failures``: the first one found of each kind and constraint;
+    ``nodes``, ``edges``: the numbers of checked nodes and edges. ``vacuous``: whether no initial
+    state satisfies the assumptions, so that the strategy guarantees nothing."""
 
     failures: tuple[Failure, ...]
     nodes: int
@@ -96,10 +96,11 @@ class Verification(Struct, frozen=True):
 
 
 def verify(spec: Specification, automaton: Strategy, counter: bool = False) -> Verification:
-    """Check a strategy of the system, or a ``counter``strategy: the proof that there is none.
+    """Return the verdict on a strategy of the system or, if ``counter``, on a counterstrategy,
+    which proves that no strategy exists.
 
-    Raises InputError if the specification cannot be read, ResourceLimitError if its
-    assumptions tie so many inputs together that they cannot be counted.
+    Raises InputError if the specification cannot be read, ResourceLimitError if its assumptions tie
+    so many inputs together that they cannot be counted.
     """
     vacuous = not counter and not openings(spec)[0].count([()])[0]
     found = Automaton(spec, automaton, automaton.initial(counter))
@@ -108,17 +109,17 @@ def verify(spec: Specification, automaton: Strategy, counter: bool = False) -> V
 
 
 def first_failure(spec: Specification, automaton: Strategy, counter: bool = False) -> str | None:
-    """Return the first defect of an automaton, in words; None if it satisfies the specification.
+    """Return the first fault of an automaton, in words; None if it satisfies the specification.
 
-    A synthesizer takes this as its ``verifier``. Raises as ``verify`` does.
+    A synthesizer takes this function as its ``verifier``. Raises as ``verify`` does.
     """
     failures = verify(spec, automaton, counter).failures
     return next(("\n    ".join(failure.lines) for failure in failures), None)
 
 
 def lost_opening(spec: Specification) -> Row | None:
-    """Return initial inputs that ENV_INIT allows and that leave no output, if there are any: a
-    counterstrategy that wins with them has no node."""
+    """Return initial inputs that ENV_INIT allows and that leave no output, if there are any. A
+    counterstrategy that wins with these inputs has no node."""
     inputs, outputs = openings(spec)
     return inputs.unanswered(outputs)
 
@@ -167,15 +168,15 @@ def _node_in_words(automaton: Automaton, node: int) -> str:
 
 
 def _move_in_words(automaton: Automaton, owner: Owner, row: Row) -> str:
-    """Return a valuation of inputs or of outputs in words."""
+    """Return the values of all inputs, or of all outputs, in words."""
     names = [variable.name for variable in automaton.spec.owned(owner)]
     values = dict(zip(names, row, strict=True))
     return in_words(automaton.strategy, values, owner) or "nothing to choose"
 
 
 def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
-    """Yield a missing start. Each initial input of the environment needs a node that satisfies both
-    INITs. That of a counterstrategy needs a node for each output, unless it leaves no output."""
+    """Yield a failure if a start node is missing. A strategy needs one, which satisfies both INITs,
+    for each initial input; a counterstrategy, for each output that its initial input leaves."""
     spec, strategy, starts = automaton.spec, automaton.strategy, automaton.starts
     inputs, outputs = openings(spec)
     if counter and not starts:
@@ -197,24 +198,24 @@ def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
 
 
 def _missing(possible: Completions, row: Row, count: int, there: Set[Row]) -> Row | None:
-    """Return a completion of a row that is not among those ``there``, if one exists. Comparing
-    ``count`` usually suffices: each of ``there`` is a completion, or another fault."""
+    """Return a completion of a row that is not in ``there``, or None. ``count``: the number of all
+    completions; if ``there`` has as many members, none is sought."""
     if count == len(there):
         return None
     return next((each for each in possible.each(row) if each not in there), None)
 
 
 def _input_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Yield the faults of the successors of a strategy: one for each next input."""
+    """Yield the failures of a strategy with other than one successor for some next input."""
     allowed = automaton.edges.without(reduce(or_, (edges for _, edges in automaton.against[0]), 0))
     moves = [(node, automaton.values[node], targets) for node, targets in allowed.items()]
     yield from _move_failures(automaton, Owner.INPUT, rounds(automaton.spec)[0], moves)
 
 
 def _reply_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Yield the faults of the successors of a counterstrategy. Each node must have one next input
-    and, once, each possible reply of the system to it; or none, if the system has no reply to some
-    next input."""
+    """Yield the failures of the successors of a counterstrategy. Those of a node must have one next
+    input in common and be all possible replies of the system to it, each once. A node without
+    successors needs a next input to which the system has no reply."""
     choices, replies = rounds(automaton.spec)
     inputs, after = automaton.parts(Owner.INPUT), automaton.edges.after
     chosen = {node: [*{inputs[target] for target in after[node]}] for node in after}
@@ -236,8 +237,8 @@ def _move_failures(
     possible: Completions,
     moves: Sequence[tuple[int, Row, Sequence[int]]],
 ) -> Iterator[Failure]:
-    """Yield the first node with two successors for one move of the other player, and the first with
-    none for an allowed move. ``moves``: nodes, their known values, and their successors."""
+    """Yield the first node with two successors for one move of the other player, and the first
+    without any for an allowed move. ``moves``: nodes, their known values, their successors."""
     parts = automaton.parts(owner)
     rows = [[parts[target] for target in targets] for _, _, targets in moves]
     counts = possible.count([row for _, row, _ in moves])
@@ -261,8 +262,8 @@ goal, and each excuse."""
 
 
 def obligations(automaton: Automaton, counter: bool) -> list[Obligation]:
-    """Return the obligations of a strategy: its goals, excused by the assumptions; of a
-    counterstrategy: the assumptions, and a goal that no edge meets, excused by the goals."""
+    """Return the obligations of a strategy (its goals, excused by the assumptions), or those of a
+    counterstrategy (the assumptions, and an unmeetable goal, excused by the goals)."""
     every = (1 << len(automaton.edges)) - 1
     fair, goals = (
         [(clause, automaton.edges.flags(every ^ unmet)) for clause, unmet in part]
@@ -276,12 +277,12 @@ def obligations(automaton: Automaton, counter: bool) -> list[Obligation]:
 
 
 def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[str, Any]:
-    """Return the measures of a strategy that satisfies the specification, one for each goal; or of
-    a ``counter``strategy that defeats it: one for each assumption, which each path meets infinitely
-    often, and one whose excuses are the goals, not all of which a path meets infinitely often.
-    ``start``: its initial inputs; ``chosen``: the next inputs of each node.
+    """Return the measures of a strategy, one for each goal, or those of a ``counter``strategy: one
+    for each assumption, which each path meets infinitely often, and one whose excuses are the
+    goals, not all of which a path meets infinitely often. ``start``: the counterstrategy's initial
+    inputs; ``chosen``: its next inputs in each node.
 
-    Raises NoMeasureError if it is neither."""
+    Raises NoMeasureError if the automaton does not satisfy (or refute) its specification."""
     size = len(automaton.states)
     starts = automaton.initial(True) if counter else range(size)
     found = Automaton(spec, automaton, starts)
@@ -297,8 +298,8 @@ def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[st
 
 
 def _choice(automaton: Automaton, node: int) -> Row | None:
-    """Return the next inputs that the environment chooses in a node: those of the successors, or
-    inputs to which the system has no reply."""
+    """Return the next inputs that the environment chooses in a node: those of its successors or, if
+    there are none, inputs to which the system has no reply."""
     targets = automaton.strategy.transitions[node]
     if targets:
         return automaton.parts(Owner.INPUT)[targets[0]]

@@ -68,8 +68,8 @@ UNCOMPARED = {
 
 @dataclass(frozen=True)
 class Judged:
-    """The result: its ``verdict`` (accepted, refused, too large or not a bundle), the reason if not
-    accepted, the claims that are established, and what was not compared. A claim has ``id``,
+    """The result of a check: its ``verdict`` (accepted, refused, too large or not a bundle), the
+    reason for it, the established claims, and the parts that were not compared. A claim has ``id``,
     ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None."""
 
     verdict: str
@@ -118,7 +118,7 @@ def open_bundle(place: Path) -> dict[str, Any]:
 
 
 def examine(files: dict[str, Any], run: Evidence) -> None:
-    """Refuse unless the trace obeys the rules, and each part is judged."""
+    """Refuse a bundle whose trace breaks a rule, or has a part that nothing proves."""
     trace = files["trace.jsonl"].read_bytes()
     found = judge(trace.splitlines(keepends=True), [*FACTS, *run.rules()])
     if found.findings:

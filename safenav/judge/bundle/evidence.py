@@ -25,14 +25,14 @@ Order = tuple[str, int, str, int]
 
 @dataclass
 class Plan:
-    """A plan in force. ``at``: the number of each robot's waypoint."""
+    """A plan in force. ``at``: the index of each robot's present waypoint."""
 
     ways: Mapping[str, tuple[Pose, ...]]
     orders: tuple[Order, ...]
     at: dict[str, int]
 
     def step(self, robot: str, after: Pose, s: State) -> None:
-        """Refuse unless a robot's next step leads to the pose, and its orders allow it."""
+        """Refuse unless the robot's next waypoint is ``after``, and the orders allow the step."""
         require(robot in self.ways, f"{robot} moves by a plan that does not include it")
         index, way = self.at[robot] + 1, self.ways[robot]
         require(index < len(way), f"{robot} has no further waypoint in its plan")
@@ -46,8 +46,8 @@ class Plan:
 
 
 def plan_of(e: Line, s: State) -> Plan:
-    """Return the plan of a line. Refuse unless it begins with the poses of its robots, consists of
-    their steps, and its orders keep rivals apart."""
+    """Return the plan of a trace line. Refuse it unless each path begins at its robot's pose and
+    consists of possible steps, and the orders keep rivals apart."""
     at = dict.fromkeys(e.robots, 0)
     for robot, way in e.robots.items():
         here, there = s.robots[robot].pose, s.destination(robot)
@@ -68,7 +68,7 @@ def plan_of(e: Line, s: State) -> Plan:
 
 
 def _check_apart(plan: Plan, s: State) -> None:
-    """Refuse if the plan lets two robots into a region or zone together."""
+    """Refuse a plan that lets rivals into one region, or two robots of a zone into that zone."""
     leaves = _precedence(plan)
     each = [((robot, i), at[0]) for robot, way in plan.ways.items() for i, at in enumerate(way)]
     for (robot, i), region in each:
@@ -88,9 +88,8 @@ Place = tuple[str, int]
 
 
 def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
-    """Return a function of two places: whether the robot of the first has certainly left it when
-    the robot of the second departs for that. A robot reaches its places in turn, and the first
-    place of an ``Order`` is reached before the second robot departs for the second place."""
+    """Return a function of two waypoints ``one`` and ``other``. It returns whether the robot of
+    ``one`` has certainly left that waypoint when the robot of ``other`` departs for ``other``."""
     places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]
     after: dict[Place, list[Place]] = {place: [] for place in places}
     for robot, k in places:
@@ -133,7 +132,7 @@ class Evidence:
         self.plans = self.broken = False
 
     def rules(self) -> list[Rule]:
-        """Return the rules, for one trace."""
+        """Return the rules of a bundle, for the check of one trace."""
         kinds = {
             self.keeps: ("synthesis",),
             self.apart: ("plan", "plan_end"),
@@ -163,7 +162,7 @@ class Evidence:
         return read_json(data)
 
     def claim(self, kind: str, e: Line | None, text: str, *files: str) -> None:
-        """Record a claim that a line (None: the whole trace) and files establish."""
+        """Record a claim that follows from a line (None: from the whole trace) and from files."""
         shown = [["trace.jsonl", e.number if e else None], *([path, None] for path in files)]
         when = f"Tick {e.tick}: " if e else ""
         name = f"{kind}-{len(self.claims) + 1}"
@@ -171,7 +170,7 @@ class Evidence:
 
     def keeps(self, e: Line, s: State) -> None:
         """Each strategy obeys the scenario: moves, walls, a successor for each observation, goals
-        under named assumptions; and a robot for which none exists has a counterstrategy."""
+        under named assumptions. A robot without a strategy has a counterstrategy."""
         proof = proof_file(e)
         key = proof, not (s.tick or s.moves)  # `init` counts only at the start of a run
         text = f"{e.robot} for '{_objective(formed(e.objective, e.form), s)}'"
@@ -213,7 +212,7 @@ class Evidence:
         self.drives[e.robot] = task, {e.node}
 
     def _fits(self, task: Task, e: Line, s: State) -> None:
-        """Refuse unless the data of a synthesis agree with the run."""
+        """Refuse a synthesis whose data contradict the run."""
         name, own, start = e.robot, s.robots[e.robot].own, s.destination(e.robot)
         require(task.pose == start, f"the strategy of {name} does not start at {start}")
         known = [one for one in s.obstacles.values() if one.known and one.present]
@@ -239,8 +238,8 @@ class Evidence:
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
-        """Return whether a proof shows, for the present circumstances, that a robot has no strategy
-        for its own objective."""
+        """Return whether a proof shows that a robot at present has no strategy for its own
+        objective."""
         if (robot, spec) not in self.hopeless:
             return False
         (task, line), own = self.hopeless[robot, spec], s.robots[robot].own
@@ -310,7 +309,7 @@ class Evidence:
         self.drives[e.robot] = task, fits
 
     def concludes(self, e: Line, s: State) -> None:
-        """Claim the negatives that the judge has proven, and the end."""
+        """Record the claim of a line about an obstacle, a lost deadline or the end of the run."""
         if e.kind == "blocked" and e.reason in ("no_capable_robot", "unresolvable"):
             kind, one = e.obstacle.partition("@")[0], s.obstacles[e.obstacle]
             what = f"No robot can resolve {kind}@{_word({one.region}, s)}"
@@ -344,8 +343,8 @@ class Evidence:
 
 
 def _now(name: str, drive: tuple[Task, set[int]], s: State) -> tuple[set[int], set[int]]:
-    """Return the nodes in which the strategy of a robot may be, and their successors for the
-    present observation."""
+    """Return two sets: the nodes in which a robot's strategy may be, and those of their successors
+    that agree with the present observation."""
     (task, nodes), follows = drive, drive[0].graph.next
     if s.live:  # the robot may have stayed any number of times
         here = task.of_pose.get(s.robots[name].pose, set())
@@ -354,7 +353,7 @@ def _now(name: str, drive: tuple[Task, set[int]], s: State) -> tuple[set[int], s
 
 
 def _word(regions: Collection[int], s: State) -> str:
-    """Return the name of an area or a region, or its numbers."""
+    """Return the name of a set of regions, or else the names or indices of its regions."""
     known = s.scenario.map
     names = {frozenset([region]): name for name, region in known.names.items()}
     names |= {area: name for name, area in known.areas.items()}
@@ -370,8 +369,8 @@ def _objective(own: Objective, s: State) -> str:
 
 
 def _end(e: Line, s: State, lost: Collection[str]) -> str:
-    """Return the claim about the end of a run, which the judge has judged. ``lost``: the robots
-    that are proven to have no strategy."""
+    """Return, in words, the claim that a bundle makes about the end of its run. ``lost``: the
+    robots that are proven to have no strategy."""
     what, rounds = e.outcome, s.scenario.until.rounds
     if what == "completed":
         often = "once" if rounds == 1 else f"{rounds} times"

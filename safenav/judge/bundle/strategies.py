@@ -1,10 +1,10 @@
-"""Strategies as graphs, and the checks of one against the demands of a scenario (``tasks``).
+"""Strategies as graphs, and the check of a strategy against the demands of a scenario (``Task``).
 
-The nodes of a strategy hold a value of every variable: inputs of the environment, and the robot's
-own. A strategy keeps the demands if
+A node of a strategy has a value of every variable: the inputs of the environment, and the robot's
+own variables. A strategy keeps the demands if
 1. from each node there is one edge for each next input that can occur, and each edge is allowed;
-2. each infinite path meets every goal infinitely often, or misses an assumption forever from some
-   point on. A *measure* shows that: see ``check_measure``.
+2. each infinite path meets every goal infinitely often, or from some point on never meets one of
+   the assumptions. A *measure* shows that: see ``check_measure``.
 """
 
 import re
@@ -68,14 +68,14 @@ class Strategy:
             raise TooLargeError(f"{size} edges; this checker accepts at most {MOST_EDGES}")
 
     def rows(self, names: Sequence[str]) -> list[Row]:
-        """Return each node's values of some variables. Refuse if one is missing."""
+        """Return the values of these variables in each node. Refuse if a variable is missing."""
         missing = sorted({*names} - {*self.columns})
         require(not missing, f"variables missing in the strategy: {', '.join(missing)}")
         columns = [self.columns[name] for name in names]
         return [*zip(*columns, strict=True)] if columns else [()] * self.count
 
     def reach(self, begin: Iterable[int]) -> list[int]:
-        """Return the nodes that are reachable from some nodes."""
+        """Return all nodes that are reachable from the given ones."""
         return sorted(closure(begin, self.next.__getitem__))
 
     def edges(self, nodes: Sequence[int]) -> Edges:
@@ -84,8 +84,8 @@ class Strategy:
 
 
 def check_measure(edges: Edges, what: str, met: Met, excuses: list[Met], given: Any) -> None:
-    """Refuse unless each infinite path of these edges meets the goal infinitely often, or one of
-    the ``excuses`` never again from some point on.
+    """Refuse unless each infinite path of these edges meets the goal infinitely often, or from some
+    point on never meets one of the ``excuses``.
 
     A measure gives each node a number n and perhaps an excuse a. On each edge that does not meet
     the goal, n decreases; or n and a stay the same, and the edge does not meet a. Once no edge
@@ -109,7 +109,7 @@ Done = tuple[Pose, int, Row]  # a pose, the target that a robot remembers, and i
 
 
 def formed(objective: Objective, form: str | None) -> Objective:
-    """Return the objective that a strategy synthesized in this form pursues."""
+    """Return the objective of a strategy that was synthesized in this form of ``objective``."""
     if not objective.strict or form != "alternation":
         return objective
     require(not objective.literal, "a patrol with 'form: literal' has no alternation form")
@@ -118,10 +118,10 @@ def formed(objective: Objective, form: str | None) -> Objective:
 
 class Task:
     """The scenario's demands on the strategy or counterstrategy (``graph``) of a ``synthesis``
-    line. ``own``, ``heard``: the memory and the inputs of its formulas; ``assumptions``: values
-    that inputs are assumed to have infinitely often. For each node: its pose; ``before``: the pose,
-    the target that the robot awaits, memory and inputs; ``done``: the values to which a step
-    leads."""
+    line. ``own``, ``heard``: the memory variables and the inputs of its formulas; ``assumptions``:
+    the input values that are assumed to recur infinitely often. For each node: its pose;
+    ``before``: the values before a step (pose, awaited target, memory, inputs); ``done``: those
+    after the step into the node."""
 
     def __init__(self, document: Any, e: Line, s: State) -> None:
         require(e.region is not None, "the synthesis states no pose")
@@ -168,29 +168,29 @@ class Task:
         self.goals_met = cache(self._goals_met)
 
     def _awaited(self, last: int, pose: Pose) -> int:
-        """Return the target that a robot awaits: the remembered one or, if the robot is there, the
-        target after that."""
+        """Return the index of the target that a robot awaits in ``pose``, given the target ``last``
+        that it awaited before."""
         targets = self.objective.targets
         turn, count = last + (pose[0] in targets[last]), len(targets)
         return min(turn, count - 1) if self.objective.settles else turn % count
 
     def _heard(self, row: Row) -> Row:
-        """Return the values of the inputs ``heard``, which follow those about other robots."""
+        """Return the values of the inputs ``heard``, which are the last ones of a row."""
         return row[len(self.others.first) :]
 
     def observes(self, node: int, s: State) -> bool:
-        """Return whether the inputs of a node are the robot's present observation."""
+        """Return whether the inputs of a node are what the robot observes at present."""
         row = self.graph.inputs[node]
         same = self._heard(row) == tuple(s.inputs[name] for name in self.heard)
         return same and self.others.agree(row, s)
 
     def _expected(self, pose: Pose, row: Row) -> set[Row]:
-        """Return the possible next inputs in a pose, given the present inputs."""
+        """Return the inputs that a robot in ``pose`` may receive after the inputs ``row``."""
         known = self.others.expected(pose[0], row)
         return {*product(*known, *([(0, 1)] * len(self.heard)))}
 
     def _legal(self, pose: Pose, awaited: int) -> set[Pose]:
-        """Return the poses that a robot may go to from a pose."""
+        """Return the poses to which a robot may go from ``pose`` while it awaits a target."""
         own = self.objective
         due = not own.in_turn or awaited == len(own.targets) - 1
         held = own.settles and due and pose[0] in own.last
@@ -203,7 +203,7 @@ class Task:
         return {to for to in moves - self.forbidden if to[0] not in shut and to[0] in free}
 
     def _keeps(self, before: tuple[Pose, Row], after: tuple[Pose, Row]) -> bool:
-        """Return whether a step keeps the safety formulas, with memory and inputs."""
+        """Return whether a step satisfies the safety formulas with the given memory and inputs."""
         return self.formulas is None or all(self.formulas.holds("safety", *before, *after))
 
     def allows(self, node: int, target: int) -> bool:
@@ -240,13 +240,13 @@ class Task:
         return {(self.pose, max(self.memory.values(), default=0), own) for own in found}
 
     def answered(self, row: Row) -> list[int]:
-        """Return the nodes in which a robot may begin with these inputs."""
+        """Return the nodes in which a strategy may begin when its inputs are ``row``."""
         possible, graph = self.openings(), self.graph
         nodes = (node for node in range(graph.count) if graph.inputs[node] == row)
         return [node for node in nodes if self.done[node] in possible]
 
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
-        """Return for each goal, and for each assumption, the edges on which it is met."""
+        """Return two lists: the edges that meet each goal, those that meet each assumption."""
         graph, targets = self.graph, self.objective.targets
         steps = [*zip(*edges, strict=True)]
         if self.in_turn:
@@ -327,9 +327,9 @@ class Task:
 
 
 class Others:
-    """The robots that a robot tracks, as its strategy knows them. Another robot stays or takes
-    steps; then this robot observes, and moves. Knowledge of a robot is a region, or a belief: a set
-    of cells, with a number above those of the regions."""
+    """The other robots that a robot tracks, as its strategy knows them. First each other robot
+    stays or takes steps; then this robot observes, and moves. Its knowledge of another robot is an
+    integer: a region or, above all regions, a belief (a set of cells)."""
 
     def __init__(self, e: Line, s: State) -> None:
         self.line, self.world, self.live = e, s.world, s.live
@@ -368,21 +368,21 @@ class Others:
         return {*closure(regions, steps)} if self.live else regions.union(*map(steps, regions))
 
     def after(self, name: str, region: int, value: int) -> set[int]:
-        """Return the possible next knowledge of another robot, given the present knowledge, for a
-        robot in a region."""
+        """Return the possible next knowledge of a robot in ``region`` about the robot ``name``,
+        given its present knowledge ``value``."""
         reach = self.later(self.whereabouts(name, value))
         seen = {r for r in reach if self.sees(region, r)}
         hidden = [k for k, cell in enumerate(self.cells) if cell & (reach - seen)]
         return seen | ({self.number(name, hidden)} if seen != reach else set())
 
     def expected(self, region: int, row: Row) -> list[set[int]]:
-        """Return the possible next knowledge of each robot, given a row of inputs."""
+        """Return the possible next knowledge about each tracked robot, given a row of inputs."""
         each = zip(self.first, row, strict=False)  # without the inputs of formulas
         return [self.after(name, region, known) for name, known in each]
 
     def agree(self, row: Row, s: State) -> bool:
-        """Return whether inputs agree with the places of other robots: in sight, exactly their
-        regions; else a belief that contains them (in an external world, any belief)."""
+        """Return whether a row of inputs is true: for each robot in sight its region, else a belief
+        that contains its region (in an external world, any belief)."""
         here = s.robots[self.line.robot].pose[0]
         for name, value in zip(self.first, row, strict=False):
             there = s.robots[name].pose[0]

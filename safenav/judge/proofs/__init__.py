@@ -1,1 +1,1 @@
-"""Proofs of negatives: tables that are checked locally, and bounded enumerations."""
+"""Proofs of what a team can never do: tables that are checked locally, and bounded enumerations."""

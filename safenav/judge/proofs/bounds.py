@@ -23,9 +23,9 @@ Charges = dict[Pose, float]
 
 
 class Bound:
-    """Bounds at the end of a turn of a tick, given the pose of each robot and the tick at which it
-    is there. ``met``: for each open obstacle the earliest turn that can fulfil each open need.
-    Formulas of objectives that still change are ignored."""
+    """Lower bounds on times, computed from the pose of each robot and the tick at which it is
+    there. ``met``: for each open obstacle, the earliest turn in which each open need can be
+    fulfilled. Formulas of objectives that the scenario still changes are ignored."""
 
     def __init__(self, s: State, tick: int) -> None:
         self.s, self.tick, self.names, self.count = s, tick, s.names, len(s.names)
@@ -53,7 +53,7 @@ class Bound:
         return NEVER if turn >= NEVER else turn // self.count
 
     def round(self, name: str, goals: Iterable[frozenset[int]]) -> int:
-        """Return the earliest tick by whose end a robot can have met some targets in sequence."""
+        """Return the earliest tick by whose end a robot can have met these targets in sequence."""
         arrives = self.s.robots[name].bound is not None or not self.tick  # or the run starts
         seeds = self.start[name]
         for goal in goals:
@@ -64,15 +64,15 @@ class Bound:
     def goal(
         self, name: str, goal: frozenset[int], seeds: Ticks, ends_in: Collection[int] = ()
     ) -> Ticks:
-        """Return the poses in which a robot can meet a target, each with the earliest tick by whose
-        end it meets the target: by a step, or by staying for a tick."""
+        """Return, for each pose in which a robot can meet a target, the earliest tick by whose end
+        it can have met the target there: by a step, or by staying for a tick."""
         stayed, stepped = self.ticks(name, seeds, ends_in)
         there = (pose for pose in stayed.keys() | stepped.keys() if pose[0] in goal)
         return {p: min(stepped.get(p, NEVER), stayed.get(p, NEVER) + 1) for p in there}
 
     def ticks(self, name: str, seeds: Ticks, ends_in: Collection[int] = ()) -> tuple[Ticks, Ticks]:
-        """Return two earliest ticks for each pose: at whose end a robot is there, and in which a
-        step ends there. ``ends_in``: regions where paths may end but not continue."""
+        """Return two mappings from poses: the earliest tick at whose end a robot can be there, and
+        the earliest in which a step can end there. Paths end in regions of ``ends_in``."""
         own, robot = self.names.index(name), self.s.robots[name]
         formulas = None if self.changes else robot.own.formulas
         best, stepped, shut = dict(seeds), Ticks(), self.sealed[name]
@@ -93,14 +93,14 @@ class Bound:
         return best, stepped
 
     def _closed_until(self, name: str, region: int) -> int:
-        """Return the turn after which a robot may enter a region; -1: it may enter now."""
+        """Return the turn after which a robot may enter a region (-1: it may enter now)."""
         here = (one for one in self.open if one.region == region and one.closes(name))
         turns = (self.met[one.name][-2 if name in one.enters else -1] for one in here)
         return max(turns, default=-1)
 
     def _leaving(self, name: str, need: Need, since: int) -> int:
-        """Return the first turn in which a robot in transit can do its part in the region that it
-        leaves."""
+        """Return the first turn from ``since`` in which a robot in transit can do its part of a
+        need in the region that it leaves; NEVER if there is none."""
         robot, own = self.s.robots[name], self.names.index(name)
         if robot.bound is None or robot.pose[0] not in need.regions:
             return NEVER
@@ -137,8 +137,8 @@ class Bound:
     def _seeds(
         self, one: Rest, number: int, name: str, former: Ticks, begun: int, before: int
     ) -> Ticks:
-        """Return the poses from which a robot may go to a need after its part in the previous need;
-        none if it took no part."""
+        """Return the poses, each with its earliest tick, from which a robot may go to a need after
+        its part in the previous need; the mapping is empty if it took no part."""
         earlier, index = one.left[number - 1], self.names.index(name)
         part_at = before if earlier.together else begun + (index - begun) % self.count
         had_part = number == 1 and name in one.done and not earlier.together
@@ -151,8 +151,8 @@ class Bound:
 def objectives_change(
     s: State, tick: int, names: Collection[str] | None = None, most: int = NEVER
 ) -> bool:
-    """Return whether the scenario, after a tick and until ``most``, gives one of some robots (None:
-    any) another objective, perhaps with other formulas."""
+    """Return whether the scenario gives another objective, perhaps with other formulas, to one of
+    the robots ``names`` (None: to any) after ``tick`` and until ``most``."""
     names = s.names if names is None else names
     changes = (one for one in s.scenario.changes if one.robot in names)
     times = [one.at for one in changes if one.objective is not None]
@@ -163,8 +163,8 @@ def objectives_change(
 
 
 def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
-    """Yield the sequences of targets that a robot may still have to meet (in tick 0, all of them).
-    A patrol may begin with any target, a literal patrol only with the target where it stands."""
+    """Yield the possible sequences of targets that a robot still has to meet: all, in tick 0. A
+    patrol may begin with any target, a literal patrol only with the target where it stands."""
     own, progress = robot.own, robot.progress if tick else Progress()
     if own.settles:  # each tick at the last target is a round; the robot must end there
         away = robot.bound is not None or robot.pose[0] not in own.last
@@ -180,8 +180,8 @@ def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]
 
 
 def mission(bound: Bound, tick: int) -> int:
-    """Return a tick before which the mission cannot be completed: the present tick if objectives
-    still change."""
+    """Return a tick before which the mission cannot be completed (the present tick if the scenario
+    still changes objectives)."""
     s = bound.s
     ends: list[int] = [tick, *(each.appears for each in s.coming if each.ordered)]
     wanted = s.scenario.until.rounds
@@ -197,8 +197,8 @@ def mission(bound: Bound, tick: int) -> int:
 
 
 def bound_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why a lost deadline may still be met, or may be met before its stated ``earliest``
-    tick. Raises TooLargeError."""
+    """Yield the reasons why a deadline that the trace calls lost may still be met, or may be met
+    before the stated tick ``earliest``. Raises TooLargeError."""
     bound = Bound(s, e.tick)
     if e.of == "mission":
         least = mission(bound, e.tick)
@@ -220,8 +220,8 @@ def bound_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def refused_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why a deadline or a charge that is refused at the start may suffice. Raises
-    TooLargeError."""
+    """Yield the reasons why a deadline or charge may suffice that the trace refuses at the start.
+    Raises TooLargeError."""
     for of, stated in e.refused.items():
         name = of.removesuffix(".battery")
         robot, most = s.robots.get(name), s.by if of == "mission" else None
@@ -243,7 +243,7 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def least_within(s: State, name: str) -> int:
-    """Return the least number of ticks in which a robot alone can complete every round forever."""
+    """Return the least N such that a robot alone can complete every round, forever, in N ticks."""
     own = s.robots[name].own
     s.world.spend(own.count**2 * own.strict)
     every = frozenset[int]().union(*own.targets) if own.literal and own.strict else None
@@ -257,8 +257,8 @@ def least_within(s: State, name: str) -> int:
 def _least_round(
     s: State, name: str, targets: list[frozenset[int]], ends_in: Collection[int] | None
 ) -> int:
-    """Return the least number of ticks of a round of targets in this order. ``ends_in``: the
-    regions that the robot touches only in their turn (None: the targets)."""
+    """Return the least number of ticks of a round of targets in this order. ``ends_in``: regions
+    that the robot touches only at the end of a path to a target (None: those of that target)."""
     bound, own = Bound(s, 0), s.robots[name].own
     bound.changes = False  # as long as the robot has this objective
     bound.sealed[name] |= own.avoid
@@ -284,15 +284,15 @@ def _least_round(
 
 
 def charge_needed(robot: Robot, s: State) -> int:
-    """Return the least charge with which a robot can meet its targets in turn forever, computed as
-    a fixpoint of growing numbers on poses."""
+    """Return the least charge with which a robot can meet its targets in turn forever. It is
+    computed as a fixpoint over the poses."""
     battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers
     steps = Case(s, out=[name for name, one in s.robots.items() if one.out]).steps[robot.name]
     after = {pose: steps.get(pose, ()) for pose in s.world.reach(steps, [robot.pose], ())}
 
     def leg(target: frozenset[int], then: Charges) -> Charges:
-        """Return the least charge of each pose with which it meets a target with a charge ``then``,
-        by a step or by staying there in service."""
+        """Return, for each pose, the least charge with which the robot meets a target, by a step or
+        by staying there, and then has the charge ``then``."""
         found, changed = Charges(), True
         while changed:
             changed = False

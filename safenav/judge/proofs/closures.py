@@ -25,12 +25,12 @@ PER_SYMBOL = 20
 
 class Case:
     """The team in a state: for each robot its ``steps`` outside permanent obstacles, and the poses
-    where each of its ``targets`` is met. ``out``: robots out of service; ``flat``: those that
-    another battery brings back, each with its obstacle; ``memory``: the number of the memory of
-    each robot whose poses are followed with it; ``never``: given-up obstacles that are never
-    resolved; ``shut``: these, and permanent ones; ``laden``: robots with a load, or a part of one,
-    that no robot can ever put down; ``leaving``: the state in which a robot in transit still acts
-    in the region that it leaves."""
+    where each of its ``targets`` is met. ``out``: robots out of service; ``flat``: robots that
+    another battery brings back, each with its obstacle; ``memory``: the memory of each robot whose
+    poses include one; ``never``: given-up obstacles that are never resolved; ``shut``: these and
+    all permanent obstacles; ``laden``: robots with a load, or a part of one, that no robot can ever
+    put down; ``leaving``: the state in which a robot in transit still acts in the region that it
+    leaves."""
 
     def __init__(
         self,
@@ -93,8 +93,8 @@ class Case:
         return steps, targets
 
     def _came(self, robot: Robot) -> int | None:
-        """Return the region from which a robot enters its own, or that of its arrival; None: an
-        obstacle appears around the robot there."""
+        """Return the region from which a robot has entered its present one or, in transit, enters
+        its destination; None if an obstacle has appeared around the robot there."""
         if robot.bound is None:
             return robot.came
         there = self.state.at.get(robot.bound, ())
@@ -117,7 +117,7 @@ class Case:
         )
 
     def _cut(self, load: Rest) -> Iterator[str]:
-        """Yield the robots that do not take a load, since no path leads to where it is put down."""
+        """Yield the robots that never take a load since they cannot reach where it is put down."""
         graph = self.world.graph(False)
         for name in load.left[0].able:
             avoid = self.state.robots[name].own.avoid
@@ -131,7 +131,7 @@ class Case:
         return poses | {self.at[name]} if self.leaving.get(name) in poses else poses
 
     def way_back(self, name: str, pose: Any, obstacles: Iterable[Rest]) -> int | None:
-        """Return the only region to which a robot may leave an obstacle in which it is, if any."""
+        """Return the only region that a robot inside an obstacle may enter (None: any)."""
         robot = self.state.robots[name]
         entered = robot.came is not None and robot.bound is None and pose == self.at[name]
         return robot.came if entered and pose[0] in self.walls(name, obstacles) else None
@@ -165,14 +165,14 @@ class Case:
         return frozenset(pose for pose in self.steps[name] if pose[0] in regions)
 
     def actors(self, one: Rest, sets: Sets, full: frozenset[str]) -> dict[str, Poses]:
-        """Return the robots that can do their part of the next need, with their poses there.
-        ``full``: robots that can take no other load."""
+        """Return the robots that can do their part of an obstacle's next need, each with the poses
+        where it can. ``full``: robots that can take no other load."""
         able = able_now(one, full)
         at = {n: sets[n] & self._on(n, one.left[0].regions) for n in self.names if n in able}
         return {name: there for name, there in at.items() if there}
 
     def groups(self, one: Rest, at: Sets) -> Iterator[tuple[str, ...]]:
-        """Yield the groups that can fulfil the next need."""
+        """Yield the groups of robots that can fulfil an obstacle's next need."""
         missing = max(0, one.left[0].robots - len(one.done))
         for group in combinations(at, missing) if missing <= len(at) else ():
             self.world.spend()
@@ -180,8 +180,8 @@ class Case:
                 yield group
 
     def _fits(self, group: tuple[str, ...], at: Sets) -> bool:
-        """Return whether a group can stand at poses of its robots simultaneously: rivals apart, and
-        no two robots of a zone in that zone."""
+        """Return whether the robots of a group can stand in some of their poses simultaneously:
+        rivals in different regions, and at most one robot of each zone in the zone."""
         s, crowd = self.state, [name for name in group if {*self.state.mates[name]} & {*group}]
         for regions in product(*({pose[0] for pose in at[name]} for name in crowd)):
             self.world.spend()
@@ -192,8 +192,8 @@ class Case:
 
 
 def case_of(s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | None = None) -> Case:
-    """Return the case in which an obstacle that was given up is permanent if it is never resolved
-    from now on."""
+    """Return the case of a state in which those given-up obstacles are permanent that the team can
+    never resolve from there."""
     never = set[str]()
     while True:
         case = Case(s, out=out, memory=memory, never=never)
@@ -205,8 +205,8 @@ def case_of(s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | No
 
 
 def case_now(s: State, memory: Mapping[str, int] | None = None) -> Case:
-    """Return the present case. A robot without charge counts as in service if it can get, or has,
-    another battery: what is proven with this robot also holds without it."""
+    """Return the case of the present state. A robot without charge counts as in service if it has,
+    or can get, another battery: a proof with this robot also holds without it."""
     out = {name for name, robot in s.robots.items() if robot.out and not robot.filled}
     while True:
         case = case_of(s, out=out, memory=memory)
@@ -218,22 +218,23 @@ def case_now(s: State, memory: Mapping[str, int] | None = None) -> Case:
 
 
 def able_now(one: Rest, full: frozenset[str]) -> frozenset[str]:
-    """Return the robots that may still do their part of the next need."""
+    """Return the robots that may do their part of an obstacle's next need."""
     able = one.left[0].able - one.done - one.barred
     return able - full if one.takes() else able
 
 
 def _met(formulas: Formulas, goal: int, steps: Graph) -> Poses:
-    """Return the poses that meet a goal by staying, and the ends of the steps that meet it although
-    staying at either end would not."""
+    """Return the poses that meet a goal by staying there, and those into which a step meets the
+    goal although staying at neither end of the step does."""
     staying = {pose for pose in steps if formulas.meets(goal, pose, pose)}
     pairs = ((a, b) for a, to in steps.items() for b in to if not {a, b} & staying)
     return frozenset(staying | {b for a, b in pairs if formulas.meets(goal, a, b)})
 
 
 def _with_memory(formulas: Formulas, steps: Graph) -> tuple[Graph, list[Poses]]:
-    """Return the steps and aims of a robot whose poses are followed with their memory, and with the
-    goals that only its last step has met. It may also stay and change its memory."""
+    """Return two results for a robot whose states are a pose, a memory, and the goals that only the
+    last step has met: the graph of its steps, and the states that meet each goal. A robot that
+    stays may change its memory."""
     edges: dict[Any, set[Any]] = {}
     for here, to in steps.items():
         for there in (here, *to):
@@ -249,8 +250,8 @@ def _with_memory(formulas: Formulas, steps: Graph) -> tuple[Graph, list[Poses]]:
 def team_closure(
     case: Case, start: Sets, opened: tuple[Rest, ...]
 ) -> tuple[Sets, tuple[Rest, ...]]:
-    """Return the poses that each robot can reach, and the never resolved obstacles, each with the
-    need that is never fulfilled. ``start``: the poses in which the robots may be."""
+    """Return the poses that each robot can ever reach from ``start``, and the obstacles that are
+    never resolved, each with its open needs from the first that is never fulfilled."""
     left = opened
     while True:
         inside = {name: case.reach(name, start[name], left) for name in case.names}
@@ -265,8 +266,8 @@ def team_closure(
 def _furthest(
     case: Case, one: Rest, inside: Sets, full: frozenset[str], walls: tuple[Rest, ...]
 ) -> Rest:
-    """Return an obstacle with each need advanced that enough robots can reach. The same robots must
-    reach each such need from the previous one."""
+    """Return an obstacle after all needs that can be fulfilled: enough robots can reach each of
+    them (where a need demands the same robots, from the need before it)."""
     sets = inside
     while one.left:
         at = case.actors(one, sets, full)
@@ -280,7 +281,7 @@ def _furthest(
 
 
 def is_hopeless(case: Case) -> bool:
-    """Return whether after all choices some robot can never continue. Raises TooLargeError."""
+    """Return whether some robot can never continue, whatever is chosen. Raises TooLargeError."""
     states: list[tuple[Sets, tuple[Rest, ...]]] = [(case.start, case.obstacles)]
     while states:
         sets, opened = states.pop()
@@ -299,9 +300,9 @@ def is_hopeless(case: Case) -> bool:
 def _options(
     case: Case, sets: Sets, opened: tuple[Rest, ...]
 ) -> Iterator[tuple[tuple[Sets, tuple[Rest, ...]], bool]]:
-    """Yield what follows if a group fulfils the next need of an obstacle, or a robot does its part
-    of it: where the robots may be, and the open obstacles; and whether nothing is lost, since all
-    these robots can return from there."""
+    """Yield each option: a group fulfils the next need of an obstacle, or one robot does its part
+    of it. An option is a pair: the poses of the robots with the open obstacles afterwards, and
+    whether nothing is lost, since these robots can return to all their poses."""
     full = case.full(opened)
     for k, one in enumerate(opened):
         at, alone = case.actors(one, sets, full), one.left[0].together or one.left[0].robots == 1

@@ -1,4 +1,4 @@
-"""Claims that the mission cannot be completed, and the proof of each."""
+"""The check of claims that the mission cannot be completed, and of their proofs."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -39,8 +39,8 @@ class _State(NamedTuple):
 
 
 class Enumeration:
-    """The joint states of some robots with some open obstacles. ``cost``: cost of each, in states;
-    ``most``: the goals, or rounds in any order, that each robot has to meet."""
+    """The joint states of some robots with some open obstacles. ``cost``: the work for one state;
+    ``most``: how many goals (or rounds, if in any order) each robot has to meet."""
 
     def __init__(
         self, case: Case, robots: list[str], opened: Iterable[Rest], cost: int = PER_JOINT_STATE
@@ -66,7 +66,7 @@ class Enumeration:
             yield from self._settled(_State(poses, met, self.opened))
 
     def _begins(self, k: int) -> list[Progress]:
-        """Return the possible progress of a robot."""
+        """Return the possible present progress of the robot with index ``k``."""
         name, own = self.robots[k], self.owns[k]
         robot = self.case.state.robots[name]
         found = self._after(k, robot.progress)
@@ -78,7 +78,7 @@ class Enumeration:
         return [replace(found[0], turn=goal) for goal in here if acts] or found
 
     def _after(self, k: int, met: Progress) -> list[Progress]:
-        """Return the progress from which a robot may continue, as far as the mission needs it."""
+        """Return the possible progress of a robot that continues, up to its goals to meet."""
         own, goals = self.owns[k], min(met.goals, self.most[k])
         if self.targets[k] and own.strict and not own.literal and not goals:
             return [Progress(turn=first) for first in range(own.count)]
@@ -104,8 +104,8 @@ class Enumeration:
                     yield from self._settled(_State(poses, state.met, state.opened), k)
 
     def _is_complete(self, state: _State) -> bool:
-        """Return whether each robot has met all goals, is at its last target if it settles there,
-        and can continue forever."""
+        """Return whether each robot has met all goals, can continue forever, and is at its last
+        target if its objective settles there."""
         for k, pose in enumerate(state.poses):
             own, met, targets = self.owns[k], state.met[k], self.targets[k]
             whole = met.ended(own) if own.ends else met.goals == self.most[k]
@@ -119,8 +119,8 @@ class Enumeration:
         return outside and self.case.can_continue(name, frozenset([pose]), opened)
 
     def _settled(self, state: _State, moved: int | None = None) -> Iterator[_State]:
-        """Yield the states after all actions, then all goals, of the robots where they stand. A
-        resolution restarts rounds: patrols may begin with any target, others keep their order."""
+        """Yield the states after the robots have performed all actions, then counted all goals,
+        where they stand. If a resolution restarts rounds, patrols may begin with any target."""
         needs = (need for one in state.opened for need in one.left)
         regions = frozenset(region for need in needs for region in need.regions)
         places = tuple(p[0] if p[0] in regions else ELSEWHERE for p in state.poses)
@@ -136,7 +136,7 @@ class Enumeration:
             yield _State(state.poses, tuple(now), opened)
 
     def _counted(self, k: int, pose: Any, met: Progress) -> Progress:
-        """Return the progress of a robot after it was in a pose."""
+        """Return a robot's progress ``met`` after it has counted its goals in ``pose``."""
         own, targets, most = self.owns[k], self.targets[k], self.most[k]
         here = [goal for goal, target in enumerate(targets) if pose in target]
         if here and len(here) == len(targets) and not own.ends:  # then all rounds are done
@@ -154,8 +154,8 @@ class Enumeration:
         return met
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
-        """Return the obstacles after all actions. Loads are taken last, begun loads first, by
-        robots that can carry a further load."""
+        """Return the obstacles after all robots have acted where they stand. Robots take loads
+        last, those that are begun before others, and only as many as they can carry."""
         flat = {one.name for one in opened}.intersection(self.case.flat.values())
         pairs = zip(self.robots, places, strict=True)
         at = {name: place for name, place in pairs if self.case.flat.get(name) not in flat}
@@ -167,7 +167,7 @@ class Enumeration:
 
 
 def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Rest:
-    """Return an obstacle after the actions of the robots where they stand. ``full``: robots that
+    """Return an obstacle after the robots have acted on it where they stand. ``full``: robots that
     can take no other load; None: no robot takes a load now."""
     while one.left:
         need, takes = one.left[0], one.takes()
@@ -184,7 +184,7 @@ def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Re
 
 
 def negative_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why an `operator_needed` is not proven. Raises TooLargeError."""
+    """Yield the reasons why the claim `operator_needed` is not proven. Raises TooLargeError."""
     if e.cause == "out_of_service":
         yield from _out_of_service_problems(s)
         return
@@ -201,8 +201,8 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield how some robots can complete their part of the mission, without other robots and
-    without the obstacles that those may resolve."""
+    """Yield the reasons why some robots can complete their part of the mission on a floor without
+    the other robots, and without the obstacles that those may resolve."""
     robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
         robot, known = s.robots[name], set[int]()
@@ -235,7 +235,7 @@ def _without_room(robots: list[str], s: State) -> bool:
 
 
 def shut_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why an obstacle that is given up may still be resolved, with all robots in service.
+    """Yield the reasons why a given-up obstacle may still be resolved if all robots are in service.
     Raises TooLargeError."""
     _require_read(s)
     case = case_of(s)
@@ -250,8 +250,8 @@ def _require_read(s: State) -> None:
 
 
 def _causes(now: Case) -> list[str]:
-    """Return the causes of a negative that no order of moves can avert, the most specific first,
-    then those that would remain if all robots were in service."""
+    """Return the causes for which no order of moves completes the mission, the most specific first,
+    and then those that would remain if all robots were in service."""
     found = list[str]()
     for case in [now, case_of(now.state)] if now.out else [now]:
         stuck = team_closure(case, case.start, case.obstacles)[1]
@@ -266,8 +266,8 @@ def _causes(now: Case) -> list[str]:
 
 
 def _out_of_service_problems(s: State) -> Iterator[str]:
-    """Yield how the robots in service can do their part of the mission, although other robots are
-    out of service: they can move, and complete their objectives, or bring a battery."""
+    """Yield the reasons why the robots in service can do their part of the mission although other
+    robots are out of service: they can move, complete their objectives, or bring a battery."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return
@@ -286,8 +286,8 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
 
 
 def _lost_problems(e: Line, case: Case) -> Iterator[str]:
-    """Yield a problem unless a stated robot has lost its objective forever: the robot cannot
-    continue even alone and without the obstacles that may yet be resolved."""
+    """Yield a problem unless one of the stated robots provably cannot continue, even alone and
+    without the obstacles that may yet be resolved."""
     s = case.state
     stated = e.unrealizable or {}
     if not all(_continues(s.robots[n], case, s.failed.get((n, stated[n]))) for n in stated):
@@ -309,7 +309,7 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
 
 
 def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bool:
-    """Return whether a robot alone can continue forever from its pose; one out of service stays."""
+    """Return whether a robot alone can continue forever (True for a robot out of service)."""
     name, own, s = robot.name, robot.own, case.state
     pose = s.destination(name)
     if robot.out:
@@ -338,8 +338,8 @@ def _rows(robot: Robot, memory: Mapping[str, int], s: State) -> set[int]:
 
 
 def may_have(robot: Robot, memory: Mapping[str, int], s: State) -> bool:
-    """Return whether a robot may have this memory of its own objective now; a proof with another
-    memory proves nothing."""
+    """Return whether a robot may have this memory of its own objective now. A proof that assumes
+    any other memory is void."""
     own = robot.own
     if own.kind == "ltl":
         return robot.memories is None or not s.arriving(robot).isdisjoint(_rows(robot, memory, s))
@@ -350,8 +350,8 @@ def may_have(robot: Robot, memory: Mapping[str, int], s: State) -> bool:
 
 
 def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:
-    """Return whether a robot alone can meet its targets in turn forever without touching one out of
-    turn: whether it reaches a cycle on which it meets the first target."""
+    """Return whether a robot alone can meet its targets in turn forever and touch each of them only
+    in its turn."""
     targets, steps = robot.own.targets, case.steps[robot.name]
     others = [targets[:k] + targets[k + 1 :] for k in range(len(targets))]
     shut = [frozenset[int]().union(*each) for each in others]

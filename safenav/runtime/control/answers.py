@@ -1,7 +1,7 @@
-"""Answers to the questions of a team: strategies and joint plans, cached by question.
+"""The results of syntheses and of searches for joint plans, cached by their inputs (questions).
 
-While a clock runs they are computed in threads: a question that has no answer yet raises Pending,
-and is repeated in the next pass. A question that is not repeated is abandoned.
+While a clock runs, threads compute them. A question without a result yet raises Pending, and is
+repeated in the next pass. A question that is not repeated is abandoned.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Search = Callable[[Check], Found | Deadlock | Unserved | None]
 
 
 class Pending(Exception):  # noqa: N818 - it is not an error
-    """Signal that an answer is not available yet. ``robots``: robots that wait for a strategy."""
+    """Signal that a result is not available yet. ``robots``: robots that wait for a strategy."""
 
     def __init__(self, robots: frozenset[int] = frozenset()) -> None:
         self.robots = robots
@@ -43,11 +43,11 @@ class Pending(Exception):  # noqa: N818 - it is not an error
 
 
 class Obsolete(Exception):  # noqa: N818 - it is not an error
-    """Signal that the question has been abandoned."""
+    """Signal that a question has been abandoned, so that its search must end."""
 
 
 class Question(Struct, eq=False):
-    """An open question. ``asked``: whether it was repeated since the last ``forget``."""
+    """A question without a result. ``asked``: whether it was repeated since the last ``forget``."""
 
     future: Future[Any] | None = None
     asked: bool = True
@@ -55,10 +55,10 @@ class Question(Struct, eq=False):
 
 
 class Answers:
-    """Results so far. ``check`` raises if the run must end; ``busy``: the run's thread computes an
-    answer, which an exception may abort. ``background``: whether answers come from threads.
-    ``count`` and ``seconds``: the cost of the syntheses. ``examined``: the number of resolved
-    obstacles at the last search for a plan; ``kept``: the plan for which it found no better one."""
+    """The results so far. ``check`` raises if the run must end; ``busy``: whether the run's thread
+    computes a result, which an exception may abort; ``background``: whether threads compute them;
+    ``count``, ``seconds``: the cost of the syntheses; ``examined``: how many obstacles were
+    resolved at the last search for a plan; ``kept``: the plan for which it found no better one."""
 
     def __init__(
         self,
@@ -77,8 +77,8 @@ class Answers:
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
-        """Return the results of syntheses; None for those that are still under way. Raises
-        ResourceLimitError for a synthesis that has exhausted its limits."""
+        """Return the result of a synthesis for each specification; None while it is under way.
+        Raises ResourceLimitError if a synthesis has exhausted its limits."""
         texts = [spec.to_structuredslugs() for spec in specs]
         new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._known}
         parts = [{text: new[text]} for text in new] if self.background else [new] if new else []
@@ -102,9 +102,9 @@ class Answers:
         *,
         better: bool = False,
     ) -> Found | Deadlock | Unserved | None:
-        """Return the joint plan for the remaining mission, or why there is none (None: unknown).
-        ``state``: the team's state, with charges; ``better``: only a plan for which they
-        suffice."""
+        """Return a joint plan for the remaining mission, or the proof that there is none (None:
+        unknown). ``state``: the team's state, with charges; ``better``: return only a plan for
+        which the charges suffice."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         more = floor.helping, floor.laden, floor.away
         key = floor.team, *about, *more, joint, served, len(state.over)
@@ -129,17 +129,17 @@ class Answers:
 
     @property
     def ready(self) -> bool:
-        """Whether no question is open."""
+        """Whether every question has a result."""
         return all(each.future is None or each.future.done() for each in self._questions.values())
 
     def fresh(self) -> bool:
-        """Return whether all answers have arrived since the last call."""
+        """Return whether results have arrived since the last call, and no question is open."""
         ready = self.ready  # read once: an answer may arrive at any moment
         come, self._awaited = self._awaited and ready, not ready
         return come
 
     def keep(self) -> None:
-        """Keep all open questions, as if each had been repeated."""
+        """Keep all open questions as if each of them had been repeated."""
         for each in self._questions.values():
             each.asked = True
 
@@ -184,7 +184,7 @@ class Answers:
         return question.future.result()  # type: ignore[no-any-return]
 
     def _goes_on(self, question: Question) -> None:
-        """Raise an exception in the thread of a search that must end."""
+        """Raise an exception if the run must end, or this question has been abandoned."""
         self._check()
         if question.obsolete:
             raise Obsolete

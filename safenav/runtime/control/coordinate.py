@@ -1,8 +1,8 @@
-"""The intentions of the team, a function of its state and of its intentions before.
+"""The intentions of the team, computed from its state and its previous intentions.
 
-Duties are decided again iff the question (``_question``) has changed, once for all changes since
-the last decision. A joint plan is computed iff none is in force: a surprise has dropped it
-(``apply``), or it has ended and the mission is not complete.
+Duties are decided again iff the data on which they depend (``_question``) have changed, once for
+all changes since the last decision. A joint plan is computed iff none is in force: a surprise has
+dropped it (``apply``), or it has ended and the mission is not complete.
 """
 
 from collections.abc import Collection, Hashable
@@ -29,11 +29,11 @@ from safenav.team.team import Team, hearing, without_memory
 
 
 class Control(Struct, frozen=True):
-    """Intentions of the team. ``new``: the robots with a new result of synthesis; ``pending``:
-    robots that wait for a strategy since the question ``asked``; ``thinks``: whether the plan is
-    still being computed. ``vain``: obstacles that are set aside, since a robot has no strategy for
-    its part (``failed`` syntheses). ``left``: obstacles left to robots with strategies, though
-    others had to help. ``waits``: whether the plan is only for the time until a change."""
+    """The intentions of a team. ``new``: robots with a new result of synthesis; ``pending``: robots
+    that wait for a strategy, given the data ``asked``; ``thinks``: whether a plan is still being
+    computed; ``vain``: obstacles that are set aside, since a robot has no strategy for its part
+    (``failed`` syntheses); ``left``: obstacles left to robots with strategies, although others had
+    to help; ``waits``: whether the plan is only for the time until a change."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -51,8 +51,8 @@ class Control(Struct, frozen=True):
 
 
 class Situation:
-    """A run at present: its team, the facts, and the team's intentions. ``answers``: results of the
-    synthesizer and of searches."""
+    """The present moment of a run: its team, the state, and the intentions. ``answers``: the
+    results of the synthesizer and of searches."""
 
     def __init__(self, team: Team, answers: Answers) -> None:
         self.team, self.state, self.answers = team, initial(team), answers
@@ -65,14 +65,14 @@ Decided = tuple[State, now.Event]
 
 class Decision:
     """A decision of the team. ``decided``: its events, in order; ``state``: the state after them.
-    ``coming``: whether a change will come, for which the team waits if it can do nothing else."""
+    ``coming``: whether a change of the scenario will come, for which an idle team waits."""
 
     def __init__(self, team: Team, state: State, answers: Answers, *, coming: bool) -> None:
         self.team, self.state, self.answers, self.coming = team, state, answers, coming
         self.decided: list[Decided] = []
 
     def control(self, before: Control) -> Control:
-        """Return the intentions that follow from the previous ones."""
+        """Return the present intentions, given the previous ones."""
         control = replace(before, new=(), thinks=False, failed=(), vain=())
         question, begun, state = _question(self.team, self.state), len(self.decided), self.state
         if question != before.question:
@@ -109,7 +109,7 @@ class Decision:
         return self._again(control) if again else self._waiting(control, before)
 
     def _again(self, control: Control) -> Control:
-        """Return the intentions of a whole decision, given those of its first part."""
+        """Decide again. Return the intentions, with the results of both parts of the decision."""
         after = self.control(control)
         failed, vain = control.failed + after.failed, control.vain + after.vain
         return replace(after, new=control.new + after.new, failed=failed, vain=vain)
@@ -119,7 +119,7 @@ class Decision:
         self.state = apply(self.team, self.state, event)
 
     def _give_up(self) -> None:
-        """Make obstacles permanent whose next need no robots can ever fulfil."""
+        """Make each obstacle permanent whose next need no robots can ever fulfil."""
         while True:
             sets = ends.hopeful(self.team, self.state, given_up=False)
             closure = solve.closure_of(sets)
@@ -129,7 +129,7 @@ class Decision:
                 return
 
     def _tell(self, before: Control, control: Control) -> None:
-        """Assign objectives and new strategies to robots, and count the goals where they stand."""
+        """Assign new objectives and strategies to robots, and count goals where they stand."""
         team = self.team
         if control.end is None:
             told: Collection[int] = range(len(control.roles))
@@ -156,8 +156,8 @@ class Decision:
                 self._decide(now.Counted(i))  # a stay that continues counts in the turn
 
     def _settled(self, before: Control) -> Control:
-        """Return duties, roles and strategies (Algorithm 1, lines 10 to 14 and 20). Raises
-        Pending."""
+        """Return intentions with duties, roles and strategies (Algorithm 1, lines 10 to 14 and 20).
+        Raises Pending."""
         team, state = self.team, self.state
         plain, here = without_memory(team, state)
         floor = floor_now(plain, here)
@@ -236,8 +236,8 @@ class Decision:
         return Control(None, found, roles, controllers, tuple(asked), end)
 
     def _meanwhile(self, control: Control, roles: Roles) -> Control:
-        """Return the intentions with objectives for robots that wait for help while the team
-        waits."""
+        """Return the intentions in which robots that wait for help pursue other objectives while
+        the team waits."""
         asked = _asked(self.state)
         found = {i: role for i in sorted(asked) if (role := roles.meanwhile(i)) is not None}
         found = {i: role for i, role in found.items() if self.state.robots[i].active}
@@ -251,7 +251,7 @@ class Decision:
         )
 
     def _waiting(self, control: Control, before: Control) -> Control:
-        """Give robots a plan for the time in which the team begins to wait for a change."""
+        """Give robots a plan until a change, if the team begins to wait. Return the intentions."""
         end = control.end
         if end is None or (end == before.end and not starving(self.team, self.state)):
             return replace(control, waits=control.waits and end is not None)
@@ -262,8 +262,8 @@ class Decision:
         return replace(control, waits=plan is not None)
 
     def _meantime(self) -> now.Plan | None:
-        """Return a plan of the robots that can complete their rounds while all others stand still
-        and open obstacles stay, and that can undo each of their steps; None if there is none."""
+        """Return a plan for the robots that can complete their rounds while all other robots stand
+        still and obstacles stay open. They can undo each of their steps. None if there is none."""
         team, state = self.team, self.state
         if self.answers.background:
             return None
@@ -296,8 +296,8 @@ class Decision:
         return replace(answer.plan, ways=ways, part=True)
 
     def _planned(self, control: Control) -> ends.End | None:
-        """Give the robots of joint plans a plan if they need one; return the end of the run if
-        no plan exists. Raises Pending."""
+        """Decide on a joint plan if robots need one. Return the end of the run if no plan exists,
+        else None. Raises Pending."""
         about = self.team, self.state, self.answers, control.found, control.roles
         events = Planning(*about, is_complete(self.team, self.state, control)).events()
         if isinstance(events, ends.End):
@@ -319,14 +319,14 @@ def _question(team: Team, state: State) -> Hashable:
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:
-    """Return whether poses do not decide the objective: it has formulas, or is a literal patrol."""
+    """Return whether poses cannot decide an objective: it has formulas, or is a literal patrol."""
     objective = failed[1].task.objective
     return objective.formulas is not None or (objective.strict and objective.literal)
 
 
 def _left(team: Team, state: State, control: Control) -> frozenset[int]:
-    """Return the obstacles that a stuck plan leaves to robots with strategies, although none of
-    these was chosen to help: the chosen helpers may have no path past other robots."""
+    """Return the obstacles that a stuck plan leaves to robots with strategies. None of them was
+    chosen to help, but the chosen helpers may have no path past other robots."""
     if state.plan is None or not state.requests:
         return frozenset()
     waits = awaited(team, state) - control.left
@@ -340,19 +340,19 @@ def _left(team: Team, state: State, control: Control) -> frozenset[int]:
 
 
 def _asked(state: State) -> set[int]:
-    """Return the robots that wait, since they have encountered a known obstacle."""
+    """Return the robots that have encountered a known obstacle, and so wait."""
     return {i for each in state.obstacles if each.known for i, _ in each.asked}
 
 
 def _meets(floor: Floor, state: State, i: int) -> bool:
-    """Return whether a robot reaches all its targets while other robots stand still."""
+    """Return whether a robot can reach all its targets while the other robots stand still."""
     reached = floor.graphs[i].closure(1 << state.robots[i].next, floor.floors[i])
     return all(reached & target for target in floor.team.members[i].targets)
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:
-    """Return whether every robot has met its objective, those that must stay at their last target
-    are there now, and no request is being served or will follow from an order."""
+    """Return whether every robot has met its objective and is at its last target if it must stay
+    there, no request is being served, and no order is still to come."""
     if control.found.served or orders_ahead(team, state):
         return False
     return all(

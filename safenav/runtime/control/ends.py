@@ -1,5 +1,5 @@
-"""The ends of a run: outcome, cause, proof, and the reasons in words, also why a request has no
-helpers; ends from outside, by a request or because the time is up."""
+"""The ends of a run: outcome, cause, proof, and the reasons in words; also why a request has no
+helpers, and ends from outside (by a request or a time limit)."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
@@ -43,10 +43,10 @@ _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
 
 class End(Struct, frozen=True):
-    """The end of a run. ``cause``, ``proof``: fields of ``operator_needed`` (docs/trace.md), with
-    the ``links`` of its reasons, one sentence each, and the robots that are ``stuck``;
+    """The end of a run. ``cause``, ``proof``: fields of ``operator_needed`` (docs/trace.md);
+    ``links``: its reasons, one sentence each; ``stuck``: robots that cannot continue;
     ``unrealizable``: robots without a strategy, each with its specification; ``refused``: deadlines
-    and charges that do not suffice, each with the least value that does (None: none does)."""
+    and charges that do not suffice, each with the least value that does (None: there is none)."""
 
     outcome: str
     explanation: str
@@ -59,8 +59,8 @@ class End(Struct, frozen=True):
 
 
 def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = False) -> Sets:
-    """Return the team as if every robot were in service; with ``serving``, as if robots out of
-    service blocked no robot; with ``given_up``, as if given-up obstacles were still requested."""
+    """Return the poses and the floor as if every robot were in service. ``serving``: as if robots
+    out of service blocked no robot; ``given_up``: as if given-up obstacles were still requested."""
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
@@ -77,8 +77,8 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
 
 
 def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:
-    """Return the shortfalls of the known obstacles that are never resolved, some of them because
-    other obstacles are given up."""
+    """Return the shortfalls of the known obstacles that are never resolved, including those for
+    which other obstacles were given up."""
     views = [hopeful(team, state, given_up=again) for again in (False, True)]
     return {
         each.obstacle: each for now in views for each in reasons.shortfalls(now, closure_of(now))
@@ -86,7 +86,7 @@ def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:
 
 
 def infeasible(team: Team, state: State, now: Sets) -> End:
-    """Return the end of a run in which a robot cannot continue: at all, or after each choice."""
+    """Return the end of a run in which some robot can never continue, now or after every choice."""
     word = team.world.word
     given_up = [team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up]
     lacks = lacks_of(team, state) if given_up else {}
@@ -107,8 +107,8 @@ def infeasible(team: Team, state: State, now: Sets) -> End:
 
 
 def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) -> list[str]:
-    """Return the reasons along the choices up to a dead end. ``left``: whether a step is possible
-    there."""
+    """Return the reasons along a chain of choices to a dead end. ``left``: whether a step is
+    possible at its end."""
     sentences, lossless = list[str](), True
     for step in steps:
         lossless = lossless and step.lossless
@@ -122,8 +122,7 @@ def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) 
 
 
 def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
-    """Return the reason why a robot cannot continue. ``chosen``: whether a chosen option led
-    here."""
+    """Return the reason why a robot cannot continue. ``chosen``: whether a choice has led here."""
     robot, word = team.members[i].robot, team.world.word
     objective = robot.objective
     if objective.formulas is not None:
@@ -139,9 +138,9 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
 def no_strategy(
     team: Team, state: State, failed: Sequence[tuple[int, Controller]], *, begun: bool
 ) -> End:
-    """Return the end of a run in which a robot has no strategy: ``unrealizable`` before the start,
-    ``assumption_violated`` if other robots have violated an assumption of its last strategy, else
-    ``operator_needed``."""
+    """Return the end of a run in which a robot has no strategy. Its outcome is ``unrealizable``
+    before the start, ``assumption_violated`` if other robots have violated an assumption of the
+    last strategy, else ``operator_needed``."""
     for i, _ in failed:
         if rules := state.robots[i].broken:
             name = team.members[i].name
@@ -186,8 +185,7 @@ def deadlocked(team: Team, state: State, found: Deadlock) -> End:
 
 
 def completed(team: Team, state: State, found: Settlement) -> End:
-    """Return the end of a run in which the mission is complete, with the orders that are still
-    open, and why."""
+    """Return the end of a run whose mission is complete, with the open orders and the reasons."""
     whole, undone = f"every robot has met its objective for {counted(team.rounds, 'round')}", []
     for k, each in enumerate(state.obstacles):
         if team.obstacles[k].ordered and each.known:
@@ -201,7 +199,7 @@ def completed(team: Team, state: State, found: Settlement) -> End:
 
 
 def out_of_service(team: Team, state: State, found: Settlement) -> End | None:
-    """Return the end if only robots out of service have not met their objectives."""
+    """Return the end if only robots out of service have not met their objectives, else None."""
     robots, out = state.robots, [i for i, r in enumerate(state.robots) if not r.active]
     if found.served or not out or any(r.acting is not None for r in robots):
         return None
@@ -213,16 +211,16 @@ def out_of_service(team: Team, state: State, found: Settlement) -> End | None:
 
 
 def without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
-    """Return the end of a run that cannot continue without robots out of service. ``left``: the
-    reason why it is not completed, if known."""
+    """Return the end of a run that cannot continue without the robots out of service. ``left``: the
+    reason why the mission is not complete, if known."""
     who = [f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots]
     why = f"{' and '.join(who)} {'is' if len(who) == 1 else 'are'} out of service; "
     return End("operator_needed", why + (left or what_is_left(team, state, ())), "out_of_service")
 
 
 def _why_out(team: Team, state: State, i: int) -> str:
-    """Return the reason why a robot is out of service, and the robots of which it occupies a
-    target."""
+    """Return the reason why a robot is out of service, with the robots whose targets it
+    occupies."""
     robot, where = state.robots[i], 1 << state.robots[i].next % team.size
     why = (
         [text] if (text := "its battery is empty" if robot.flat else _OUT.get(robot.cause)) else []
@@ -235,7 +233,7 @@ def _why_out(team: Team, state: State, i: int) -> str:
 
 
 def what_is_left(team: Team, state: State, roles: Sequence[Role]) -> str:
-    """Return the reasons why the run is not completed yet."""
+    """Return the reasons why the mission is not complete yet."""
     after = seconds_words(state.time) if team.live else counted(round(state.time), "tick")
     what = "; ".join(_left(team, state, roles)) or "an action is under way"
     return f"not completed after {after}: {what}"
@@ -277,7 +275,7 @@ _UNSERVED = "if a robot went there now, the team could not continue"
 
 
 class Request:
-    """The open request of obstacle ``k``; ``found``: the duties of the robots."""
+    """The open request for obstacle ``k``. ``found``: the present duties of the robots."""
 
     def __init__(self, team: Team, state: State, found: Settlement, k: int) -> None:
         team, state = without_memory(team, state)
@@ -288,8 +286,8 @@ class Request:
         self.now = Sets(self.floor, tuple(1 << robot.next for robot in state.robots), self.stages)
 
     def bids(self) -> dict[str, float | None]:
-        """Return the bid of each robot with the actions of the next need, as if those out of
-        service blocked no robot; None without a path."""
+        """Return the bid of each robot with the actions of the next need (None: it has no path), as
+        if robots out of service blocked no robot."""
         now = replace(self.now, floor=hopeful(self.team, self.state, given_up=False).floor)
         found = dict[str, float | None]()
         for i in now.floor.skilled(self.g, self.stages):
@@ -299,7 +297,7 @@ class Request:
         return found
 
     def why_nobody(self) -> str | None:
-        """Return the reason why no robot helps now, although some could get there; None if the bids
+        """Return the reason why no robot helps now although some could get there; None if the bids
         show it."""
         floor, g = self.floor, self.g
         missing = floor.missing(g, self.stages)
@@ -330,8 +328,8 @@ class Request:
         return f"first {listed(map(self._obstacle, earlier))} must be resolved" if earlier else None
 
     def why_others(self, helpers: Sequence[int], bids: Mapping[str, float | None]) -> str | None:
-        """Return the reasons why robots that fail, are out of service, or are nearer than the
-        helpers do not help; None if the bids show it."""
+        """Return the reason why robots do not help that are nearer than the helpers, out of
+        service, or have failed; None if the bids show it."""
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
         early = sorted(helpers, key=lambda i: bids.get(self.team.members[i].name) or 0)[:-1]
@@ -365,13 +363,13 @@ class Request:
         return "; ".join(parts) or None
 
     def _skilled(self) -> list[int]:
-        """Return the robots with the next need's actions, except those that have done their
+        """Return the robots with the actions of the next need, except those that have done their
         part."""
         done = self.stages[self.g].done
         return [i for i in self.floor.candidates(self.g, self.stages) if i not in done]
 
     def _loads(self) -> str | None:
-        """Return in words the loads of robots that cannot take another one; None without loads."""
+        """Return, in words, the loads of robots that can take no other one; None without loads."""
         floor, parts = self.floor, []
         carrying = floor.carriers(self.stages) if self.need.takes else frozenset()
         for i in carrying.intersection(floor.skilled(self.g, self.stages)):
@@ -381,7 +379,7 @@ class Request:
         return "; ".join(sorted(parts)) or None
 
     def _gathers(self, group: Collection[int]) -> float:
-        """Return the time at which a group can act together."""
+        """Return the earliest time at which a group can act together."""
         places = {i: self._spots(i) for i in group}
         when = partial(time_of, self.g, now=self.now, origins=self.now)
         found = gathered(self.floor, (*group,), places, when)
@@ -391,7 +389,7 @@ class Request:
         return self.now.spots(i, self.need.regions)
 
     def _returns(self, i: int) -> bool:
-        """Return whether a robot could return to its pose after it has fulfilled the next need."""
+        """Return whether a robot can return to its pose after it has fulfilled the next need."""
         then = replace(self.now, stages=self.floor.advanced(self.g, self.stages, (i,)))
         return bool(then.reach(i, self._spots(i)) & self.now.sets[i])
 
@@ -409,8 +407,8 @@ GIVEN_UP = End("interrupted", "given up")
 
 
 class Stopped(BaseException):
-    """Signal that the run ends with ``end``. Not an Exception: like KeyboardInterrupt, a signal may
-    raise it anywhere, and a library running there must not handle it as its own error."""
+    """Signal that the run ends with ``end``. It is not an Exception: like KeyboardInterrupt, it may
+    be raised anywhere, and a library that runs there must not handle it as its own error."""
 
     def __init__(self, end: End) -> None:
         self.end = end

@@ -1,4 +1,4 @@
-"""The joint plan of a team: when its robots need one, and the questions that lead to it."""
+"""The joint plan of a team: when robots need one, and the searches for it."""
 
 from collections.abc import Collection, Sequence
 from functools import cached_property
@@ -25,8 +25,8 @@ Answer = Found | Deadlock | Unserved | None
 
 
 class Planning(Struct, frozen=True, dict=True):
-    """The decision on a joint plan at one moment. ``found``: the resolutions that are served;
-    ``roles``: those of all robots; ``complete``: whether the mission is complete."""
+    """A decision on the joint plan. ``found``: the duties and served resolutions; ``roles``: those
+    of all robots; ``complete``: whether the mission is complete."""
 
     team: Team
     state: State
@@ -37,22 +37,22 @@ class Planning(Struct, frozen=True, dict=True):
 
     @cached_property
     def helped(self) -> frozenset[int]:
-        """Obstacles that robots with strategies are to resolve, unless these robots all wait there
-        for others that act together with them."""
+        """The obstacles that robots with strategies have to resolve, unless these robots all wait
+        there for other robots that act together with them."""
         return frozenset(k for k in helped(self.team, self.roles) if not self._is_awaited(k))
 
     @cached_property
     def out(self) -> list[int]:
-        """Robots out of service."""
+        """The robots out of service."""
         return [i for i, robot in enumerate(self.state.robots) if not robot.active]
 
     @cached_property
     def sharing(self) -> tuple[int, ...]:
-        """Robots that a plan drives now."""
+        """The robots in service that joint plans drive."""
         return driven(self.team, self.state)
 
     def _is_awaited(self, k: int) -> bool:
-        """Return whether the helpers with strategies all wait in place, for others that act
+        """Return whether the helpers with strategies all wait in place for other robots, which act
         together with them."""
         need = self.team.obstacles[k].next(self.state.obstacles[k].stage)
         if need is None or not need.together:
@@ -62,7 +62,7 @@ class Planning(Struct, frozen=True, dict=True):
         return all(r.to is None and need.regions >> r.pose % self.team.size & 1 for r in helpers)
 
     def events(self) -> Sequence[now.Event] | ends.End:
-        """Return the events that start a plan or set requests aside (empty: no plan is needed), or
+        """Return the events that start a plan or set requests aside (none if no plan is needed), or
         the end of the run if no plan exists. Raises Pending."""
         team, state, answers = self.team, self.state, self.answers
         if not team.sharing:
@@ -95,8 +95,8 @@ class Planning(Struct, frozen=True, dict=True):
         return self._decided(self._otherwise(answer, floor, joint), floor)
 
     def _starves(self) -> bool:
-        """Return whether a better plan than the one in force is needed: robots lack charge, or a
-        plan without charges can be improved after a resolution."""
+        """Return whether the plan in force must be replaced: robots lack charge, or the plan
+        ignores charges and may be improved after a resolution."""
         state, answers = self.state, self.answers
         if self.complete:
             return False
@@ -106,7 +106,7 @@ class Planning(Struct, frozen=True, dict=True):
         return not kept and starving(self.team, state)
 
     def _is_due(self) -> bool:
-        """Return whether no plan is in force, or it has ended or cannot continue."""
+        """Return whether a plan is due: none is in force, or it has ended or cannot continue."""
         state, sharing = self.state, self.team.sharing
         if state.plan is None:
             return True
@@ -114,12 +114,12 @@ class Planning(Struct, frozen=True, dict=True):
         return (at_end(state, sharing) and not acts) or stuck(self.team, state, self.helped)
 
     def _waits(self, open_: Collection[int]) -> bool:
-        """Return whether the plan in force waits for robots with strategies to resolve these."""
+        """Return whether the plan waits for robots with strategies to resolve these obstacles."""
         foreseen = frozenset[int]() if self.state.plan is None else self.state.plan.foreseen
         return bool(self.helped.intersection(open_)) and {*open_} <= foreseen & self.helped
 
     def _rounds(self, floor: Floor, joint: Joint) -> Sequence[now.Event]:
-        """Return a plan of further rounds while others have work, if robots have deadlines."""
+        """Return a plan of further rounds if robots have deadlines while others have work."""
         members = self.team.members
         timed = [i for i in self.sharing if _is_timed(members[i], joint.poses[i])]
         if not timed:
@@ -132,13 +132,14 @@ class Planning(Struct, frozen=True, dict=True):
         return ()
 
     def _with_helpers(self, floor: Floor) -> Floor:
-        """Return the floor that records which robots help now (``helping``)."""
+        """Return the floor with the robots that help now recorded in ``helping``."""
         duties = self.found.duties
         helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
         return replace(floor, helping=tuple(helping.items())) if helping else floor
 
     def _otherwise(self, answer: Answer, floor: Floor, joint: Joint) -> Answer:
-        """Return an answer: if it is None or a proof, perhaps one to a smaller question."""
+        """Return the result of a search or, if that is None or a proof, perhaps of a smaller
+        one."""
         state, answers, served = self.state, self.answers, self.found.served
         brings = replace(floor, rounds=(0,) * len(self.team.members))
         if answer is None and served:
@@ -164,7 +165,7 @@ class Planning(Struct, frozen=True, dict=True):
         return answer
 
     def _decided(self, answer: Answer, floor: Floor) -> Sequence[now.Event] | ends.End:
-        """Return the events, or the end of the run, that follow from an answer."""
+        """Return the events, or the end of the run, that follow from the result of a search."""
         team, state, gone = self.team, self.state, self.out
         match answer:
             case Found(plan, turned):
@@ -182,21 +183,21 @@ class Planning(Struct, frozen=True, dict=True):
 
 
 def helped(team: Team, roles: Sequence[Role]) -> frozenset[int]:
-    """Return the obstacles that robots with strategies are to resolve."""
+    """Return the obstacles that robots with strategies have to resolve."""
     helps = (roles[i].helps for i in team.lone)
     return frozenset(k for k in helps if k is not None)
 
 
 def beyond(floor: Floor, gates: Collection[int]) -> Floor:
-    """Return the floor on which other gates than these do not keep a robot from continuing forever:
-    robots that return to service will resolve them."""
+    """Return the floor on which other gates than ``served`` do not keep a robot from continuing
+    forever, since robots that return to service will resolve them."""
     closed = [floor.gate(g).region for g in range(len(floor.gates)) if g not in gates]
     pairs = zip(floor.graphs, floor.away, strict=True)
     return replace(floor, away=tuple(away | graph.on(closed) for graph, away in pairs))
 
 
 def _is_timed(member: Member, pose: int) -> bool:
-    """Return whether a robot that has completed the mission has to move for the deadlines of its
+    """Return whether a robot that has completed the mission must move to meet the deadlines of its
     next rounds."""
     stays = member.pursuit.settles or all(target >> pose & 1 for target in member.targets)
     return member.robot.within is not None and not stays

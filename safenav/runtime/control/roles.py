@@ -1,5 +1,5 @@
-"""Role of each robot: its duty, waiting for help, or its own objective; and the obstacles that it
-must not enter."""
+"""The role of each robot (its duty, waiting for help, or its own objective), and the obstacles that
+it must not enter."""
 
 from collections.abc import Sequence
 
@@ -16,9 +16,9 @@ from safenav.world.poses import Mask, Pose, bits
 
 
 class Role(Struct, frozen=True):
-    """A robot's role. ``helps``: the obstacle that it is to resolve. ``avoid``: open obstacles that
-    a new strategy treats as walls; ``must``: those walls that its present strategy must know.
-    ``forbidden``: poses from which the team could not continue."""
+    """A robot's role. ``helps``: the obstacle that it has to resolve. ``avoid``: open obstacles
+    that a new strategy treats as walls; ``must``: those of them that its present strategy must also
+    know. ``forbidden``: poses from which the team could not continue."""
 
     objective: Objective
     helps: int | None = None
@@ -28,12 +28,12 @@ class Role(Struct, frozen=True):
 
 
 def helpers_of(roles: Sequence[Role], k: int) -> tuple[int, ...]:
-    """Return the robots that are to resolve an obstacle."""
+    """Return the robots that have to resolve an obstacle."""
     return tuple(i for i, role in enumerate(roles) if role.helps == k)
 
 
 class Roles:
-    """The roles that follow from a settlement."""
+    """The roles of all robots, which follow from the duties."""
 
     def __init__(
         self, team: Team, state: State, floor: Floor, stages: Stages, found: Settlement
@@ -70,8 +70,8 @@ class Roles:
         return self._toward(i, wanted, objective, k)
 
     def _meets_own_first(self, i: int) -> bool:
-        """Return whether a robot can meet the next target of its ``once`` before its duty, and
-        must, because it could not meet all remaining targets afterwards."""
+        """Return whether a robot must meet the next target of its ``once`` before its duty: it can,
+        and could not meet all remaining targets afterwards."""
         member, duty, floor = self.team.members[i], self.found.duties[i], self.floor
         if not (member.pursuit.settles and member.pursuit.in_turn):
             return False
@@ -83,15 +83,15 @@ class Roles:
         return can and not self._in_turn(i, duty.goal, left, after)
 
     def _in_turn(self, i: int, at: Mask, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
-        """Return the poses in which a robot can meet the last of these targets, in turn from
-        ``at``."""
+        """Return the poses in which a robot can be at the last of these targets, after it has met
+        all of them in turn from ``at``."""
         for target in targets:
             at = self.floor.graphs[i].closure(at, allowed) & target
         return at
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
-        """Return the region where the robot waits, else its first own target, between which and its
-        duty it can alternate; None if there is none."""
+        """Return the region where the robot waits, or else its first own target, such that the
+        robot can alternate between that and its duty; None if there is none."""
         waiting = (frozenset({place}) for place in self._places(i))
         for target in (*waiting, *self.team.members[i].objective.targets):
             if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):
@@ -99,8 +99,8 @@ class Roles:
         return None
 
     def meanwhile(self, i: int) -> Role | None:
-        """Return the robot's role while it waits for help; None if it has no such objective, cannot
-        pursue it, or a joint plan drives it."""
+        """Return the role of a robot that pursues ``while_waiting``; None if it has no such
+        objective or cannot pursue it, or if a joint plan drives it."""
         member, graph = self.team.members[i], self.floor.graphs[i]
         other = member.robot.while_waiting
         if other is None or member.planned:
@@ -110,8 +110,8 @@ class Roles:
         return self._toward(i, targets, other) if self._goes_between(i, targets) else None
 
     def _wait(self, i: int) -> Role:
-        """Return the role of a robot that waits: its objective ``while_waiting``, or to stay where
-        it encountered the obstacle, or to return there if it may not stay."""
+        """Return the role of a robot that waits: to pursue ``while_waiting``, to stay where it
+        encountered the obstacle, or to return there if it may not stay."""
         other = self.meanwhile(i) if self.waits(i) else None
         if other is not None:
             return other
@@ -126,7 +126,7 @@ class Roles:
         return Role(rules.waiting(frozenset({here})))
 
     def _may_stay(self, i: int, places: Mask) -> bool:
-        """Return whether the formulas of a robot let it stay in each of these poses."""
+        """Return whether a robot's formulas allow it to stay in each of these poses."""
         formulas, graph = formulas_in(self.team.members[i].objective), self.floor.graphs[i]
         allows = None if formulas is None else guarantees_of(formulas).allows
         return allows is None or all(allows(pose, pose) for pose in graph.poses(places))
@@ -140,7 +140,7 @@ class Roles:
         return found[:1]
 
     def _own(self, i: int) -> Role | None:
-        """Return the own objective, around open obstacles if possible; None if impossible."""
+        """Return the role for the own objective, if possible around open obstacles, or None."""
         member, floor, state = self.team.members[i], self.floor, self.state
         shut = self._shut(i)
         must = frozenset(k for k in state.requests if i in dict(state.obstacles[k].asked))
@@ -176,8 +176,8 @@ class Roles:
         return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, again))
 
     def _forbidden(self, i: int, targets: tuple[Mask, ...]) -> frozenset[Pose]:
-        """Return the unsafe poses one step from a safe one from which a robot could still meet its
-        targets."""
+        """Return the poses one step from a safe pose that are not safe, but from which a robot
+        could still meet its targets."""
         safe, graph = self.found.safe[i], self.floor.graphs[i]
         allowed = self.floor.allowed(i, self.stages)
         if safe is None:

@@ -1,9 +1,9 @@
 """Strategies: a robot's specification for its role, and slugs' result; its observations; the
 commands of an assignable robot.
 
-With goals assigned at run time (the paper's alternative to resynthesis) a robot keeps its strategy,
-whose inputs command it to wait, or to go to a region, around known obstacles that the strategy does
-not contain. The current command follows from the strategy's node, so no other state is kept.
+If goals are assigned at run time (the paper's alternative to resynthesis), a robot keeps its
+strategy. Inputs command it to wait, or to go to a region, around known obstacles that the strategy
+does not contain. The command follows from the strategy's node, so no other state is kept.
 """
 
 from collections.abc import Iterator, Mapping
@@ -37,8 +37,8 @@ Step = tuple[int, int]
 
 
 class Controller(Struct, frozen=True, eq=False):
-    """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``node``:
-    the strategy's first node."""
+    """The strategy of a robot for a task. ``asked``: the objective, of which the task has a
+    ``form``; ``node``: the first node of the strategy."""
 
     task: tasks.Task
     asked: Objective
@@ -56,12 +56,12 @@ class Controller(Struct, frozen=True, eq=False):
         return Form.OTHER_MEMORY if self.rung.weakening is tasks.Weakening.TURNED else Form.LITERAL
 
     def allows(self, word: Word) -> str | None:
-        """Return what the form allows beyond the objective, with the reason; None for the strongest
-        form."""
+        """Return, in words, how the form is weaker than the objective, and why; None for the
+        strongest form."""
         return tasks.concession(self.asked, self.rung, word)
 
     def words(self, word: Word) -> str:
-        """Return the objective in the requested form, in the user's words."""
+        """Return the objective in the user's words, in the form that the task has."""
         allows = self.allows(word)
         return describe(self.asked, word) + (f" ({allows})" if allows else "")
 
@@ -71,7 +71,7 @@ class Controller(Struct, frozen=True, eq=False):
         return None if strategy is None else strategy.find_initial(values_of(self.task.pose))
 
     def step(self, node: int, heard: Mapping[str, int], size: int) -> Step | None:
-        """Return the strategy's step for these inputs, if it has one. ``size``: the map's size."""
+        """Return the strategy's step for these inputs, or None. ``size``: the size of the map."""
         strategy = self.result.strategy
         assert strategy is not None
         for after in strategy.successors_for(node, heard):
@@ -80,8 +80,8 @@ class Controller(Struct, frozen=True, eq=False):
         return None
 
     def values(self, node: int | None) -> Values | None:
-        """Return the values at a node of the memory of formulas, and of inputs that they name; None
-        if there are none."""
+        """Return the values at a node of the memory of formulas and of the inputs in them; None if
+        there are none."""
         objective, strategy = self.task.objective, self.result.strategy
         names = (*objective.memory, *objective.inputs)
         if node is None or strategy is None or not names:
@@ -97,8 +97,8 @@ Candidate = tuple[tasks.Task, tasks.ObjectiveForm]
 def synthesized(
     team: Team, state: State, roles: Mapping[int, Role], answers: Answers
 ) -> dict[int, Controller]:
-    """Return the strategy of each robot for its role, all synthesized simultaneously: the strongest
-    form that is realizable; if none is, the last one's verdict. Raises Pending."""
+    """Return, for each robot, the strategy for its role in the strongest form that is realizable;
+    if none is, the verdict on the last form. All are synthesized simultaneously. Raises Pending."""
     found: dict[int, Controller] = {}
     left = {i: candidates(team, state, i, role) for i, role in roles.items()}
     while tried := {i: each for i in left if (each := next(left[i], None)) is not None}:
@@ -159,8 +159,8 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
 
 
 def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
-    """Return whether a robot with rivals can pursue its objective alone, past all open obstacles,
-    as its poses show; False if only a synthesis can tell."""
+    """Return whether poses show that a robot with rivals can pursue its objective alone past all
+    open obstacles. If not, only a synthesis can tell."""
     member, robot = team.members[i], team.members[i].robot
     objective = member.objective
     if (
@@ -182,7 +182,7 @@ def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
 
 
 def shown_by_poses(team: Team, state: State, roles: Mapping[int, Role]) -> dict[int, Controller]:
-    """Return controllers without a strategy for the robots that need none (``pursues``)."""
+    """Return controllers without a strategy for the robots that need no strategy (``pursues``)."""
     plain, here = without_memory(team, state)
     floor, found = floor_now(plain, here), dict[int, Controller]()
     for i, role in roles.items():
@@ -194,8 +194,8 @@ def shown_by_poses(team: Team, state: State, roles: Mapping[int, Role]) -> dict[
 
 
 def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:
-    """Return whether a strategy does not suffice for a role: it has another objective, or lacks
-    walls or forbidden poses."""
+    """Return whether a strategy does not suffice for a role, since it has another objective or
+    lacks walls or forbidden poses."""
     robot = state.robots[i]
     if not controller.realizable or (robot.node is None and robot.to is None):
         return True  # the robot has no strategy, or has left it
@@ -209,7 +209,7 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
 
 
 def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[tasks.Known, ...]:
-    """Return the regions other than walls that are closed in a robot's specification, each with its
+    """Return the regions, except walls, that are closed in a robot's specification, each with the
     reason."""
     robot = team.members[i].robot
     found = [
@@ -233,7 +233,7 @@ def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[t
 
 
 def _sealed_words(team: Team, state: State, k: int) -> str:
-    """Return the reason why an obstacle is sealed."""
+    """Return, in words, the reason why an obstacle is permanent."""
     if not state.obstacles[k].given_up:
         declared = "an operator declared it permanent"
         return "found to be untraversable" if k in state.over else declared
@@ -246,7 +246,7 @@ def _sealed_words(team: Team, state: State, k: int) -> str:
 
 
 def enough(team: Team, k: int) -> bool:
-    """Return whether enough robots have the actions of each need of an obstacle."""
+    """Return whether the team has enough robots with the actions of each need of an obstacle."""
     skills = [member.robot.capabilities for member in team.members]
     return all(
         sum(need.skills <= each for each in skills) >= need.robots
@@ -255,7 +255,7 @@ def enough(team: Team, k: int) -> bool:
 
 
 def observed(team: Team, state: State, i: int) -> Iterator[tasks.Observed]:
-    """Yield what a robot with a strategy knows of the robots that it tracks."""
+    """Yield a robot's knowledge of each robot that its strategy tracks."""
     known, me = dict(state.robots[i].known), team.members[i]
     for j, member in enumerate(team.members if not me.planned else ()):
         if member.name in me.robot.tracks:
@@ -273,7 +273,7 @@ def standing(team: Team, state: State) -> frozenset[int]:
 
 
 def heard(team: Team, state: State, i: int, task: tasks.Task) -> dict[str, int]:
-    """Return the present inputs of a robot's strategy."""
+    """Return the present values of the inputs of a robot's strategy."""
     robot, places = state.robots[i], {m.name: j for j, m in enumerate(team.members)}
     at = {each.name: state.robots[places[each.name]].pose % team.size for each in task.observed}
     known = {name: dict(robot.known).get(places[name], at[name]) for name in at}
@@ -282,7 +282,7 @@ def heard(team: Team, state: State, i: int, task: tasks.Task) -> dict[str, int]:
 
 
 def looked(team: Team, state: State, i: int, task: tasks.Task) -> now.Looked | None:
-    """Return the knowledge of a robot after an observation; None if its task tracks no robot."""
+    """Return a robot's knowledge of others after an observation; None if it tracks no robot."""
     if not task.observed:
         return None
     watch, before = watch_for(task, team.world), dict(state.robots[i].known)
@@ -304,9 +304,9 @@ it pursued before."""
 def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
 ) -> Step | None:
-    """Return the step of a strategy under the first command that leads its robot toward its goal;
-    None if there is none, so that the robot needs another strategy (a new one waits instead).
-    ``safe``: the poses in which the team can continue (None: any)."""
+    """Return the step of a robot's strategy under the first command that leads the robot toward its
+    goal; None if it needs another strategy (a new one waits instead). ``safe``: the poses in which
+    the team can continue (None: any)."""
     robot, member, task = state.robots[i], team.members[i], found.task
     node, strategy = robot.node, found.result.strategy
     assert node is not None and strategy is not None
@@ -326,7 +326,7 @@ def commanded(
     field = graph.distances(goal, free_or_here)
 
     def leads(step: Step | None, place: int) -> bool:
-        """Return whether this step and the next ones of the strategy lead nearer to the goal."""
+        """Return whether this step or the strategy's next ones lead nearer to the goal."""
         for _ in range(MOST_STEPS):
             if step is None or not free >> step[0] & 1:
                 return False
@@ -336,7 +336,7 @@ def commanded(
         return False
 
     def near(region: Region) -> tuple[int, Region]:
-        """Return the sort key of a region: the number of steps to the goal, and its number."""
+        """Return the sort key of a region: its number of steps to the goal, and its index."""
         return min(field[pose] for pose in bits(graph.on({region}))), region
 
     if not 0 < field[robot.pose] < FAR:
@@ -354,7 +354,7 @@ def commanded(
 
 
 def _goal(team: Team, state: State, i: int, role: Role) -> Mask:
-    """Return the poses that a robot must reach next."""
+    """Return the poses of which the robot must reach one next."""
     member, robot = team.members[i], state.robots[i]
     own = role.objective == member.objective
     return member.awaited(robot.own.memory) if own else targets_of(role.objective, member.graph)[0]

@@ -1,9 +1,9 @@
-"""Checkpoints: the frozen state of a run in its trace, from which ``resume`` continues it.
+"""Checkpoints: the state of a run, stored in its trace, from which ``resume`` continues the run.
 
-A checkpoint describes the run before a pass. Its data is read strictly: no part of it is executed,
-and its checksum reveals a changed checkpoint or header (except for the limits), unless the checksum
-was updated as well. Strategies are synthesized again where the robots are; commands under way in a
-live run have ended where they began.
+A checkpoint describes the run before a pass. Its data are read strictly, and no part of them is
+executed. A checksum reveals a changed checkpoint or header (except for the limits), unless the
+checksum was changed also. Strategies are synthesized again where the robots are. In a live run,
+commands under way count as ended where they began.
 """
 
 import json
@@ -37,7 +37,7 @@ or after a need was fulfilled: their run cannot be repeated."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
-    """The attributes of the recorder and of its ledger, by name."""
+    """The attributes of the recorder, and those of its ledger, by name."""
 
     tick: int
     stack: tuple[tuple[int, int | None, tuple[str, ...]], ...] = ()
@@ -49,8 +49,8 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
 
 class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
-    ticks; ``helps``: the obstacle that each robot serves; ``introduced``: the obstacles that the
-    scenario does not list, each with the robot whose battery it is."""
+    ticks; ``helps``: the obstacle that each robot has to resolve; ``introduced``: obstacles that
+    the scenario does not list, each with the robot whose empty battery it is, or None."""
 
     state: State
     own: tuple[Objective, ...]
@@ -63,12 +63,12 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def sealed(line: records.Checkpoint, first: str | bytes) -> records.Checkpoint:
-    """Return a checkpoint with the digest of its data and of the first line of its trace."""
+    """Return a checkpoint with the digest of its data and of its trace's first line."""
     return replace(line, run={**line.run, "sha256": _digest(line.run, first)})
 
 
 def _digest(run: Mapping[str, object], first: str | bytes) -> str:
-    """Return the digest of a run and of its header, except for the limits, which may change."""
+    """Return the digest of a run and of its header without the limits, which may change."""
     data = {key: value for key, value in run.items() if key != "sha256"}
     header = json.loads(first, parse_int=float)  # 1 and 1.0 must give the same digest
     header["scenario"].pop("limits", None)
@@ -76,7 +76,7 @@ def _digest(run: Mapping[str, object], first: str | bytes) -> str:
 
 
 class Resumption(Struct, frozen=True):
-    """A run to continue: its team, its other data, and the lines before it."""
+    """A run to continue: its team, its other data, and the lines before its last checkpoint."""
 
     team: Team
     kept: Kept
@@ -90,19 +90,19 @@ class Resumption(Struct, frozen=True):
 
     @property
     def stages(self) -> dict[str, Stage]:
-        """The progress with the obstacles that the team knows as unresolved, by their names."""
+        """The stage of each obstacle that the team knows as unresolved, by name."""
         rows = zip(self.team.obstacles, self.kept.state.obstacles, strict=True)
         return {each.name: there.stage for each, there in rows if there.known}
 
     def resolved(self, obstacle: Obstacle) -> bool:
-        """Return whether an obstacle of the world is resolved or gone, as far as the team knows."""
+        """Return whether an obstacle, as far as the team knows, is resolved or gone."""
         k, there = number(self.team, self.kept.state, obstacle), self.kept.state.obstacles
         gone = k < len(there) and there[k].state in (Is.OVER, Is.SEALED)
         return gone and not there[k].given_up
 
 
 def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
-    """Return the number of lines before the last checkpoint of a trace, and its state."""
+    """Return the last checkpoint of a trace, as the number of lines before it, and the run."""
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
     if not found:
         none = "the trace ends before its first checkpoint; run the scenario again, with --trace"
@@ -119,9 +119,9 @@ def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
 
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
-    """Return the run of a trace at its last checkpoint. ``scenario``: the scenario of the run,
-    perhaps with other limits. Raises UsageError if the run has ended, has no checkpoint, or is of
-    another scenario."""
+    """Return the run of a trace at its last checkpoint. ``scenario``: its scenario, perhaps with
+    other limits. Raises UsageError if the run has ended, has no checkpoint or is of another
+    scenario."""
     if trace.outcome is not None and trace.outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")
     count, kept = _last_checkpoint(trace)
@@ -133,7 +133,7 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
 
 
 def _compare(trace: Trace, scenario: Scenario) -> None:
-    """Compare a scenario with that of a trace. Raises UsageError if they differ."""
+    """Raise UsageError if a scenario differs from that of a trace."""
     there, here = trace.header.scenario.recorded, scenario.recorded
     if there.clock is not scenario.clock:
         clock = "seconds" if trace.header.live else "ticks"
@@ -148,7 +148,7 @@ def _compare(trace: Trace, scenario: Scenario) -> None:
 
 
 def _restored(scenario: Scenario, kept: Kept) -> Team:
-    """Return the team of a checkpoint."""
+    """Return the team in a run's checkpoint."""
     team = team_of(scenario)
     for source, battery_of in kept.introduced:
         team = introduced(team, source, battery_of)
@@ -160,7 +160,7 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
 
 
 class Checkpoints:
-    """The writer of a run's checkpoints. ``emit`` takes their lines, which make up at most a share
+    """The writer of a run's checkpoints. ``emit`` receives their lines, which are at most a share
     of the trace unless the run is ``real``."""
 
     def __init__(self, emit: Callable[[records.Record], None], *, real: bool) -> None:
@@ -178,7 +178,7 @@ class Checkpoints:
             self._since = -SECONDS
 
     def take(self, kept: Kept) -> None:
-        """Remember the run before a pass; record it if a checkpoint is due."""
+        """Store the run before a pass, and write a checkpoint if one is due."""
         self._kept, self._at = kept, self.lines
         lines = self.lines - self._last
         many = lines >= FEWEST and lines * LINE >= SHARE * self._size
@@ -186,7 +186,7 @@ class Checkpoints:
             self.write()
 
     def write(self) -> None:
-        """Record the run as it was before the present pass."""
+        """Write a checkpoint of the run as it was before the present pass."""
         if (kept := self._kept) is not None and self._at > self._last:
             line = records.Checkpoint(kept.memory.tick, self._at, plain(kept))
             line = sealed(line, self._first)

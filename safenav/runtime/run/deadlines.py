@@ -1,7 +1,6 @@
-"""Starts and verdicts of the deadlines of a run (docs/deadlines.md), as a fold over its events.
-Their lines follow those of the event, or of the turn with new requests or bounds. Before the start
-it finds the deadlines that cannot be met, and the charges that do not suffice.
-"""
+"""The deadlines of a run: their beginnings and verdicts (docs/deadlines.md), as a fold over events.
+Their lines follow those of the event, or of the turn with new requests or bounds. Before the start,
+the deadlines that cannot be met and the charges that do not suffice are found."""
 
 from collections.abc import Callable, Iterable
 from math import ceil
@@ -30,10 +29,10 @@ its number."""
 
 
 class Due(Struct, frozen=True):
-    """A deadline: the tick by whose end it is due. ``past``: whether it was missed; ``reported``:
+    """A deadline, due by the end of tick ``due``. ``past``: whether it was missed; ``reported``:
     whether it was recorded as lost. For a round: ``disturbed``, ``before``: whether the robot also
-    waited, helped or was out of service, now and before; ``done``: rounds since the last
-    resolution."""
+    waited, helped or was out of service, in this round and in the previous one; ``done``: the
+    number of rounds since the last resolution."""
 
     tick: int
     past: bool = False
@@ -48,8 +47,8 @@ class Due(Struct, frozen=True):
 
 
 class Ledger:
-    """The deadlines of a run. ``dues``: deadlines of the mission, the open requests and the rounds;
-    ``late``: missed deadlines; ``had``: the number of robots that have had their turn."""
+    """The deadlines of a run. ``dues``: those of the mission, the open requests and the rounds;
+    ``late``: those that were missed; ``had``: how many robots have had their turn."""
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario
@@ -64,7 +63,7 @@ class Ledger:
 
     @property
     def missed(self) -> tuple[str, ...] | None:
-        """The missed deadlines, each once; None if the scenario has none."""
+        """The missed deadlines, each once; None if the scenario has no deadlines."""
         return tuple(dict.fromkeys(self.late)) if self.active else None
 
     @property
@@ -73,7 +72,7 @@ class Ledger:
         return bool(self.late) and self.scenario.late is LatePolicy.STOP
 
     def happened(self, team: Team, before: State, event: now.Event) -> None:
-        """Take an event; the first one of each tick is its ``Time``."""
+        """Update the deadlines after an event. The first event of each tick is its ``Time``."""
         if not self.active:
             return
         match event:
@@ -111,7 +110,7 @@ class Ledger:
                         self._begins(team, i, done=0)
 
     def turn_ends(self, team: Team, state: State) -> None:
-        """Record the verdicts that follow from a turn; ``state`` is the team's state after it."""
+        """Record the verdicts that follow from a turn. ``state``: the team's state afterwards."""
         if not self.active:
             return
         for kind, k in sorted(self.dues):
@@ -130,16 +129,16 @@ class Ledger:
                     self._tell(team, of, due, DeadlineVerdict.LOST, soonest)
 
     def completed(self, team: Team) -> None:
-        """Record that the mission has kept its deadline, if it has one."""
+        """Record that the deadline of the mission, if there is one, was kept."""
         self._ends(team, (THE_MISSION, 0), DeadlineVerdict.KEPT)
 
     def _open(self) -> list[tuple[Of, Due]]:
-        """Return the deadlines not missed so far: of the mission, of requests, of rounds."""
+        """Return the deadlines of the mission, requests and rounds that are not missed so far."""
         return [(of, self.dues[of]) for of in sorted(self.dues) if not self.dues[of].past]
 
     def _begins(self, team: Team, i: int, done: int | None = None) -> None:
-        """Begin a round of a robot, if its rounds have deadlines. ``done``: the number of its
-        completed rounds (default: unchanged)."""
+        """Begin a round of a robot if its rounds have deadlines. ``done``: the number of rounds
+        that it has completed (default: unchanged)."""
         former, within = self.dues.pop((ROUND, i), Due(0)), team.members[i].robot.within
         if within is not None:
             tick, done = self.tick + within, former.done if done is None else done
@@ -163,7 +162,7 @@ class Ledger:
         self.emit(records.Deadline(self.tick, name, due.tick, verdict, earliest))
 
     def _soonest(self, bound: Bound, of: Of) -> int:
-        """Return a tick before whose end a deadline cannot be met; 0 if there is no bound."""
+        """Return a tick before whose end a deadline cannot be met (0: there is no bound)."""
         team, state, (kind, number) = bound.team, bound.state, of
         ruled = any(formulas_in(member.objective) for member in team.members)
         if (ruled or kind == THE_MISSION) and objectives_change(team, self.tick):
@@ -187,9 +186,9 @@ class Ledger:
 def objectives_change(
     team: Team, tick: int, members: Iterable[Member] | None = None, most: int = NEVER
 ) -> bool:
-    """Return whether the scenario, after a tick and until ``most``, gives one of some robots (None:
-    any) another objective, which changes the bound of the mission, and perhaps its rules for
-    steps."""
+    """Return whether the scenario gives another objective to one of the robots ``names`` (None: to
+    any) after ``tick`` and until ``most``. This changes the bound of the mission, and perhaps the
+    robot's rules for steps."""
     robots = {each.name: each.robot for each in members or team.members}
     changes = (one for one in team.scenario.changes if one.robot in robots)
     times = [change.at for change in changes if change.objective is not None]
@@ -204,9 +203,9 @@ order."""
 
 
 def _orders_left(team: Team, state: State, i: int, most: int, *, begun: bool = True) -> Orders:
-    """Return the targets that a robot must still meet in sequence for ``most`` rounds: several
-    lists while it may begin with any target, or with the one where it stands. ``begun``: whether it
-    has counted goals; else a target on which it stands counts as met."""
+    """Return the sequences of targets that a robot must still meet for ``most`` rounds: several if
+    it may begin with any target, or with the one where it stands. ``begun``: whether it has counted
+    goals; otherwise a target on which it stands counts as met."""
     member, robot = team.members[i], state.robots[i]
     if not member.objective.ordered():
         return []
@@ -225,7 +224,7 @@ def _orders_left(team: Team, state: State, i: int, most: int, *, begun: bool = T
 
 def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
     """Return a tick before whose end the mission cannot be completed; NEVER if it never can.
-    ``orders``: alternative orders of each robot's targets."""
+    ``orders``: the alternative sequences of each robot's targets."""
     received = (each.source.appears or 0 for each in bound.team.obstacles if each.ordered)
     ends = [int(bound.state.time), *received]
     for i, choices in enumerate(orders):
@@ -235,8 +234,8 @@ def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
 
 
 def refusal_of(team: Team, state: State) -> End | None:
-    """Return the end of a run with a deadline that the robots could not meet even alone, or a
-    charge that does not suffice; None if there is none."""
+    """Return the end of a run with a deadline that the robots could not meet even alone, or with a
+    charge that does not suffice; None if there is neither."""
     refused: dict[str, int | None] = {}
     parts = []
     pairs = [*zip(team.members, state.robots, strict=True)]

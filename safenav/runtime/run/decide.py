@@ -1,4 +1,4 @@
-"""A robot's next move: the proposal of its driver (NP), and whether that is safe (EC)."""
+"""A robot's next move: the proposal of its plan or strategy (NP), and whether it is safe (EC)."""
 
 from typing import NamedTuple
 
@@ -19,8 +19,8 @@ from safenav.team.team import Team
 
 
 class Proposal(NamedTuple):
-    """A destination (its own pose: a stay), the origin of the decision, and the strategy's node
-    there, with the values of its formulas."""
+    """A proposed move: its destination (the robot's own pose: a stay), the origin of the decision,
+    and the strategy's node there with the values of its formulas."""
 
     pose: int
     by: str
@@ -30,7 +30,7 @@ class Proposal(NamedTuple):
 
 def continues(run: Situation, i: int) -> bool:
     """Return whether a robot moves while the team waits for outside help: it can undo each of its
-    steps, and needs no help on its path or has an objective for that time."""
+    steps, and has an objective for that time or needs no help on its path."""
     team, state = run.team, run.state
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or member.objective.formulas is not None:
@@ -47,7 +47,7 @@ def continues(run: Situation, i: int) -> bool:
 
 
 def propose(run: Situation, i: int) -> Proposal:
-    """Return the move of the robot's joint plan, if one drives it, else of its strategy."""
+    """Return the move of the joint plan that drives a robot, or else of its strategy."""
     team, state = run.team, run.state
     stay = Proposal(state.robots[i].pose, "stay")
     if not state.robots[i].active or i in run.control.pending:
@@ -71,8 +71,8 @@ def propose(run: Situation, i: int) -> Proposal:
 
 
 def _counts_again(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot with a strategy counts a target by staying, and need not return there
-    in this round."""
+    """Return whether a robot with a strategy counts a target by staying, so that it need not return
+    to the target in this round."""
     member, robot = team.members[i], state.robots[i]
     objective, own = member.objective, robot.own
     if objective.ordered() or formulas_in(objective) or member.robot.tracks or team.assignable(i):
@@ -82,8 +82,8 @@ def _counts_again(team: Team, state: State, i: int) -> bool:
 
 
 def _is_kept(run: Situation, i: int, pose: int) -> bool:
-    """Return whether a step satisfies a robot's formulas with the present inputs, which plans do
-    not foresee."""
+    """Return whether a step satisfies a robot's formulas with the present inputs. Plans do not
+    foresee inputs."""
     team, state = run.team, run.state
     robot, graph = state.robots[i], team.members[i].graph
     formulas = team.members[i].objective.formulas
@@ -95,8 +95,8 @@ def _is_kept(run: Situation, i: int, pose: int) -> bool:
 
 
 def successor(run: Situation, i: int) -> Proposal | None:
-    """Return the only successor of the strategy's node for the present inputs; None if there is
-    none, or if the team could not continue there."""
+    """Return the move to the only successor of the strategy's node for the present inputs; None if
+    there is none, or if the team could not continue there."""
     team, state = run.team, run.state
     controller, robot = run.control.controllers[i], state.robots[i]
     if controller is None or robot.node is None or not controller.realizable:
@@ -122,9 +122,9 @@ def successor(run: Situation, i: int) -> Proposal | None:
 
 
 def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | None, bool]:
-    """Return the node of a robot that stays, and whether the robot is astray. If its strategy
-    tracks other robots and has not chosen the stay, the new node has the values of the last one,
-    except for the present observation."""
+    """Return the node of a robot that stays, and whether its strategy has lost track (is astray).
+    If the strategy tracks other robots and has not chosen the stay, the new node has the values of
+    the last one with the present observation."""
     controller, node = run.control.controllers[i], run.state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if step.node is not None or controller is None or strategy is None or node is None:
@@ -139,8 +139,8 @@ def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | No
 
 
 def broken(run: Situation, i: int) -> tuple[str, ...]:
-    """Return the assumptions of a robot's strategy that its observations violate, if the strategy
-    has no successor for them."""
+    """Return the assumptions of a robot's strategy that are violated by an observation for which
+    the strategy has no successor."""
     team, state = run.team, run.state
     controller, node = run.control.controllers[i], state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
@@ -158,8 +158,8 @@ def broken(run: Situation, i: int) -> tuple[str, ...]:
 
 
 def closing(run: Situation, i: int, pose: int) -> int | None:
-    """Return the known obstacle that a robot would enter by a move to a pose, or in which the robot
-    stands and that it would leave on another side than it entered; None if there is none."""
+    """Return the known obstacle that forbids a move to a pose: the robot would enter it, or would
+    leave it on another side than it entered; None if there is none."""
     team, state = run.team, run.state
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size
@@ -181,8 +181,8 @@ def closing(run: Situation, i: int, pose: int) -> int | None:
 
 
 def way_back(run: Situation, i: int) -> int | None:
-    """Return the region into which a robot backs out of an obstacle that it has entered and cannot
-    resolve; None if it need not."""
+    """Return the region into which a robot backs out of an obstacle that it cannot resolve; None if
+    it need not."""
     team, state = run.team, run.state
     robot = state.robots[i]
     here = (k for k, one in enumerate(team.obstacles) if one.region == robot.pose % team.size)

@@ -1,5 +1,5 @@
-"""Trace lines of moves, joint plans, requests, and of a synthesis with all data of its
-specification."""
+"""Trace lines of moves, joint plans and requests, and of syntheses with all data of their
+specifications."""
 
 from itertools import accumulate, pairwise
 
@@ -22,8 +22,8 @@ from safenav.world.map import RegionMap
 def move_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
-    """Return the lockstep line of a turn in which a robot moves, stays or is in transit; None if it
-    departs and arrives in this turn."""
+    """Return the line of a turn in lockstep in which a robot moves, stays or is in transit; None
+    for other events and for a departure whose step ends in this turn."""
     result = None
     match event:
         case now.Goes(i):
@@ -47,8 +47,8 @@ def move_line(
 def command_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
-    """Return the line of a live command to move, or of its end; None for other events, and for a
-    step of formulas alone."""
+    """Return the line of a live command to move, or of the end of one; None for other events, and
+    for a step that changes only the memory of formulas."""
     regions, reason = None, None
     match event:
         case now.Departed(i, pose, by, node) if event.command:
@@ -73,8 +73,8 @@ def command_line(
 
 
 def plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
-    """Return the line of a joint plan, from the present waypoint of each robot on. A step of
-    formulas alone leads to no other place."""
+    """Return the line of a joint plan from the present waypoint of each robot on. It omits steps
+    that change only the memory of formulas."""
     ways, orders, states = {}, list[tuple[str, int, str, int]](), state.robots
     pairs, members = zip(team.members, plan.ways, strict=True), team.members
     every = [[member.graph.pose(visit.pose).place for visit in way] for member, way in pairs]
@@ -102,7 +102,7 @@ def request_line(
     control: Control,
     because: str | None = None,
 ) -> records.Request:
-    """Return the line of a request with its helpers. ``because``: the reason, if it is known."""
+    """Return the line of a request with its helpers. ``because``: why they help, if it is known."""
     request, there = Request(team, state, control.found, k), state.obstacles[k]
     bids, helping = request.bids(), helpers_of(control.roles, k)
     if because is None and there.aside and k not in control.vain:
@@ -121,7 +121,7 @@ def request_line(
 
 
 def synthesis_line(tick: int, found: Controller, world: RegionMap) -> records.Synthesis:
-    """Return the line of a synthesis."""
+    """Return the line of the synthesis of a robot's controller."""
     task, result = found.task, found.result
     hashes = result.spec_sha256, result.strategy_sha256
     forbidden = sorted(task.forbidden, key=lambda pose: (pose.region, pose.heading or 0))

@@ -44,8 +44,8 @@ MOST_PASSES = 50
 
 
 class Run(Situation):
-    """A run. Its data are ``state`` and ``control``: the facts, and the team's intentions; ``team``
-    grows by obstacles that the scenario does not list. ``check`` raises if the run must end."""
+    """A run. ``state``: the facts; ``control``: the team's intentions; ``team`` grows by obstacles
+    that the scenario does not list. ``check`` raises if the run must end."""
 
     def __init__(
         self,
@@ -77,8 +77,8 @@ class Run(Situation):
         return Kept(self.state, *about, truth)
 
     def resume(self, begun: Resumption) -> None:
-        """Continue a run that was interrupted. Commands that were under way in a live run have
-        ended where they began; strategies are synthesized where the robots are."""
+        """Continue a run that was interrupted. In a live run, commands under way have ended where
+        they began. Strategies are synthesized where the robots are."""
         kept, self.team, self.state = begun.kept, begun.team, begun.kept.state
         self.recorder.team = self.team
         self.world.operator.resume(self.state.time, begun.lines)
@@ -100,8 +100,8 @@ class Run(Situation):
         self.settle()
 
     def step(self) -> None:
-        """Run a pass: a tick or, live, a moment at which something happens. The team makes one
-        decision for all changes of this moment."""
+        """Run a pass: a tick or, live, an instant at which something happens. The team makes one
+        decision for all changes of a pass."""
         changed = happened = False
         strayed = list[int]()
         for event in self.world.wait(self, self.still()):  # reports of the world, and turns
@@ -140,7 +140,7 @@ class Run(Situation):
             self.answers.forget()
 
     def look(self, i: int) -> None:
-        """Let a robot observe the robots that it tracks, even out of service without a strategy."""
+        """Let a robot observe those that it tracks, even out of service or without a strategy."""
         member = self.team.members[i]
         if member.robot.tracks and not member.planned:
             mine, role = self.control.controllers[i], Role(self.state.robots[i].objective)
@@ -150,9 +150,9 @@ class Run(Situation):
                 self.happens(seen)
 
     def execute_controller(self, i: int) -> None:
-        """Run a robot's turn (lines 6 to 8). It acts where it stands before it leaves; its driver
-        proposes a move (NP); the move is characterized (EC); if an obstacle is there, the robot
-        backs up by a safe move."""
+        """Run a robot's turn (lines 6 to 8). It first acts where it stands. Its plan or strategy
+        then proposes a move (NP), which is checked for obstacles (EC). If an obstacle is there, the
+        robot backs up by a safe move."""
         if not self.state.robots[i].idle:
             return
         action = self.action(i)
@@ -176,8 +176,8 @@ class Run(Situation):
             self.take(i, step)
 
     def characterize(self, i: int, step: decide.Proposal) -> int | None:
-        """Return the obstacle that a robot would enter by a move: knowledge first, then the
-        sensor. None if there is none."""
+        """Return the obstacle that a robot would enter by a move, from the team's knowledge or else
+        from the robot's sensor; None if there is none."""
         known = decide.closing(self, i, step.pose)
         region = step.pose % self.team.size
         if known is not None or region == self.state.robots[i].pose % self.team.size:
@@ -190,8 +190,8 @@ class Run(Situation):
         return decide.closing(self, i, step.pose)
 
     def back_up(self, i: int) -> decide.Proposal:
-        """Return a safe step under another command if the robot has assigned goals, else a stay,
-        which keeps its strategy's node."""
+        """Return a safe move: a step under another command if the robot has assigned goals, else a
+        stay, which keeps the strategy's node."""
         other = None
         if self.team.assignable(i) and self.team.members[i].ticks == 1 and not self.world.live:
             other = decide.successor(self, i)
@@ -215,8 +215,8 @@ class Run(Situation):
         self.act(i, action)
 
     def act(self, i: int, action: Action | None = None) -> None:
-        """Let a robot resolve what it can where it stands, requested or not (lines 17 and 18).
-        ``action``: the results of an action that has begun."""
+        """Let a robot resolve all that it can where it stands, whether requested or not (lines 17
+        and 18). ``action``: the results of an action that has begun."""
         action = self.action(i) if action is None else action
         if action is not None:
             for event in action:
@@ -225,7 +225,7 @@ class Run(Situation):
                 self.settle()  # the action ends its duty; else the robot first counts its goals
 
     def moves(self, i: int) -> bool:
-        """Return whether a robot may move: while the team waits only some do."""
+        """Return whether a robot may move. While the team waits, only some robots may."""
         if self.control.end is None:
             return True
         pause = self.world.pause(self)
@@ -234,16 +234,16 @@ class Run(Situation):
         return pause is not None and decide.continues(self, i)
 
     def action(self, i: int) -> Action | None:
-        """Return the action of a robot where it stands; None if it changes nothing. While the team
-        waits for an operator, only robots that may continue act."""
+        """Return the action of a robot where it stands; None if the action changes nothing, or if
+        the team waits for an operator and this robot may not continue."""
         pause = self.world.pause(self)
         may = pause is None or pause[1] is not None or decide.continues(self, i)
         return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:
-        """Count the goals of a robot where it stands, at the end of its turn; a new objective was
-        already counted when the robot got it. An action ends a duty; own goals count beside it if a
-        joint plan, or the strategy of an assignable robot, counts them."""
+        """Count a robot's goals where it stands, at the end of its turn; those of a new objective
+        were counted when the robot got it. An action ends a duty. Own goals count besides a duty if
+        a joint plan, or the strategy of an assignable robot, counts them."""
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
@@ -266,8 +266,8 @@ class Run(Situation):
         self.settle()
 
     def drains(self, i: int) -> bool:
-        """Put a robot off the chargers out of service, until it gets another battery, if its charge
-        does not suffice for a step. Return whether that is so."""
+        """Put a robot off the chargers out of service if its charge does not suffice for a step,
+        until it gets another battery. Return whether that is the case."""
         robot, energy = self.state.robots[i], self.team.members[i].energy
         if energy is None or not (robot.active and robot.to is None):
             return False
@@ -308,7 +308,7 @@ class Run(Situation):
                 self.happens(now.Reopened())
 
     def settle(self) -> None:
-        """Update the intentions of the team; its decisions are events like all others."""
+        """Update the intentions of the team. Its decisions are events like all others."""
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
@@ -327,7 +327,7 @@ class Run(Situation):
         self.settled = (self.team, self.state, self.control) if final else None
 
     def may_resolve(self) -> bool:
-        """Return whether some given-up obstacle can be resolved now; True if there is none."""
+        """Return whether some given-up obstacle can be resolved now (True if there is none)."""
         given_up = {k for k, each in enumerate(self.state.obstacles) if each.given_up}
         if not given_up:
             return True
@@ -335,7 +335,7 @@ class Run(Situation):
         return not given_up <= {around.floor.gates[g] for g in closure_of(around).stuck}
 
     def has_ended(self, event: now.Event) -> bool:
-        """Return whether the run ends after this turn, so that the other robots stand: by a missed
+        """Return whether the run ends after this turn, before the other robots' turns: by a missed
         deadline, or since nothing can help."""
         if self.recorder.ledger.stops:
             return True
@@ -344,13 +344,13 @@ class Run(Situation):
         return self.world.pause(self) is None and not self.arrives()
 
     def arrives(self) -> bool:
-        """Return whether a robot whose absence would end the run is in transit: it may act where it
+        """Return whether a robot is in transit without which the run would end; it may act where it
         arrives."""
         absent = self.control.end is not None and self.control.end.cause == "out_of_service"
         return absent and any(r.to is not None and not r.active for r in self.state.robots)
 
     def over(self) -> End | None:
-        """Return the end of the run, if it has ended."""
+        """Return the end of the run; None if it has not ended."""
         state, end, ledger = self.state, self.control.end, self.recorder.ledger
         if ledger.stops:
             word = self.team.world.word
@@ -372,8 +372,8 @@ class Run(Situation):
         return None
 
     def is_complete(self) -> bool:
-        """Return whether the mission is complete, and nothing is under way. Orders that no robot
-        can serve yet wait for a change, if enough robots have the actions."""
+        """Return whether the mission is complete and nothing is under way. An order that no robot
+        can serve yet waits for a change if enough robots have its actions."""
         if self.acts() or not is_complete(self.team, self.state, self.control):
             return False
         known = (k for k, each in enumerate(self.state.obstacles) if each.known)
@@ -381,7 +381,7 @@ class Run(Situation):
         return not undone or self.world.coming(self) is None
 
     def acts(self) -> bool:
-        """Return whether an action is under way."""
+        """Return whether some robot's action is under way."""
         return any(robot.acting is not None for robot in self.state.robots)
 
     def may_hear(self) -> bool:
@@ -389,7 +389,7 @@ class Run(Situation):
         return self.world.attended and bool(self.team.scenario.inputs)
 
     def still(self) -> End | None:
-        """Return the end of a run in which no robot will ever move; None in any other run."""
+        """Return the end of a run in which no robot will ever move again; None in any other run."""
         if self.control.end is not None or not self.world.still:
             return None
         words = f"no robot moves; {self.left()}"
@@ -398,13 +398,13 @@ class Run(Situation):
         return End("time_limit", words)
 
     def left(self) -> str:
-        """Return the reason why the run is not completed yet, in words."""
+        """Return, in words, the reason why the mission is not complete yet."""
         return what_is_left(self.team, self.state, self.control.roles)
 
 
 def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
-    """Return the robot whose paths on the map an event may change: it has other rules, was put
-    elsewhere, or leaves a region that it avoids. None if it changes none."""
+    """Return the robot whose paths an event may change (it gets other rules, is put elsewhere, or
+    leaves a region that it avoids); None if there is none."""
     if isinstance(event, now.Assigned | now.Placed):
         return event.robot
     if not isinstance(event, now.Departed | now.Ended):
@@ -414,7 +414,7 @@ def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
 
 
 def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
-    """Return whether a change may make a given-up resolution possible. ``ended``: whether nothing
+    """Return whether an event may make a given-up resolution possible. ``ended``: whether nothing
     else can help."""
     match event:
         case now.Gone(k):

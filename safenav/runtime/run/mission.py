@@ -48,7 +48,7 @@ RunResult = records.End
 
 
 def uninterrupted(ended: RunResult) -> RunResult:
-    """Return the result of a run; re-raise a KeyboardInterrupt that ended it."""
+    """Return the result of a run, unless a KeyboardInterrupt ended it, which is raised again."""
     if ended.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return ended
@@ -61,9 +61,9 @@ class Mission:
     ``clock``. A ``World`` makes the run live, a ``BlockingWorld`` lockstep. ``listeners`` receive
     every event as it happens (a ``TraceWriter`` is one). ``progress`` receives the state of running
     syntheses. ``attended``: whether a live run waits for an operator instead of ending. ``begun``:
-    the run that it continues, all lines of which the listeners receive first; ``checkpoints``:
+    an interrupted run to continue, whose lines the listeners receive first; ``checkpoints``:
     whether the trace gets the lines from which an interrupted run can continue. ``ending``: whether
-    it has ended, or is about to record its end. ``end``: the reasons of the ``result``.
+    the run has ended, or is about to record its end. ``end``: the reasons of the ``result``.
 
     Raises InputError for a scenario that cannot run on the clock of its world.
     """
@@ -108,7 +108,7 @@ class Mission:
         raise TypeError("a Mission is a running program: pickle its scenario or its result")
 
     def run(self) -> RunResult:
-        """Run to the end. Ctrl-C ends the run with the outcome ``interrupted``, recorded.
+        """Run to the end. Ctrl-C ends the run, and its trace, with the outcome ``interrupted``.
 
         Raises SafenavError if the synthesizer or the world fails, or a synthesis reaches a limit;
         the trace then ends in ``error``.
@@ -121,7 +121,7 @@ class Mission:
         return self.result
 
     def start(self) -> None:
-        """Synthesize the first controllers; a robot without a controller ends the run here.
+        """Synthesize the first controllers. If a robot has none, the run ends here.
 
         Raises UsageError if the mission was started before.
         """
@@ -136,8 +136,8 @@ class Mission:
         self._run.answers.background = self._world.live and not self._world.commands.pauses
 
     def step(self) -> None:
-        """Run one tick: every robot takes its turn, in the scenario's order. In a live run one
-        pass: it waits for events of the world, and each idle robot decides.
+        """Run one tick, in which every robot takes its turn, in the scenario's order. In a live
+        run, run one pass: wait for events of the world, and let each idle robot decide.
 
         Raises UsageError before ``start`` and after the end.
         """
@@ -150,26 +150,26 @@ class Mission:
         self._guarded(self._run.step)
 
     def stop(self, why: str = "stopped by the user") -> None:
-        """End the run, ``interrupted``, at the next opportunity: between two turns, or within a
-        search. Called in the run's own thread, by a signal handler, it gives up a running
-        computation immediately, by an exception."""
+        """End the run, as ``interrupted``, at the next opportunity: between two turns, or within a
+        search. If a signal handler calls this in the run's own thread, an exception immediately
+        ends a running computation."""
         self._asked = self._asked or why
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
-        """Abort a running computation, by an exception, if the run must end. This has no effect in
-        other threads."""
+        """Abort a running computation by an exception if the run must end. In other threads than
+        the run's own, this has no effect."""
         if self._run.answers.busy and get_ident() == self._thread:
             self._check()
 
     @property
     def stopping(self) -> bool:
-        """Whether a stop of the run was requested."""
+        """Whether the end of the run was requested."""
         return bool(self._asked)
 
     def give_up(self, explanation: str = "stopped by the user") -> RunResult:
-        """End a run that was started, with the outcome ``interrupted``: for programs that call
-        ``step`` and will not continue. A run that has ended stays as it is."""
+        """End a run that was started, as ``interrupted``, for programs that call ``step`` and will
+        not continue. A run that has ended is not changed."""
         if not self._started:
             raise UsageError("give_up() before start(): this mission has not begun")
         if self.result is None:
@@ -179,12 +179,12 @@ class Mission:
 
     def intervene(self, wanted: str | Mapping[str, Any]) -> None:
         """Change the world at the beginning of the next tick, by an operator's line or its data.
-        Robots encounter a closed region; the team immediately knows the other changes. Raises
-        UsageError, with the reason, for an impossible change."""
+        Robots have to encounter a closed region; the team immediately knows all other changes.
+        Raises UsageError, with the reason, if the change is impossible."""
         self._world.operator.ask(self._run, wanted)
 
     def exclude_idle_time(self, seconds: float) -> None:
-        """Exclude the time in which no tick was requested from the time limit of the run."""
+        """Do not count the time in which no tick was requested in the run's time limit."""
         self._begun_at += seconds
 
     def post(self, event: protocol.WorldEvent) -> None:
@@ -194,17 +194,18 @@ class Mission:
 
     @property
     def tick(self) -> int:
-        """The number of the last tick; in a live run of the last pass."""
+        """The index of the last tick or, in a live run, of the last pass."""
         return self._run.recorder.tick
 
     @property
     def began(self) -> float:
-        """Start of a live run, in seconds on the world's clock: time 0 of its trace."""
+        """The start of a live run (time 0 of its trace), in seconds on the world's clock."""
         return self._world.commands.zero
 
     @property
     def waiting(self) -> End | None:
-        """The end of the run without the operator for whom it waits; None if it does not wait."""
+        """The end of the run if no operator helps; None if the run does not wait for an
+        operator."""
         run = self._run
         if run.may_hear() and (still := run.still()) is not None:
             return still
@@ -218,7 +219,7 @@ class Mission:
 
     @property
     def still(self) -> bool:
-        """Whether no robot has a command, except robots that continue while the team waits."""
+        """Whether no robot has a command, except robots that may continue while the team waits."""
         run = self._run
         moves = [run.control.end is not None and run.moves(i) for i in range(len(run.state.robots))]
         return all(robot.idle or moves[i] for i, robot in enumerate(run.state.robots))
@@ -243,7 +244,7 @@ class Mission:
             raise Stopped(End(Outcome.TIME_LIMIT, why))
 
     def _guarded(self, part: Callable[[], None]) -> None:
-        """Execute a part of the run; end the run when its end is due, or if the part raises an
+        """Execute a part of the run. End the run if its end is due, or if the part raises an
         exception."""
         self._thread = get_ident()
         try:
@@ -286,9 +287,8 @@ def first_results(
     strategies: bool = False,
 ) -> dict[str, Controller]:
     """Return the first controllers of the named robots (default: all), in the scenario's order,
-    without running the scenario. No obstacle is known yet: each pursues its own objective. As in a
-    run, robots whose poses prove that they can do so get no strategy, except with
-    ``strategies``."""
+    without a run. No obstacle is known yet, so each robot pursues its own objective. As in a run,
+    robots whose poses prove that they can do so get no strategy, except with ``strategies``."""
     team, answers = team_of(scenario), Answers(synthesizer, progress=progress)
     state, every = initial(team), enumerate(team.members)
     asked = {i: Role(m.objective) for i, m in every if names is None or m.name in names}
@@ -301,7 +301,7 @@ def first_results(
 def default_synthesizer(
     scenario: Scenario, *, binary: Path | None = None, at_once: int | None = None
 ) -> Synthesizer:
-    """Return the synthesizer with the scenario's settings; it verifies every strategy."""
+    """Return a synthesizer with the scenario's settings, which verifies every strategy."""
     limits = scenario.limits
     return Synthesizer(
         binary,

@@ -1,6 +1,6 @@
-"""Changes by an operator and by the scenario's list, as events at the beginning of a tick.
+"""Changes by an operator, and by the scenario's list, as events at the beginning of a tick.
 
-The team encounters a closed region like any part of the scenario; it immediately knows a new
+The team has to encounter a closed region like any part of the scenario. It immediately knows a new
 objective, an order, a robot's service, and that a known obstacle is gone. An impossible change is
 refused at the call; a change that becomes impossible later is dropped, and recorded.
 
@@ -44,8 +44,8 @@ USER, SCENARIO, INPUT = "user", "scenario", "input"
 
 class Intervention(Struct, frozen=True):
     """A change by a user; its fields are the keys of its data. ``kind``: see ``LINES``; in a
-    simulated world also ``close``: an obstacle of this ``type`` appears as soon as no robot is
-    there, ``open``: an ``obstacle`` disappears."""
+    simulated world also ``close``: an obstacle of this ``type`` appears as soon as no robot is in
+    its region, and ``open``: an ``obstacle`` disappears."""
 
     kind: str
     type: ObstacleType | None = None
@@ -88,8 +88,8 @@ SWITCHES = {"active": {"out": False, "back": True}, "on": {"on": True, "off": Fa
 
 
 class Operator:
-    """The operator of a run. ``asked``: changes that are not applied yet; ``inputs``: inputs that
-    the operator has set; ``truth``: the simulated world, if any."""
+    """The operator of a run. ``asked``: changes that are not applied yet; ``inputs``: the inputs
+    that the operator has set; ``truth``: the simulated world, if the world is simulated."""
 
     def __init__(
         self, scenario: Scenario, truth: SimulatedWorld | None, commands: Commands | Lockstep
@@ -101,7 +101,7 @@ class Operator:
         self._ordered: set[str] = set()
 
     def resume(self, time: float, lines: Iterable[records.Record]) -> None:
-        """Continue after the changes up to ``time``, with the inputs that users set by then."""
+        """Continue after the changes until ``time``, with the inputs that users had set by then."""
         self._listed = [change for change in self._listed if change.at > time]
         for line in lines:
             if isinstance(line, records.Inputs):
@@ -109,14 +109,14 @@ class Operator:
 
     def ask(self, run: Situation, wanted: str | Mapping[str, Any]) -> None:
         """Request a change by an operator's line or its data. Raises UsageError, with the reason,
-        for an impossible one."""
+        if the change is impossible."""
         intervention = read_intervention(wanted, self.scenario)
         next(self._change(run, intervention))
         self.asked.append(intervention)
 
     def events(self, run: Situation, given_up: Callable[[], End]) -> Iterator[now.Event]:
-        """Yield the changes of this moment. Raises Stopped if the operator gives up; ``given_up``:
-        the end then, unless something else has changed."""
+        """Yield the changes of this moment. If the operator has given up and nothing else has
+        changed, raises Stopped with the end ``given_up``."""
         while self._listed and self._listed[0].at <= run.state.time:
             change = self._listed.pop(0)
             i = self._robot(change.robot)
@@ -150,7 +150,7 @@ class Operator:
             raise Stopped(end)
 
     def selected(self, run: Situation) -> Iterator[now.Assigned]:
-        """Yield objectives that follow from the inputs and differ from the robots' present ones."""
+        """Yield the objectives that the inputs select and that differ from robots' present ones."""
         for i, (robot, member) in enumerate(zip(run.state.robots, run.team.members, strict=True)):
             given = dict(member.robot.when)
             mode = next((name for name in given if name in run.state.inputs), None)
@@ -163,8 +163,8 @@ class Operator:
                 yield now.Assigned(i, given[mode], INPUT, None, mode, base)
 
     def _change(self, run: Situation, wanted: Intervention) -> Iterator[now.Event | None]:
-        """Check a change; yield None, then the events that bring it about. Raises UsageError, with
-        the reason, for an impossible one."""
+        """Check a change; yield None, and then the events that it causes. Raises UsageError, with
+        the reason, if it is impossible."""
         told, team, at = OperatorIntervention, run.team, int(run.state.time)
         match wanted:
             case Intervention("close", kind, region) if kind is not None and region is not None:
@@ -267,7 +267,7 @@ class Operator:
             raise UsageError(f"region {region} will be closed at the next tick")
 
     def _may_pursue(self, run: Situation, name: str, objective: Objective) -> int:
-        """Return the number of a robot. Raises UsageError if it cannot pursue an objective."""
+        """Return the index of a robot. Raises UsageError if it cannot pursue an objective."""
         member = run.team.members[i := self._robot(name)]
         pose, avoid = member.graph.pose(run.state.robots[i].next), objective.avoid
         if pose.region in avoid:
@@ -280,7 +280,7 @@ class Operator:
         return i
 
     def _may_stand(self, run: Situation, name: str, pose: Pose) -> int:
-        """Return the number of a robot. Raises UsageError if it cannot be put into a pose."""
+        """Return the index of a robot. Raises UsageError if it cannot be put into a pose."""
         self._live("robots are put back")
         member, region = run.team.members[i := self._robot(name)], pose.region
         if not run.state.robots[i].idle:
@@ -332,7 +332,7 @@ def _known(run: Situation) -> list[int]:
 
 
 def _met(run: Situation, name: str) -> int:
-    """Return the known obstacle of that name. Raises UsageError if there is none."""
+    """Return the known obstacle with a name. Raises UsageError if there is none."""
     names = {run.team.obstacles[k].name: k for k in _known(run)}
     if name not in names:
         word = run.team.world.word
@@ -347,8 +347,8 @@ def _is_lost(run: Situation, name: str) -> bool:
 
 
 def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> Intervention:
-    """Return the intervention of a line of words, or of data that a page sends, read like the parts
-    of a scenario. Raises UsageError for an impossible one, with the expected form."""
+    """Return the intervention that a line of words, or the data of a page, describes; both are read
+    like parts of a scenario. Raises UsageError, with the expected form, if it is impossible."""
     data = _data(wanted) if isinstance(wanted, str) else wanted
     kind = data.get("kind") if isinstance(data, Mapping) else None
     if not isinstance(kind, str) or kind not in KEYS:
@@ -367,7 +367,7 @@ def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> In
 
 
 def _data(line: str) -> dict[str, Any]:
-    """Return the data of a line of words."""
+    """Return the data that a line of words describes."""
     word, *rest = line.split(maxsplit=1) or [""]
     if word not in LINES:
         raise UsageError(f"unknown intervention '{word[:40]}'; known: {'; '.join(LINES.values())}")
@@ -403,7 +403,7 @@ def _value(text: str) -> object:
 
 
 def _read(key: str, data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Any:
-    """Return the value of a key; None with an error in ``reading``. Raises UsageError."""
+    """Return the value of a key; None if there is an error in ``reading``. Raises UsageError."""
     value, types = data[key], scenario.catalogue.obstacles
     match key:
         case "type":
@@ -432,7 +432,7 @@ def _read(key: str, data: Mapping[str, Any], scenario: Scenario, reading: Readin
 
 
 def _obstacle(written: str, reading: Reading) -> str:
-    """Return the obstacle's name with its region as a number, since reports print ``door@gate``."""
+    """Return an obstacle's name with its region as an index, since reports print ``door@gate``."""
     kind, where, number = name_parts(written)
     region = reading.written(where)
     return written if region is None else f"{kind}@{region}" + f"#{number}" * (number > 1)

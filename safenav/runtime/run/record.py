@@ -1,6 +1,5 @@
 """Derivation of the trace's lines from consecutive states and the event between them. The recorder
-remembers only recorded facts: the stack, the helpers of each request, objectives, and the plan.
-"""
+stores only recorded facts: the stack, the helpers of each request, objectives, and the plan."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -48,9 +47,9 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 
 class Recorder:
-    """The recorder. ``stack``: pushed entries; ``helpers``: the helpers of each request as last
-    recorded; ``told``: the objectives in force as last recorded; ``plan``: the joint plan in force
-    as last recorded; ``makespan``: the end of the last command."""
+    """The recorder of a trace. ``stack``: pushed entries. As last recorded: ``helpers``: those of
+    each request; ``told``: the objectives in force; ``plan``: the joint plan in force.
+    ``makespan``: the time at which the last command ended."""
 
     def __init__(
         self, team: Team, listener: Callable[[records.Record], None], *, simulated: bool
@@ -77,13 +76,13 @@ class Recorder:
         self.emit(header if self.simulated else replace(header, world="external"))
 
     def kept(self) -> Memory:
-        """Return the recorder's memory, for a checkpoint."""
+        """Return the data of the recorder for a checkpoint."""
         stack, helpers, planned = tuple(self.stack), tuple(self.helpers.items()), self.plan
         about = self.tick, stack, helpers, planned is not None
         return Memory(*about, tuple(self.ledger.dues.items()), tuple(self.ledger.late))
 
     def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> None:
-        """Continue after these lines."""
+        """Continue after the lines of an interrupted run."""
         for line in lines:
             self._follow(line)
             self._listen(line)
@@ -97,8 +96,7 @@ class Recorder:
             self.emit(records.PlanEnd(self.tick, PlanEndReason.CHANGED))
 
     def record(self, before: State, event: now.Event, after: State) -> None:
-        """Record an event, the charges that it changes, and the deadlines that it keeps or
-        passes."""
+        """Record an event, the changes of charges, and the deadlines that are kept or missed."""
         self._record(before, event, after)
         for i in self.team.charged if after.robots is not before.robots else ():
             energy = self.team.members[i].energy
@@ -205,7 +203,7 @@ class Recorder:
                     self.emit(records.Reopened(self.tick, self._name(k)))
 
     def emit(self, line: records.Record) -> None:
-        """Send a line, in a live run with its time."""
+        """Send a line to the listeners; in a live run with its time."""
         line = replace(line, t=round(self.time, 9)) if self.team.live else line
         self._follow(line)
         self._listen(line)
@@ -232,7 +230,7 @@ class Recorder:
                 self.plan = plan
 
     def _plan_reached(self, state: State) -> None:
-        """End the plan if every robot has completed its path."""
+        """Record the end of the plan if every robot has completed its path."""
         if at_end(state, self.team.sharing):
             self._plan_ends(PlanEndReason.REACHED)
 
@@ -255,8 +253,8 @@ class Recorder:
         self.emit(records.ActionEnd(*who, results, left, event.why or None))
 
     def _acted(self, before: State, event: now.Acted) -> None:
-        """Record for each obstacle the parts that were done, and its resolution. Loads are put down
-        first, and taken last, in the order of ``Floor.acted``."""
+        """Record the fulfilled parts and the resolution of each obstacle on which a robot has
+        acted. Loads are put down first, and taken last, in the order of ``Floor.acted``."""
         truths, stages = dict(event.truths), dict(event.stages)
         i, obstacles = event.robot, self.team.obstacles
         at = before.robots[i].pose % self.team.size
@@ -300,7 +298,7 @@ class Recorder:
         return records.KnownObstacle(self.tick, *about, reason, because, for_now)
 
     def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
-        """Return the robots that fulfil a need when robot i acts; None if it does so alone."""
+        """Return the robots that fulfil a need when robot i acts; None if robot i alone does."""
         need, stage = self.team.obstacles[k].needs[number], state.obstacles[k].stage
         later = None if number == stage.need else number
         group = [*sorted({i, *(stage.done if later is None else ())})]
@@ -318,8 +316,8 @@ class Recorder:
     def settled(
         self, decided: Sequence[Decided], after: State, control: Control, *, coming: bool
     ) -> None:
-        """Record a decision: given-up obstacles, the stack, strategies, goals met where robots
-        stand. ``coming``: the scenario still changes something."""
+        """Record a decision: given-up obstacles, the stack, strategies, and goals met where robots
+        stand. ``coming``: whether the scenario still changes something."""
         gives_up = False
         for state, event in decided:
             if isinstance(event, now.GaveUp):
@@ -345,7 +343,7 @@ class Recorder:
                 self.record(state, event if kept else replace(event, duty=False), after)
 
     def _duties(self, objectives: Sequence[Objective]) -> None:
-        """Record the objectives that robots pursue from now on, where they change."""
+        """Record the new objectives of the robots whose objectives have changed."""
         pairs = enumerate(zip(self.told, objectives, strict=True))
         new = {self._robot(i): own for i, (told, own) in pairs if told != own}
         if new:
@@ -363,15 +361,15 @@ class Recorder:
         self.helpers.pop(k, None)
 
     def _pops(self, state: State) -> None:
-        """Remove the entries of closed requests from the stack."""
+        """Remove the stack entries of requests that are no longer open."""
         for k in dict.fromkeys(k for k, _, _ in self.stack if k not in state.requests):
             for entry in [e for e in reversed(self.stack) if e[0] == k]:
                 self.stack.remove(entry)
                 self._entry(records.Pop, entry)
 
     def _stack(self, state: State, control: Control) -> None:
-        """Record each request that is new, gets other helpers, or loses them by being set aside;
-        and a push for each new requester."""
+        """Record requests that are new, get other helpers, or lose these by being set aside; and a
+        push for each new requester."""
         for k in state.requests:
             each = state.obstacles[k]
             helping = tuple(map(self._robot, helpers_of(control.roles, k)))
@@ -400,7 +398,7 @@ class Recorder:
             self.emit(records.Waiting(self.tick, *about, dict(end.unrealizable) or None))
 
     def ends(self, state: State, end: End, answers: Answers, seconds: float) -> records.End:
-        """Record the end of the run; ``seconds``: its wall time."""
+        """Record the end of the run. ``seconds``: the wall time of the run."""
         pairs = zip(self.team.members, state.robots, strict=True)
         rounds = {m.name: 0 if r.mode else m.pursuit.rounds(r.own.met) for m, r in pairs}
         self._plan_reached(state)

@@ -1,9 +1,9 @@
 """The world of a run as numbered events: its commands, and their results.
 
-A simulated world and a real one answer the same commands (``runtime.worlds.commands``), so the team
-knows of an obstacle only what robots notice. In lockstep a pass is a tick, in which each robot in
-turn moves or continues; a step of one tick has ended when ``start`` returns. In a live run a pass
-is an instant at which something ends, after which each idle robot has its turn.
+A simulated world and a real one obey the same commands (``runtime.worlds.commands``), so the team
+knows only those obstacles that robots notice. In lockstep a pass is a tick, in which the robots in
+turn move or continue; a step of one tick has ended when ``start`` returns. In a live run a pass is
+an instant at which something ends, after which each idle robot has its turn.
 """
 
 from collections.abc import Iterator
@@ -39,9 +39,9 @@ SLOWEST = 20.0
 class World:
     """The world of a run. ``truth``: the simulated obstacles, if the world is a simulation or a
     user's extension of one; ``simulated``: whether it is safenav's own simulation; ``attended``:
-    whether an operator may help; ``still``: whether no robot moves, and nothing will ever happen;
-    ``passes``: passes at the present moment. ``limit``: the latest end of the run, and its
-    outcome."""
+    whether an operator may help; ``still``: whether no robot moves and nothing will ever happen;
+    ``passes``: the number of passes at the present moment; ``limit``: the latest end of the run,
+    and the outcome then."""
 
     def __init__(
         self,
@@ -77,7 +77,7 @@ class World:
         late."""
 
     def resume(self, run: Situation, truth: Truth | None, last: int) -> None:
-        """Continue where a run was interrupted. ``last``: the number of the last command."""
+        """Continue an interrupted run. ``last``: the number of the last command."""
         robots = run.state.robots
         poses = {m.name: m.graph.pose(robots[i].pose) for i, m in enumerate(run.team.members)}
         self.commands.resume(run.state.time, poses, last)
@@ -90,8 +90,8 @@ class World:
         self._set = frozenset(self.operator.inputs)
 
     def wait(self, run: Situation, still: End | None) -> Iterator[now.Event]:
-        """Yield the next events and turns; none if nothing will ever happen. Each event is read
-        when those before it have been applied. ``still``: the end if no robot will ever move."""
+        """Yield the next events and turns; none if nothing will ever happen. An event is read after
+        earlier ones were applied. ``still``: the end of the run if no robot will ever move."""
         commands = self.commands
         if self.live:
             if self.truth is not None:
@@ -153,7 +153,7 @@ class World:
                 yield now.Turn(i)
 
     def _on(self, run: Situation) -> frozenset[str]:
-        """Return the inputs that are on now: an operator's setting, else the world's."""
+        """Return the inputs that are on: by the operator's setting or else by the world's."""
         names = [each.name for each in run.team.scenario.inputs]
         found = {name: name in run.state.inputs for name in names}
         world, tick = self._inputs if names else None, int(self.commands.now())
@@ -162,7 +162,7 @@ class World:
         return frozenset(name for name in names if found[name])
 
     def _heard(self, run: Situation) -> Iterator[now.Event]:
-        """Yield the inputs of this moment, and the objectives that they select."""
+        """Yield the event of the present inputs, and those of the objectives that they select."""
         by_user, on = self.operator.inputs, self._on(run)
         if on != run.state.inputs or by_user.keys() != self._set:
             self._set = frozenset(by_user)
@@ -170,7 +170,7 @@ class World:
         yield from self.operator.selected(run)
 
     def _reported(self, run: Situation, commands: Commands) -> Iterator[now.Event]:
-        """Yield the reports that were dropped, and the obstacles that sensors show."""
+        """Yield events for reports that were dropped, and for obstacles that sensors show."""
         while commands.dropped:
             dropped, why = commands.dropped.pop(0)
             yield now.Late(type(dropped).__name__.lower(), why, self._named(run, dropped))
@@ -214,7 +214,7 @@ class World:
         yield from acts.consequences(run.team, before, end)
 
     def _is_open_to(self, run: Situation, i: int, obstacle: model.Obstacle) -> bool:
-        """Return whether a robot tries to resolve a known obstacle by entering it."""
+        """Return whether a robot may try to resolve a known obstacle by entering it."""
         known = obstacle.name in run.team.numbers
         k = acts.number(run.team, run.state, obstacle)
         if not known or run.state.obstacles[k].state is not now.Is.OPEN:
@@ -246,12 +246,12 @@ class World:
     # Commands.
 
     def sense(self, run: Situation, i: int, region: int) -> model.Obstacle | None:
-        """Return the obstacle that a robot notices in a region beside it; None if there is none."""
+        """Return the obstacle that a robot notices in a region beside its own; None if none."""
         robot, floor = run.team.members[i].robot, run.team.world
         return protocol.sensed(self._world, robot, region, floor)
 
     def start(self, run: Situation, i: int, step: Proposal) -> Iterator[now.Event]:
-        """Command a step; yield its departure, and its end if it has ended."""
+        """Command a step. Yield its departure and, if the step has already ended, its end."""
         graph, robot = run.team.members[i].graph, run.team.members[i].robot
         here = graph.pose(run.state.robots[i].pose)
         ended = self.commands.start(robot, here, graph.pose(step.pose))
@@ -263,8 +263,8 @@ class World:
             yield from self._arrived(run, i, ended)
 
     def act(self, run: Situation, i: int) -> Iterator[now.Event] | None:
-        """Command an action if a robot may change something where it stands. Return the results, or
-        the event that the action is under way; None if the robot changes nothing."""
+        """Command an action if it may change something where a robot stands. Return its results, or
+        the event that it is under way; None if it changes nothing."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
         absent = not there.active or (self.live and there.to is not None)
         if absent or not robot.capabilities or there.acting is not None:
@@ -288,7 +288,7 @@ class World:
         return self._results(run, i, event) if told else None
 
     def _results(self, run: Situation, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
-        """Yield the results of an action that has just begun (None: the action is under way)."""
+        """Yield the results of an action that has just begun (if None: that it is under way)."""
         changes = self._changes(run, i)
         if event is None or self.live:
             command = self.commands.number(run.team.members[i].name)
@@ -299,8 +299,8 @@ class World:
             yield from self._acted(run, i, event)
 
     def _acted(self, run: Situation, i: int, event: protocol.Acted) -> Iterator[now.Event]:
-        """Yield the results of an action: those of earlier needs follow from the robots' poses,
-        that of the last need only from the world's report."""
+        """Yield the results of an action. The results of earlier needs follow from the robots'
+        poses; the result of the last need is that which the world reports."""
         begun = run.state.robots[i].works
         for obstacle, _ in event.found:
             yield from acts.joined(run.team, run.state, obstacle)
@@ -360,8 +360,8 @@ class World:
         yield from acts.vain(run.team, before, run.state, i, failed)
 
     def _news(self, run: Situation, i: int, event: protocol.Acted) -> protocol.Acted:
-        """Return an action with the results that are new to the team: a world that repeats its
-        results would keep the robot acting forever. A load is not delivered where it is taken."""
+        """Return an action with the results that are new to the team, since a world that repeats
+        results would keep a robot acting forever. A load is not delivered where it is taken."""
         if not event.found:
             return event
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
@@ -397,8 +397,8 @@ class World:
         return acts.acts_on(run.team, run.state, where, i, among)
 
     def _unnoticed(self, run: Situation, i: int) -> dict[int, now.Stage]:
-        """Return the new stages of unknown obstacles that a robot changes where it stands without
-        resolving them: a world may act on these, and reports only the last need."""
+        """Return the new stages of unknown obstacles that a robot changes, but does not resolve,
+        where it stands. A world may act on these, and reports only the last need."""
         team, state = run.team, run.state
         pairs = ((k, each) for k, each in enumerate(state.obstacles) if each.state is now.Is.HIDDEN)
         hidden = [k for k, each in pairs if not team.obstacles[k].needs[each.stage.need].takes]
@@ -406,7 +406,7 @@ class World:
         return {k: stage for k, stage in changes if team.obstacles[k].next(stage)}
 
     def _acts(self, run: Situation, i: int) -> list[int]:
-        """Return the known obstacles on which a robot acts. A robot that is sent for a load leaves
+        """Return the known obstacles on which a robot acts. If it is sent for a load, it leaves
         other loads. (A joint plan decides which loads its robots take.)"""
         roles = run.control.roles
         pairs = ((k, each.state) for k, each in enumerate(run.state.obstacles) if each.known)
@@ -417,15 +417,15 @@ class World:
         return [k for k in known if k not in taken or k == sent] if sent in taken else known
 
     def _is_met(self, run: Situation, i: int, k: int) -> bool:
-        """Return whether enough other robots act on an obstacle already."""
+        """Return whether enough other robots already act on an obstacle."""
         stage = run.state.obstacles[k].stage
         need = run.team.obstacles[k].needs[stage.need]
         others = sum(k in each.works for j, each in enumerate(run.state.robots) if j != i)
         return others > 0 and (need.together or others + len(stage.done) >= need.robots)
 
     def _is_busy(self, run: Situation, i: int) -> bool:
-        """Return whether a robot leaves an obstacle beside it to other robots that act on the
-        obstacle; if these fail, the robot may act later."""
+        """Return whether a robot leaves a neighbouring obstacle to other robots that act on it. If
+        they fail, the robot may act later."""
         if not any(robot.works for robot in run.state.robots):
             return False
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
@@ -434,8 +434,8 @@ class World:
     # Changes and operators that may still help.
 
     def pause(self, run: Situation) -> tuple[End, float | None] | None:
-        """Return the end of the run that a change to come, or an operator, may avert, and the time
-        of that change (None: only an operator can); None if the team does not wait for help."""
+        """Return the end of the run that a future change or an operator may avert, and the time of
+        that change (None: there is none); None if the team does not wait for help."""
         end = run.control.end
         if end is None or end.outcome not in HELPED:
             return None
@@ -443,7 +443,7 @@ class World:
         return (end, until) if self.attended or until is not None else None
 
     def awaited(self, run: Situation) -> float | None:
-        """Return when the scenario changes something; None if the run waits only for an
+        """Return the time of the scenario's next change; None if the run waits only for an
         operator."""
         real = self.attended and not self.commands.simulated
         return None if real else self.coming(run)
@@ -456,8 +456,7 @@ class World:
         return end if end is not None and not coming else GIVEN_UP
 
     def coming(self, run: Situation) -> float | None:
-        """Return when the scenario changes something next, within its limits; None if there is
-        none."""
+        """Return the time of the scenario's next change before the limit; None if there is none."""
         most = self.limit[0] if self.live else run.team.scenario.limits.ticks
         switches = switching(run.team.scenario.inputs) if self.truth is not None else []
         listed = [change.at for change in run.team.scenario.changes]
@@ -467,15 +466,15 @@ class World:
 
 
 def _takes(run: Situation, k: int) -> bool:
-    """Return whether a robot takes a load by the next need of an obstacle."""
+    """Return whether a robot takes a load when it fulfils the next need of an obstacle."""
     return run.team.obstacles[k].needs[run.state.obstacles[k].stage.need].takes
 
 
 def _is_early(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Return whether a report claims that a robot has delivered a load that it has only taken: the
-    robot must still fulfil a need elsewhere."""
+    """Return whether a report claims that a robot has delivered a load that it has only just taken,
+    so that it must still fulfil a need elsewhere."""
     here = state.robots[i].pose % team.size
     return any(
         need.same and here not in obstacle.resolution_regions(team.world, number)
@@ -486,7 +485,7 @@ def _is_early(
 def _shows(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Return whether a failed action reveals an obstacle whose presence the team did not know."""
+    """Return whether a failed action reveals an obstacle that the team did not know is present."""
     here, last = state.robots[i].pose % team.size, len(obstacle.needs) - 1
     able = obstacle.needs[last].action in team.members[i].robot.capabilities
     able = able and here in obstacle.resolution_regions(team.world, last)

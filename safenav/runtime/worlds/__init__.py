@@ -1,1 +1,1 @@
-"""Actual worlds: their protocols, the simulated ones, and the commands of a run to them."""
+"""Actual worlds: their protocols, the simulated worlds, and a run's commands to them."""

@@ -1,8 +1,8 @@
 """The commands of a run to its world, in ticks or live, and the events that end them, each checked
 before it is used.
 
-Live, an event that cannot be true counts as a lost robot or a failed action; an event that ends no
-open command is dropped. Neither changes the run otherwise.
+In a live run, an event that cannot be true counts as a lost robot or a failed action, and an event
+that ends no open command is dropped. Neither changes the run otherwise.
 """
 
 import queue
@@ -38,8 +38,8 @@ system."""
 
 
 class Lockstep:
-    """The commands of a run to a blocking world: each command has ended when the call returns,
-    except steps of several ticks: a simulation makes them at their end, other worlds at their
+    """The commands of a run to a blocking world. Each command has ended when its call returns,
+    except a step of several ticks, which a simulation makes at its end, and another world at its
     beginning. Raises WorldError for impossible results."""
 
     live = simulated = pauses = idle = False
@@ -51,24 +51,24 @@ class Lockstep:
         self._ended: dict[str, protocol.Ended] = {}
 
     def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
-        """Continue after a tick."""
+        """Continue after the given tick."""
         del poses, last
         self._tick = int(time)
 
     def times(self) -> Sequence[float]:
-        """Return the ticks at which a simulation changes something."""
+        """Return the ticks at which a simulation changes something by itself."""
         return [] if self._simulated is None else [float(t) for t in self._simulated.times()]
 
     def now(self) -> float:
         return float(self._tick)
 
     def number(self, name: str) -> int:
-        """Return 0: commands have no numbers."""
+        """Return 0, since commands have no numbers in lockstep."""
         del name
         return 0
 
     def expected(self, robot: Robot) -> float | None:
-        """Return None: steps have no duration in seconds."""
+        """Return None, since steps have no duration in seconds in lockstep."""
 
     def hear(self, due: float | None, changed: bool) -> bool:
         """Begin the next tick."""
@@ -77,7 +77,7 @@ class Lockstep:
         return True
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
-        """Send a robot to ``pose``; return the end of its step, if it has already ended."""
+        """Send a robot to ``pose``. Return the end of the step; None if it has not ended."""
         if pose.region == here.region or robot.model.timing == 1:
             return self._moved(robot, pose)
         if self._simulated is None:
@@ -85,11 +85,11 @@ class Lockstep:
         return None
 
     def ended(self, robot: Robot, to: Pose) -> protocol.Ended:
-        """Return the end of a robot's step of several ticks, in its turn when it is due."""
+        """Return the end of a robot's step of several ticks if it ends in this turn, else None."""
         return self._ended.pop(robot.name, None) or self._moved(robot, to)
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
-        """Return the obstacles that the robot has resolved; check that it can resolve each."""
+        """Return the obstacles that a robot has resolved. Raises WorldError if it cannot have."""
         if self._simulated is not None:  # other worlds resolve all that the robot can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call, kind = f"act({robot.name!r})", list[tuple[Obstacle, bool | None]]
@@ -102,10 +102,10 @@ class Lockstep:
         return protocol.Acted(self.now(), robot.name, found)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
-        """Return None: no action is under way."""
+        """Return None, since no action is under way in lockstep."""
 
     def _moved(self, robot: Robot, pose: Pose) -> protocol.Ended:
-        """Return the end of a step at the pose that the world reports, checked to be possible."""
+        """Return the end of a step at the pose that the world reports. Raises WorldError."""
         call = f"move({robot.name!r}, {pose.region})"
         told = protocol.returned(call, lambda: self._world.move(robot, pose), Pose | None)
         found: Pose = pose if told is None else told
@@ -120,7 +120,7 @@ class Lockstep:
         return protocol.Elsewhere(self.now(), robot.name, found)
 
     def _check(self, call: str, robot: Robot, here: Region, obstacle: Obstacle) -> None:
-        """Check that a robot can have resolved an obstacle."""
+        """Raise WorldError if a robot cannot have resolved an obstacle."""
         last = len(protocol.checked(call, obstacle, self._scenario.map).needs) - 1
         if obstacle.needs[last].action not in robot.capabilities:
             action = obstacle.needs[last].action
@@ -133,8 +133,8 @@ class Lockstep:
 
 
 class OpenCommand(Struct):
-    """A command that has not ended. ``target``: the pose to which a step leads; None: an action.
-    ``trouble``: the error of its cancellation."""
+    """A command that has not ended. ``target``: the pose to which a step leads; None for an action.
+    ``trouble``: the error that its cancellation raised."""
 
     command: int
     robot: Robot
@@ -147,13 +147,13 @@ class OpenCommand(Struct):
     trouble: str = ""
 
     def failed(self, at: float, why: str) -> protocol.Acted:
-        """Return the end of an action that has failed."""
+        """Return the event that this action has failed."""
         found = tuple((obstacle, ActResult.FAILED) for obstacle in self.obstacles)
         return protocol.Acted(at, self.robot.name, found, why, command=self.command)
 
 
 class Commands:
-    """Commands to a world, and the reports on them. ``dropped`` (with the reason) and ``sensed``:
+    """The commands to a live world, and its reports. ``dropped`` (with the reason) and ``sensed``:
     reports that wait for their reader, which removes them."""
 
     live = True
@@ -181,11 +181,11 @@ class Commands:
 
     @property
     def idle(self) -> bool:
-        """Whether no command is open, and no end of a command is unprocessed."""
+        """Whether no command is open, and the end of each command has been processed."""
         return not self._open and not self._ended
 
     def now(self) -> float:
-        """Return the seconds of the run; never less than before."""
+        """Return the present second of the run, which never decreases."""
         self._now = max(self._now, self._clock() - self.zero)
         return self._now
 
@@ -194,7 +194,7 @@ class Commands:
         self._posted.put(event)
 
     def begin(self) -> None:
-        """Begin the run: its times count from ``zero`` on the world's clock."""
+        """Begin the run, with time 0 at ``zero`` on the world's clock."""
         self.zero = self._clock()
 
     def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
@@ -204,40 +204,40 @@ class Commands:
         self._count, self.zero = last, self._clock() - time
 
     def at(self, event: protocol.WorldEvent) -> float:
-        """Return the time of an event in seconds of the run; for an event in the future, now."""
+        """Return the time of an event in seconds of the run, at most the present time."""
         return min(float(event.at) - self.zero, self.now())
 
     def number(self, name: str) -> int:
-        """Return the number of a robot's open command, or of its last one."""
+        """Return the number of a robot's open command or, if it has none, of its last command."""
         return self._open[name].command if name in self._open else self._count
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
-        """Send a robot to ``pose``; return the end of its step, if it has already ended."""
+        """Send a robot to ``pose``. Return the end of the step; None if it has not ended."""
         self._send(robot, here, pose, (), lambda number: self.world.start(robot, pose, number))
         return self.ended(robot, pose)
 
     def ended(self, robot: Robot, to: Pose) -> protocol.Ended | None:
-        """Return, in a robot's turn, the end of its step; None while it is in transit."""
+        """Return the end of a robot's step, in its turn; None while it is in transit."""
         del to
         found = self._ended.pop(robot.name, None)
         assert isinstance(found, protocol.Ended | None)
         return found
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted | None:
-        """Let a robot act where it stands; return the results, if the action has already ended."""
+        """Let a robot act where it stands. Return the results; None if the action has not ended."""
         act = self.world.act
         self._send(robot, here, None, obstacles, lambda number: act(robot, obstacles, number))
         return self.acted(robot)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
-        """Return, in a robot's turn, the end of its action; None until then."""
+        """Return the end of a robot's action, in its turn; None until it has ended."""
         found = self._ended.pop(robot.name, None)
         assert found is None or isinstance(found, protocol.Acted)
         return found
 
     def hear(self, due: float | None, changed: bool) -> bool:
-        """Receive events. If there are none and nothing has ``changed``, wait for one until ``due``
-        (None: no limit). Return whether the run has something to do."""
+        """Receive events. If there are none and nothing has ``changed``, wait for an event until
+        ``due`` (None: without limit). Return whether the run has something to do."""
         heard = self._drain() or changed
         times = [due, *(time for _, time in self._overdue())]
         due = min((time for time in times if time is not None), default=None)
@@ -255,7 +255,7 @@ class Commands:
         return self._drain() or heard or over or self.simulated
 
     def _clock(self) -> float:
-        """Return the seconds on the world's clock. Raises WorldError."""
+        """Return the present second on the world's clock. Raises WorldError."""
         found = protocol.asked("now()", self.world.now)
         if not protocol.is_time(found):
             raise protocol.WorldError(f"World.now() returned {found!r}, not seconds")
@@ -269,7 +269,7 @@ class Commands:
         obstacles: Sequence[Obstacle],
         send: Callable[[int], protocol.WorldEvent | None],
     ) -> None:
-        """Give the world the next command, which ends if a user's world raises an exception."""
+        """Send the next command to the world. It ends if a user's world raises an exception."""
         assert robot.name not in self._open, "one command at a time"
         self._count += 1
         command = OpenCommand(self._count, robot, here, target, obstacles, self.now())
@@ -319,7 +319,7 @@ class Commands:
         self._ended[open_.robot.name] = self._checked(event, open_, wrong)
 
     def _ended_by(self, event: protocol.WorldEvent) -> OpenCommand | None:
-        """Return the open command that a report ends, if any."""
+        """Return the open command that a report ends; None if there is none."""
         name, number = getattr(event, "robot", None), getattr(event, "command", None)
         open_ = self._open.get(name) if isinstance(name, str) else None
         return open_ if open_ is not None and number == open_.command else None
@@ -327,8 +327,8 @@ class Commands:
     def _checked(
         self, event: protocol.WorldEvent, open_: OpenCommand, wrong: str | None
     ) -> protocol.WorldEvent:
-        """Return the event or, if it cannot be true, a failed action or a lost robot, since the
-        reported pose is unreliable. ``wrong``: the reason why the event is malformed."""
+        """Return the event or, if it cannot be true, a failed action or a lost robot (since the
+        reported pose is unreliable). ``wrong``: the reason why the event is malformed."""
         name, here, at = open_.robot.name, open_.start, self.zero + self.now()
         if open_.target is None:
             wrong = wrong or protocol.wrong_result(event)
@@ -344,7 +344,7 @@ class Commands:
         return protocol.Lost(at, name, frozenset(regions), wrong, command=open_.command)
 
     def _limit(self, command: OpenCommand) -> float | None:
-        """Return the seconds that a command may take; None: there is no limit."""
+        """Return the maximum seconds of a command; None if there is no limit."""
         policy, robot = self.scenario.failures, command.robot
         limits = [policy.timeout] if policy.timeout is not None else []
         took = self._took.get(robot.name, ())
@@ -368,7 +368,7 @@ class Commands:
                 yield open_, since + open_.limit
 
     def _cancel_overdue(self) -> None:
-        """Cancel commands that take too long; robots that do not end them are lost."""
+        """Cancel commands that take too long. Robots that do not end cancelled ones are lost."""
         now = self.now()
         for open_, due in list(self._overdue()):
             if due > now:

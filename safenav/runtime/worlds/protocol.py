@@ -1,5 +1,5 @@
-"""The protocols of the actual world: commands that return immediately, and the events that end
-them; or three methods that block. Any world may report anything: checks of its reports.
+"""The protocols of the actual world: commands that return immediately and events that end them, or
+three methods that block; and checks of reports, since a world may report anything.
 
 A robot that was sent somewhere occupies its departure region and its destination until an event
 ends the command. So events must be true, and sent after the robot has left all regions that they do
@@ -28,20 +28,20 @@ T = TypeVar("T")
 
 
 class DatedEvent(Struct, frozen=True):
-    """An event at a time: ``at``, in seconds on the world's clock."""
+    """An event with a time ``at``, in seconds on the world's clock."""
 
     at: float
 
 
 class WorldEvent(DatedEvent, frozen=True, kw_only=True):
-    """An event that a world reports. ``command``: the number of the command that it ends; None if
-    it ends none."""
+    """An event that a world reports. ``command``: the number of the command that it ends (None: it
+    ends none)."""
 
     command: int | None = None
 
 
 class Arrived(WorldEvent, frozen=True):
-    """The robot is in the commanded pose, and in no other region. ``reason``: the reason for more
+    """The robot is in the commanded pose and in no other region. ``reason``: why there was more
     than one attempt."""
 
     robot: str
@@ -49,15 +49,15 @@ class Arrived(WorldEvent, frozen=True):
 
 
 class Elsewhere(WorldEvent, frozen=True):
-    """The robot is in ``pose`` instead, and in no other region."""
+    """The robot is in ``pose``, not in the commanded one, and in no other region."""
 
     robot: str
     pose: Pose
 
 
 class Blocked(WorldEvent, frozen=True):
-    """The robot is back in ``pose``, its departure pose, and in no other region: it encountered an
-    obstacle (None: it does not know which) in the commanded region."""
+    """The robot is back in ``pose``, where it departed, and in no other region. It has encountered
+    an obstacle (None: an unknown one) in the commanded region."""
 
     robot: str
     pose: Pose
@@ -82,8 +82,8 @@ class Lost(WorldEvent, frozen=True):
 
 
 class Sensed(WorldEvent, frozen=True):
-    """The robot ``by`` (None: another sensor) has detected an obstacle or, with ``there`` false,
-    its absence."""
+    """The robot ``by`` (None: another sensor) has detected an obstacle or, if ``there`` is false,
+    that an obstacle is absent."""
 
     obstacle: Obstacle
     by: str | None = None
@@ -91,9 +91,9 @@ class Sensed(WorldEvent, frozen=True):
 
 
 class Acted(WorldEvent, frozen=True):
-    """The action of a robot has ended: a result for each obstacle of the command, and for each
-    other obstacle that it has resolved. The result ``done``: the obstacle's last need is fulfilled.
-    ``reason`` of a failure, or of an action without effect."""
+    """The action of a robot has ended. It has a result for each obstacle of the command, and for
+    each other obstacle that it has resolved; ``done`` means that the obstacle's last need is
+    fulfilled. ``reason``: why the action failed or had no effect."""
 
     robot: str
     found: Sequence[tuple[Obstacle, ActResult]] = ()
@@ -106,12 +106,12 @@ Ended = Arrived | Elsewhere | Blocked | Failed | Lost
 
 class World(Protocol):
     """The actual world of a live run. Only ``wait`` may block. Commands have increasing numbers.
-    One event with its number ends each command: ``start`` and ``act`` return it if it has already
-    happened (else None), otherwise ``wait`` does. Results are checked; an event that cannot be true
-    counts as a lost robot or a failed action."""
+    One event with its number ends each command. If it has already happened, ``start`` and ``act``
+    return it (else None); otherwise ``wait`` does. Results are checked; an event that cannot be
+    true counts as a lost robot or a failed action."""
 
     def now(self) -> float:
-        """Return the seconds on a monotonic clock."""
+        """Return the present second on a monotonic clock."""
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """Return the unresolved obstacle that the newest reading shows in ``region``, which
@@ -121,8 +121,9 @@ class World(Protocol):
         """Send the robot to ``pose``, in a neighbouring region."""
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
-        """Let the robot act in its region: on ``obstacles``, which the team knows, and on other
-        obstacles. Always ends with ``Acted``, with ``nothing`` for an absent obstacle."""
+        """Let the robot act in its region: on ``obstacles``, which the team knows, and on others.
+        The action always ends with ``Acted``, whose result for an absent obstacle is
+        ``nothing``."""
 
     def cancel(self, robot: Robot) -> None:
         """Stop the robot as soon as possible; the command still ends with its event."""
@@ -138,7 +139,7 @@ class BlockingWorld(Protocol):
     """
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return the unresolved obstacle in a region that ``robot`` is about to enter, if any."""
+        """Return the unresolved obstacle in a region that ``robot`` is about to enter, or None."""
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
         """Bring the robot to ``pose``, in a neighbouring region. Return the pose that it has
@@ -182,7 +183,7 @@ class Change(Struct, frozen=True):
 
 
 def is_time(found: Any) -> bool:
-    """Return whether a value can be a time in seconds."""
+    """Return whether a value is a valid time in seconds."""
     try:
         return isinstance(found, (float, Real)) and isfinite(found)
     except OverflowError:  # an int too large for a float
@@ -190,7 +191,7 @@ def is_time(found: Any) -> bool:
 
 
 def fitted(found: Any, kind: Any) -> Any:
-    """Return a value converted to its type, with all its parts. Python checks neither types nor
+    """Return a value with all its parts converted to their types. Python checks neither types nor
     bounds, and accepts ``Obstacle("door", 47)``. Raises ValueError."""
     try:
         return convert(kind, plain(found))
@@ -209,8 +210,8 @@ def flaw_of(obstacle: Obstacle) -> str | None:
 
 
 def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
-    """Return a report that names only known robots, with all its parts converted to their types.
-    Raises ValueError."""
+    """Return a report with all its parts converted to their types, if it names only known robots.
+    Raises ValueError otherwise."""
     if not isinstance(event, WorldEvent):
         raise ValueError(f"{event!r} is not an event")
     if not is_time(event.at):
@@ -263,8 +264,7 @@ def wrong_step(
 
 
 def wrong_result(event: WorldEvent) -> str | None:
-    """Return the reason why a well-formed event does not report results of an action; None if it
-    does."""
+    """Return the reason why a well-formed event is not the result of an action; None if it is."""
     if isinstance(event, Acted):
         return None
     if isinstance(event, Failed):
@@ -276,13 +276,13 @@ def wrong_result(event: WorldEvent) -> str | None:
 
 
 class WorldError(SafenavError):
-    """A world that returned an impossible value, or failed. The message names the call."""
+    """An impossible value from a world, or its failure. The message names the call."""
 
     exit_code = ExitCode.INTERNAL
 
 
 def asked(call: str, ask: Callable[[], T]) -> T:
-    """Return the result of a call to a world. Raises WorldError if the call fails."""
+    """Return the result of a call of a world's method. Raises WorldError if the call fails."""
     try:
         return ask()
     except Exception as error:
@@ -290,8 +290,8 @@ def asked(call: str, ask: Callable[[], T]) -> T:
 
 
 def returned(call: str, ask: Callable[[], Any], kind: Any) -> Any:
-    """Return the result of a call converted to its type, a list also from another iterable. Raises
-    WorldError, also if that is impossible."""
+    """Return the result of a call converted to its type; any iterable is converted to a list.
+    Raises WorldError if the call or the conversion fails."""
     found = asked(call, ask)
     if get_origin(kind) is list and isinstance(found, Iterable):
         found = asked(call, lambda: [*found])
@@ -303,8 +303,8 @@ def returned(call: str, ask: Callable[[], Any], kind: Any) -> Any:
 
 
 def inputs_of(world: object, names: Collection[str], tick: int) -> dict[str, bool]:
-    """Return the inputs that a world sets in a tick. Raises WorldError, also for a value such as
-    "off", or a name that is not among ``names``."""
+    """Return the inputs that a world sets in a tick. Raises WorldError if this fails, for a value
+    such as "off", and for a name that is not among ``names``."""
 
     def read() -> dict[str, bool]:
         values = optional(world, "inputs", {})(tick)
@@ -323,7 +323,7 @@ def inputs_of(world: object, names: Collection[str], tick: int) -> dict[str, boo
 def changes_of(
     world: object, tick: int, occupied: Collection[Region], floor: RegionMap
 ) -> list[Change]:
-    """Return the obstacles that appeared or disappeared by a tick. Raises WorldError."""
+    """Return the obstacles that have appeared or disappeared by a tick. Raises WorldError."""
     call, changes = f"changes({tick})", optional(world, "changes", ())
     found: list[Change] = returned(call, lambda: changes(tick, occupied), list[Change])
     for change in found:
@@ -336,8 +336,8 @@ def changes_of(
 def sensed(
     world: BlockingWorld | World, robot: Robot, region: Region, floor: RegionMap
 ) -> Obstacle | None:
-    """Return the obstacle in ``region``, according to a world's sensors; None if there is none.
-    Raises WorldError."""
+    """Return the obstacle that a world's sensors show in ``region``; None if there is none. Raises
+    WorldError."""
     call = f"sense({robot.name!r}, {region})"
     found: Obstacle | None = returned(call, lambda: world.sense(robot, region), Obstacle | None)
     if found is not None and checked(call, found, floor).region != region:

@@ -1,9 +1,9 @@
-"""The simulated actual world of a scenario: all its obstacles, known to the team or not; and the
-same in seconds, where time passes in ``wait`` only.
+"""The simulated actual world of a scenario, with all its obstacles, known to the team or not; and
+the same world in seconds, where time passes in ``wait`` only.
 
-The modelled world is the map with its known obstacles O; the actual one also holds the hidden
+The modelled world is the map with its known obstacles O; the actual one also has the hidden
 obstacles R, found when a robot is about to enter one (paper, Sections III and V-A). The truth is a
-state of the team's model in which every obstacle that is there is open; no other module holds it.
+state of the team's model in which each present obstacle is open; no other module has it.
 """
 
 import heapq
@@ -29,7 +29,7 @@ from safenav.world.poses import Pose
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
     """The state of a simulated world. ``named``: the truth of the last obstacle of each name;
     ``added``: the obstacles (the last ones) that the scenario does not list, each with the robot
-    whose empty battery it is (None: another obstacle)."""
+    whose empty battery it is, or None."""
 
     obstacles: tuple[ObstacleNow, ...]
     named: dict[str, bool | None]
@@ -37,10 +37,10 @@ class Truth(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SimulatedWorld:
-    """The scenario's own obstacles with their truths: a ``BlockingWorld``.
+    """The obstacles of a scenario with their truths: a ``BlockingWorld``.
 
-    ``cleared``: names of the loads that the team knows, which robots take; ``absent``: robots
-    that take part in no action that begins now."""
+    ``cleared``: names of the loads that the team knows, which robots take; ``absent``: robots that
+    take part in no action that begins now."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._team = team_of(scenario)
@@ -68,7 +68,7 @@ class SimulatedWorld:
         return Truth(self._state.obstacles, {**self.truths}, added)
 
     def resume(self, truth: Truth, regions: Sequence[Region]) -> None:
-        """Continue with this ``truth``, and the robots in these regions."""
+        """Continue with the state ``truth``, and the robots in these regions."""
         for source, battery_of in truth.added:
             self._team = introduced(self._team, source, battery_of)
         self._state = replace(self._state, obstacles=truth.obstacles)
@@ -79,12 +79,12 @@ class SimulatedWorld:
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """Return the obstacle in a region; None if there is none. Every robot notices the obstacles
-        beside it; orders cannot be seen."""
+        in neighbouring regions, except orders."""
         del robot
         return self.standing().get(region)
 
     def move(self, robot: Robot, pose: Pose | None) -> None:
-        """Move a robot; to None: it has departed, and no longer acts in the region that it left."""
+        """Move a robot. None: it has departed, and no longer acts in the region that it left."""
         self._regions[self.leave(robot)] = None if pose is None else pose.region
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
@@ -101,23 +101,23 @@ class SimulatedWorld:
         return [(sources[k], sources[k].traversable) for k in done]
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
-        """Let robots that are out of service or busy, as far as the team knows, take part in no
-        action that begins now; robots without a command that are out of service leave actions."""
+        """Let robots that the team knows to be out of service or busy take part in no new action.
+        Robots that are out of service and have no command also leave their present actions."""
         live, every = self._team.live, [*enumerate(robots)]
         self.absent = {i for i, r in every if not r.active or (live and not r.idle)}
         out = {i for i, r in every if not r.active and r.idle}
         self._groups = {j: group - out for j, group in self._groups.items()}
 
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
-        """Return the obstacles that a robot's last action changed but did not resolve, with
-        stages."""
+        """Return the obstacles that a robot's last action changed but did not resolve, each with
+        its new stage."""
         return self._parts.get(robot.name, ())
 
     # Simulation of durations.
 
     def begin(self, robot: Robot) -> None:
-        """Let a robot begin an action, in which only robots that are there now take part. For what
-        the team knows, robots leave actions in which they take part unknown to it."""
+        """Let a robot begin an action with the robots that are there now. If it is on obstacles
+        that the team knows, they leave actions in which they take part without its knowledge."""
         i, before = self.leave(robot), self._groups
         if self.cleared:
             self._groups = {j: group & {j, *self.absent} for j, group in before.items()}
@@ -126,14 +126,14 @@ class SimulatedWorld:
         self._groups = {j: each - group for j, each in before.items()} | {i: group}
 
     def leave(self, robot: Robot) -> int:
-        """Let a robot take part in no action that is under way. Return its number."""
+        """Exclude a robot from all actions that are under way. Return the robot's index."""
         i = self._number[robot.name]
         self._groups = {j: group - {i} for j, group in self._groups.items() if j != i}
         return i
 
     def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
-        """Return the obstacles of which a robot can fulfil a need where it stands, with the robots
-        that take part; obstacles whose load it takes come last."""
+        """Return the obstacles of which a robot can fulfil a need where it stands, each with the
+        robots that take part. Obstacles that the robot takes as a load come last."""
         i, found = self._number[robot.name], list[tuple[Obstacle, tuple[str, ...]]]()
         for k in sorted((k for k, _ in self._changes(i)), key=self._as_moved):
             group = participants(self._team, self._state, self._present(i), i, k)
@@ -146,8 +146,8 @@ class SimulatedWorld:
         return any(source.name == obstacle.name for source in self._there())
 
     def stopping(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return the obstacle in a region that a robot must not enter at its next need; None if
-        there is none."""
+        """Return the obstacle in a region whose next need forbids a robot to enter; None if there
+        is none."""
         i = self._number[robot.name]
         for k, each in enumerate(self._state.obstacles):
             obstacle = self._team.obstacles[k]
@@ -169,19 +169,19 @@ class SimulatedWorld:
         return found
 
     def inputs(self, tick: int) -> dict[str, bool]:
-        """Return the listed values of the inputs in a tick."""
+        """Return the values that the scenario lists for the inputs in a tick."""
         listed = self._team.scenario.inputs
         return {e.name: any(first <= tick <= last for first, last in e.spans) for e in listed}
 
     def standing(self) -> Mapping[Region, Obstacle]:
-        """Return the present obstacles that robots notice: all except orders. The team already
-        knows empty batteries, each of which may share its region with another obstacle."""
+        """Return the present obstacles that robots notice: all except orders. (The team already
+        knows empty batteries, each of which may share its region with another obstacle.)"""
         there = (each for each in self._there() if not each.ordered)
         ranked = sorted(there, key=lambda each: each.type.blocks != frozenset())
         return {each.region: each for each in ranked}
 
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
-        """Return the changes. Obstacles appear at their tick, or as soon as no robot is there."""
+        """Return the changes. Obstacles appear at their tick, or once their region is free."""
         found = []
         for k, each in enumerate(self._state.obstacles):
             source = self._team.obstacles[k].source
@@ -199,8 +199,8 @@ class SimulatedWorld:
         return found
 
     def place(self, obstacle: Obstacle, state: Is = Is.OPEN, battery_of: int | None = None) -> None:
-        """Add an obstacle, which by default appears now, also where a robot stands; with ``AWAY``
-        at its tick ``appears``. ``battery_of``: the robot whose empty battery it is."""
+        """Add an obstacle. By default it appears now, even where a robot stands; with ``AWAY`` it
+        appears at its tick ``appears``. ``battery_of``: the robot whose empty battery it is."""
         self._team = introduced(self._team, obstacle, battery_of)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
         self.truths.setdefault(obstacle.name, obstacle.traversable)
@@ -210,7 +210,7 @@ class SimulatedWorld:
         self._team = based(replace(self._team, members=team.members), {})
 
     def remove(self, name: str) -> bool:
-        """Remove an obstacle immediately; return whether it was there."""
+        """Remove an obstacle immediately. Return whether it was present."""
         each = enumerate(self._state.obstacles)
         found = [k for k, at in each if at.stands and self._team.obstacles[k].name == name]
         for k in found:
@@ -228,7 +228,7 @@ class SimulatedWorld:
         return acts_on(self._team, self._state, self._present(i), i, known)
 
     def _present(self, i: int) -> list[Region | None]:
-        """Return the region of each robot that can take part in an action of robot i, else None."""
+        """Return each robot's region if it can take part in an action of robot i, else None."""
         every = enumerate(self._regions)
         if i in self._groups:
             return [place if j in self._groups[i] else None for j, place in every]
@@ -236,7 +236,7 @@ class SimulatedWorld:
         return [None if j in out else place for j, place in every]
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
-        """Return the sort key of a part of an action, as in motions: loads are taken last."""
+        """Return the sort key of a part of an action, in the order of motions: loads come last."""
         need = self._state.obstacles[k].stage.need
         return self._team.obstacles[k].needs[need].takes, self._team.obstacles[k].name
 
@@ -257,7 +257,7 @@ class SimulatedWorld:
         return [k for _, k in sorted((at, k) for at, k in away if at is not None and at <= tick)]
 
     def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
-        """Return whether an obstacle can appear now; an order can even in an occupied region."""
+        """Return whether an obstacle can appear now; an order can, even in an occupied region."""
         if obstacle.ordered:
             return not self.stands(obstacle)
         return obstacle.region not in occupied and obstacle.region not in self.standing()
@@ -278,7 +278,7 @@ class LiveSimulation:
         self._cleared: dict[str, set[str]] = {}
 
     def resume(self, now: float, poses: Mapping[str, Pose]) -> None:
-        """Continue at a moment, with robots in these poses and no command under way."""
+        """Continue at a moment, with the robots in these poses and without open commands."""
         self._now = now
         for name, pose in poses.items():
             self._poses[name] = pose
@@ -288,7 +288,7 @@ class LiveSimulation:
         return self._now
 
     def expected(self, robot: Robot) -> float | None:
-        """Return the seconds that the last command of a robot takes; None before its first one."""
+        """Return the seconds that a robot's last command takes; None if it has had none."""
         return self._takes.get(robot.name)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
@@ -336,7 +336,7 @@ class LiveSimulation:
         """Do nothing: each command of the simulation ends by itself."""
 
     def wait(self, timeout: float | None) -> list[WorldEvent]:
-        """Return all events of the next moment with an event."""
+        """Return all events of the next moment at which something happens."""
         times = [self._now + timeout] if timeout is not None else []
         times += [self._coming[0][0]] if self._coming else []
         times += self.times()
