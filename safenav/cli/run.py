@@ -132,7 +132,7 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
         raise UsageError(f"{trace.source}: at its limit of {most} ticks; give a higher --max-ticks")
     for track, robot in zip(told.robots, begun.standing(plan).robots, strict=True):
         if track.regions[-1] != robot.start.region:
-            where = f"in {robot.start.region}, but the lines before it in {track.regions[-1]}"
+            where = f"in region {robot.start.region}, but it was last in {track.regions[-1]}"
             raise UsageError(f"{trace.source}: a checkpoint has {robot.name} {where}")
     return begun
 

@@ -100,9 +100,9 @@ def goal(e: Line, s: State) -> Iterator[str]:
 
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
-    """A deadline is kept until its due tick ends, late after that, and lost only if no behaviour
-    can meet it. An obstacle's deadline is excused once the obstacle need not be resolved, a round's
-    deadline if the robot pursued something else in this or the previous round."""
+    """`kept` is recorded by the due tick, `late` after it, `lost` only if no behaviour can meet the
+    deadline. An obstacle's deadline is excused once the obstacle need not be resolved, a
+    round's deadline if the robot pursued something else in this or the previous round."""
     due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
     robot, one = s.robots.get(e.of), s.obstacles.get(e.of)
     excused = bool(robot.away or robot.was_away if robot else one and (one.shut or not one.open))

@@ -324,7 +324,8 @@ def resolution(e: Line, s: State) -> Iterator[str]:
 
 
 def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Iterator[str]:
-    """Yield why robots cannot do a part of a need. ``told``: earlier lines record other parts."""
+    """Yield why robots cannot do a part of a need. ``told``: whether earlier lines
+    record all other parts."""
     need, who = one.rest.left[number - one.stage], frozenset(e.robots or [e.robot])
     knew = one.known and (one.name, number) in s.robots[e.robot].knew
     near = (n for n in need.able if s.robots[n].pose[0] in need.regions)

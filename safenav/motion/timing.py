@@ -146,7 +146,7 @@ def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
-    """Return a trace, at its motion's times, as that of a live run whose ticks are instants."""
+    """Convert a trace to that of a live run with the times of its motion: a tick is an instant."""
     return by_instants(ordered(trace, dated(trace, paces_of(trace, motion.header))))
 
 

@@ -107,8 +107,8 @@ def _without_loops(floor: Floor, best: Draft, served: frozenset[int]) -> Draft |
 
 
 def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list[int]] | None:
-    """Return, for each robot, its pose at each tick if a group stays, instead of leaving its poses
-    and returning, wherever no other robot needs them; None if nothing changes."""
+    """Return each robot's pose at each tick after a group's loops are replaced by stays; None if
+    nothing changes. A loop remains where another robot needs a region of the group meanwhile."""
     states = [
         (joint.stages, tuple((joint.poses[i], joint.counts[i]) for i in group)) for joint in best
     ]

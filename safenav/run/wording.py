@@ -120,7 +120,7 @@ class Wording(Struct, frozen=True):
             case records.Late():
                 about = line.robot or line.obstacle
                 what = f"{line.event} of {about}" if about else line.event
-                return f"a report is dropped ({what}): {line.reason}"
+                return f"dropped: {what}: {line.reason}"
             case records.Waiting():
                 awaited = "an operator"
                 if line.until is not None:

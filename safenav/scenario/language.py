@@ -313,7 +313,8 @@ class ScenarioKeys(Item, frozen=True):
         schema={"minProperties": 1, "maxProperties": 1000},
     )
     never_together: tuple[Together, ...] = key(
-        "Regions that at most one of the listed robots may occupy.", default=()
+        "Sets of regions, in each of which at most one of the listed robots is at a time.",
+        default=(),
     )
     inputs: dict[values.InputName, model.Input] | None = key(
         "Booleans that the environment sets.", example="{alarm: {at: 12-30}}"

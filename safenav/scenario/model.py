@@ -87,7 +87,7 @@ class Exclusion(Part, frozen=True):
         "At least two robots.", "name two robots or more, for example 'robots: [quad, digit]'"
     )
     regions: values.ZoneValue = key(
-        "Regions that at most one of them may occupy.",
+        "At any time, at most one of them is in these regions.",
         "name regions or areas, for example 'in: bridge'",
         schema={"minItems": 1},
     )

@@ -116,7 +116,7 @@ class Solver:
             rest = self._steps(now.after(step), then, wanted, (*before, step))
             found = None if rest is None else (step, *rest)
             if found is not None or step.lossless:
-                break  # after a lossless step, no other step helps either
+                break  # what fails after a lossless step fails after each other step
         self._known[key] = found is not None
         return found
 

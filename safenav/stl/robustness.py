@@ -200,8 +200,8 @@ def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) ->
 
 
 def _joined(left: Array, right: Array) -> Array:
-    """Return the join of two consecutive stretches. A stretch has the minimum of ``holds``, and the
-    greatest value that ``then`` reaches while ``holds``."""
+    """Return the join of two consecutive stretches. A stretch has two numbers, of ``holds`` and
+    ``then`` as in ``_reached``: the minimum of ``holds``, and the value reached."""
     reached = np.maximum(left[1], np.minimum(left[0], right[1]))
     return np.array([np.minimum(left[0], right[0]), reached])
 

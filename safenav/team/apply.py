@@ -227,7 +227,8 @@ def _moved(team: Team, state: State, i: int) -> State:
 
 def _charged(team: Team, state: State, i: int, time: float) -> State:
     energy, robot = team.members[i].energy, state.robots[i]
-    if energy is None or not time or charged(team, state, i):  # no use before it returns to service
+    # a new battery loses no charge before its robot returns to service
+    if energy is None or not time or charged(team, state, i):
         return state
     on = energy.charging(robot.pose)
     return _robot(state, i, charge=energy.battery.stayed(robot.charge, time, charging=on))

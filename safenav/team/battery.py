@@ -122,8 +122,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def _levels(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, int]:
-        """Return a mapping from the chargers from which the robot can reach the goal to the number
-        of further stops on the way."""
+        """Return, for each charger from which the robot can reach the goal, the number of further
+        stops on the way."""
         direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
         far = self.graph.distances
         places, found = [*bits(self.chargers & allowed)], dict[int, int]()

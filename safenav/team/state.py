@@ -411,8 +411,8 @@ class Met(Event, frozen=True):
 
 
 class Appeared(Change, frozen=True):
-    """An obstacle appears. ``truth``: the truth that its resolution will reveal in a simulated
-    world, if it differs from the last one of its name."""
+    """An obstacle appears. ``truth``: what its resolution will reveal in a simulated world, if
+    that differs from the truth of the last obstacle with this name."""
 
     obstacle: int
     truth: bool | None = None

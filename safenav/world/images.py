@@ -135,7 +135,7 @@ def _pgm(data: bytes) -> Image:
     header's number, and brightness above its maximum."""
     head = _PGM.match(data)
     if head is None:
-        hint = "it has 'P2' or 'P5', then width, height and the brightest value"
+        hint = "expected: 'P2' or 'P5', then width, height and the brightest value"
         raise InputError([flaw("a broken image: the header of a PGM is not complete", hint)])
     width, height, white = (int(number) for number in head.groups()[1:])
     _check_size(width, height)

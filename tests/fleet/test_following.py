@@ -161,7 +161,7 @@ def test_a_new_goal_ends_an_action_without_a_reply(hall: Hall) -> None:
     assert (ended.end, ended.number) == (GoalEnd.ABORTED, 8)
 
 
-def test_cancelled_robots_end_their_step_and_others_get_goals(hall: Hall) -> None:
+def test_a_cancelled_follower_ends_its_step_and_others_get_goals(hall: Hall) -> None:
     hall.goes("spot", 18)
     hall.layer.cancel("spot")
     hall.goes("quad", SOUTH, 2)

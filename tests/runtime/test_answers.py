@@ -24,7 +24,7 @@ def test_a_result_that_arrives_while_it_is_looked_up_is_not_lost(
     assert [answers.fresh(), answers.fresh(), answers.fresh()] == [False, True, False]
 
 
-def test_a_run_that_exhausts_a_search_names_the_robot_out_of_service(
+def test_an_exhausted_search_budget_names_the_robot_out_of_service(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Only an operator brings the robot back, whatever plan another search would find."""

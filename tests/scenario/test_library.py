@@ -46,7 +46,7 @@ def test_the_motion_of_each_built_in_robot_is_accepted(name: str, tmp_path: Path
 
 
 @pytest.mark.parametrize("name", LIBRARY.obstacles)
-def test_each_obstacle_is_resolved_by_robots_of_the_library(name: str, tmp_path: Path) -> None:
+def test_each_built_in_obstacle_is_resolved_by_built_in_robots(name: str, tmp_path: Path) -> None:
     kind = LIBRARY.obstacles[name]
     capable = [
         next(m.name for m in LIBRARY.robots.values() if need.action in m.capabilities)

@@ -133,7 +133,7 @@ def test_loader_and_schema_agree_on_the_keys_of_a_map(form: dict[str, Any], star
         assert whole().is_valid(data) == (not told), (data, told)
 
 
-def test_the_schema_refuses_a_helper_of_an_obstacle_without_a_place() -> None:
+def test_the_schema_refuses_helpers_of_obstacles_without_a_region() -> None:
     for name, fits in (("door@47", True), ("door", False)):
         assert of_key("expect").is_valid({"expect": {"helpers": {name: "ann"}}}) is fits
 

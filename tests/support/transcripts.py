@@ -20,7 +20,7 @@ Run = Callable[[list[str], Mapping[str, str]], tuple[int, str]]
 
 VARYING = (
     (re.compile(r"(under )?\b[\d.]+ m?s(?=,| summed| total)"), "N ms"),
-    (re.compile(r"(?<=timeout after )\d+ ms"), "N ms"),
+    (re.compile(r"(?<=of time after )\d+ ms"), "N ms"),
     (re.compile(r"\b\d+ KiB"), "N KiB"),
     (re.compile(r"-[0-9a-f]{8}(?=/|\.jsonl)"), "-DIGEST"),
     (re.compile(r"(?<= in )[\d.]+ s(?=$|;| \()|(?<= )\d+\.\d\d$", re.MULTILINE), "N"),

@@ -81,7 +81,7 @@ class Dimensions(Struct, frozen=True):
 
 
 def body_of(robot: Robot, bit: int) -> Dimensions:
-    """Return the dimensions of a robot of this model, whose body has the contact ``bit``."""
+    """Return the dimensions of a robot. ``bit``: the contact bit of its body."""
     model = robot.model
     flies = model.figures is not None and model.figures.kind == "flyer"
     numbers = model.figures.values if model.figures is not None else {}

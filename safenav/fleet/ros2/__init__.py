@@ -1,1 +1,1 @@
-"""Robots over ROS 2 without an installation of it."""
+"""Transport to robots over ROS 2, without an installation of it."""

@@ -272,7 +272,7 @@ def _least_round(
     first = round_from(bound.start[name], targets[begun:])
     after = cache(lambda pose: round_from({pose: 0}))
     rounds = {pose: after(pose) for pose in closure(first, after)}
-    slowest, before = dict.fromkeys(rounds, 0), Ticks()  # of more and more rounds from each pose
+    slowest, before = dict.fromkeys(rounds, 0), Ticks()  # of one, two, three, ... rounds
 
     def least(ticks: Ticks) -> int:
         return min((max(tick, slowest[pose]) for pose, tick in ticks.items()), default=NEVER)

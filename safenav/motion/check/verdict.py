@@ -136,7 +136,7 @@ def _jumps(before: Curve | Moving, after: Curve | Moving) -> Iterator[str]:
     """Yield each sudden change between two pieces of motion, or two parts of one."""
     end, start = _state(before, last=True), _state(after, last=False)
     for what, ended in end.items():
-        if what not in start:  # a foot on the ground is not in the air
+        if what not in start:  # for example a foot in the air that is next on the ground
             yield f"{what} is lost"
         elif (jump := dist(ended, start[what])) > NEAR:
             yield f"{what} jumps by {jump:.4f} {UNITS.get(what, 'm')}"
@@ -252,7 +252,7 @@ def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
             case.wrong(segment.t0 + t, segment.robot, rule, found)
     for name in case.pieces:
         check_flights(case, name)
-    if not case.findings:  # a motion that cannot be solved has no path to check
+    if not case.findings:  # paths are of motions whose pieces keep their own rules
         _check_paths(case)
     return sorted(case.findings, key=lambda finding: finding.t)
 

@@ -200,9 +200,9 @@ class Answers:
 
 def _refuse_limit(result: SynthesisResult) -> None:
     if not result.verdict.proven:
-        memory = result.verdict is Verdict.OUT_OF_MEMORY
-        limit = "limits.synthesis_memory" if memory else "limits.synthesis_seconds"
+        of = "memory" if result.verdict is Verdict.OUT_OF_MEMORY else "time"
+        limit = "limits.synthesis_memory" if of == "memory" else "limits.synthesis_seconds"
         raise ResourceLimitError(
-            f"the synthesis for {result.robot} ended by {result.verdict.value} after "
+            f"the synthesis for {result.robot} ran out of {of} after "
             f"{seconds_words(result.seconds)}; raise {limit} in the scenario"
         )

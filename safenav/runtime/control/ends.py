@@ -328,8 +328,8 @@ class Request:
         return f"first {listed(map(self._obstacle, earlier))} must be resolved" if earlier else None
 
     def why_others(self, helpers: Sequence[int], bids: Mapping[str, float | None]) -> str | None:
-        """Return the reason why robots do not help that are nearer than the helpers, out of
-        service, or have failed; None if the bids show it."""
+        """Return in words why no other capable robots help: those that are nearer, out of service,
+        have failed, or cannot deliver the load. None if the bids show the reason."""
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
         early = sorted(helpers, key=lambda i: bids.get(self.team.members[i].name) or 0)[:-1]

@@ -25,8 +25,8 @@ Answer = Found | Deadlock | Unserved | None
 
 
 class Planning(Struct, frozen=True, dict=True):
-    """A decision on the joint plan. ``found``: the duties and served resolutions; ``roles``: those
-    of all robots; ``complete``: whether the mission is complete."""
+    """A decision on the joint plan. ``found``: the duties and the served requests; ``roles``: the
+    role of each robot; ``complete``: whether the mission is complete."""
 
     team: Team
     state: State
@@ -174,7 +174,7 @@ class Planning(Struct, frozen=True, dict=True):
                 return (now.SetAside(tuple(floor.gates[g] for g in gates)),)
             case Deadlock():
                 end = ends.deadlocked(team, state, answer)
-                return ends.without(team, state, gone) if gone else end  # absent ones may block
+                return ends.without(team, state, gone) if gone else end  # they may block
             case None:
                 why = "search budget exhausted while planning a joint plan; no verdict"
                 gone = [i for i in gone if not (done(team, state, i) and stands(team, state, i))]

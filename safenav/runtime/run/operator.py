@@ -222,7 +222,7 @@ class Operator:
                 yield now.Intervened(told.RESOLVED, obstacle=k)
                 yield self._gone(k, team.obstacles[k].source)
             case Intervention("permanent"):
-                self._live("obstacles become permanent")
+                self._live("an operator makes obstacles permanent")
                 if not run.state.obstacles[k := _met(run, wanted.obstacle)].known:
                     raise UsageError(f"{wanted.obstacle} is already permanent")
                 yield None
