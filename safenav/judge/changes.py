@@ -41,7 +41,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
         empty = (r for r in s.robots.values() if r.pose[0] == one.region and s.is_empty(r, now))
         flat = one.type == s.flat_type and one.truth is None and not one.ordered
         if not flat or not any(empty):
-            yield f"{one.name} appears, but no charge is used up there"
+            yield f"{one.name} appears, but not as an empty battery"
         return
     noticed = e.cause == "world" and s.external
     for name in s.names if e.kind == "appeared" and not (one.ordered or noticed) else ():

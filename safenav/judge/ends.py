@@ -137,10 +137,11 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
-    """In a completed run each objective has been met as often as required since the last resolution
-    and robots with a last target are there. The stated rounds are those completed (0 while an input
-    replaces the objective); without goals, or at a last target, perhaps fewer. Only a run that
-    needs an operator states a cause. A run ends at a limit exactly when it reaches that limit."""
+    """In a completed run each objective has been met as often as required since the last
+    resolution, and robots with a last target are there. The stated rounds are those completed (0
+    while an input replaces the objective); they may be fewer without goals or at a last target.
+    Only a run that needs an operator states a cause. A run ends at a limit exactly when it reaches
+    that limit."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
         rounds, stated = 0 if s.by_inputs(robot) else _rounds(name, e, s), e.rounds.get(name)

@@ -372,7 +372,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return Joint(poses, tuple(changed) if changed else counts, stages)
 
     def restarts(self, before: Stages, after: Stages) -> bool:
-        """Return whether a resolution restarts rounds, which that of a flat battery does not."""
+        """Return whether a resolution restarts rounds. That of a flat battery does not."""
         over = {*self.open(before)} - {*self.open(after)}
         return any(self.gate(g).restarts for g in over)
 

@@ -312,7 +312,7 @@ class TraceWriter:
         try:
             if not self._begun and stat.S_ISREG((file := os.fstat(self._file.fileno())).st_mode):
                 self._made = True
-                if file.st_size:  # a truncated file is written to the disk at its close
+                if file.st_size:  # once truncated, closing a file waits for the disk
                     self._file.truncate(0)
             self._file.write(line)
             self._file.flush()

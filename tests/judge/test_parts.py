@@ -43,7 +43,7 @@ from traces.test_reader import CASES, NOT_TRACES
         ("region % 2", None),
     ],
 )
-def test_formulas_agree_with_a_second_evaluator(formula: str, holds: bool | None) -> None:
+def test_formulas_have_the_listed_values_or_are_refused(formula: str, holds: bool | None) -> None:
     """At a step from 3 to 4; None: it is not understood."""
     if holds is None:
         with pytest.raises(UnreadError):

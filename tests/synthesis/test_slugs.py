@@ -51,7 +51,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("safenav.synthesis.slugs.OVERTIME_SECONDS", 0.1)
 
 
-def test_the_binary_gets_its_limits_and_the_specification_on_standard_input(
+def test_limits_are_options_and_the_specification_is_standard_input(
     script: Script, patrol: Specification, tmp_path: Path
 ) -> None:
     binary = script(

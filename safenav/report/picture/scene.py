@@ -257,7 +257,7 @@ class _Drawing(Struct):
         resolved = status is ObstacleStatus.RESOLVED
         dashes = "3 3" if status is ObstacleStatus.HIDDEN else None
         tint = {ObstacleStatus.HIDDEN: 0.0, ObstacleStatus.BLOCKED: 0.35}.get(status, 0.16)
-        if not resolved:  # a resolved obstacle has no box, and a faded outline
+        if not resolved:  # a resolved obstacle has only a faded outline
             box = {"fill": mark.colour, "fill_opacity": tint, "stroke": mark.colour}
             box |= {"stroke_width": 1.2 if dashes else 2, "stroke_dasharray": dashes}
             side = cell - 2.4

@@ -190,7 +190,7 @@ class Decision:
                 solve.Solver(each.floor).feasible(each) for each in (all_, rest)
             ):
                 never = ends.without(team, state, out)  # only absent robots stop the others
-            else:  # with the whole team, or else without the robots out of service
+            else:  # proven with the whole team, or without those out of service
                 lives = enumerate(solve.closure_of(all_).live)
                 lame = any(not live and i not in out for i, live in lives)
                 never = ends.infeasible(plain, here, all_ if lame else rest)
@@ -263,7 +263,8 @@ class Decision:
 
     def _meantime(self) -> now.Plan | None:
         """Return a plan for the robots that can complete their rounds while all other robots stand
-        still and obstacles stay open. They can undo each of their steps. None if there is none."""
+        still and obstacles stay open, and can undo each of their steps; with batteries, a plan that
+        only brings robots to chargers. None if there is none."""
         team, state = self.team, self.state
         if self.answers.background:
             return None
@@ -274,16 +275,18 @@ class Decision:
             sealed = state.sealed.union(state.gates)
             return floor_with(hearing(team, state.inputs), state, (), sealed, out)
 
-        asked, left = _asked(state), list[int]()
-        going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
-        while going != left and not team.charged:
-            floor, left = among(going), going
-            going = [i for i in going if not floor.graphs[i].one_way and _meets(floor, state, i)]
-        floor = among(going)
         if team.charged:
-            floor = among([i for i in team.charged if state.robots[i].active])
             none, every = (0,) * len(team.members), tuple(each.floor for each in team.members)
+            floor = among([i for i in team.charged if state.robots[i].active])
             floor = replace(floor, rounds=none, away=every)
+        else:
+            asked, left = _asked(state), list[int]()
+            going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
+            while going != left:
+                floor, left = among(going), going
+                able = (i for i in going if not floor.graphs[i].one_way)
+                going = [i for i in able if _meets(floor, state, i)]
+            floor = among(going)
         if not floor.robots:
             return None
         answer = self.answers.plan(floor, joint_now(state, floor), (), state)

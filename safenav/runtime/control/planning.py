@@ -189,8 +189,8 @@ def helped(team: Team, roles: Sequence[Role]) -> frozenset[int]:
 
 
 def beyond(floor: Floor, gates: Collection[int]) -> Floor:
-    """Return the floor on which other gates than ``served`` do not keep a robot from continuing
-    forever, since robots that return to service will resolve them."""
+    """Return the floor on which only these gates keep robots from continuing forever: robots that
+    return to service will resolve all others."""
     closed = [floor.gate(g).region for g in range(len(floor.gates)) if g not in gates]
     pairs = zip(floor.graphs, floor.away, strict=True)
     return replace(floor, away=tuple(away | graph.on(closed) for graph, away in pairs))

@@ -176,9 +176,9 @@ class Operator:
                 self._simulation().place(Obstacle(kind, region, truth, appears=at), Is.AWAY)
             case Intervention("order", kind, region) if kind is not None and region is not None:
                 if kind.has_truth:
-                    raise UsageError(f"a {kind.name} has a truth: order a type without one")
+                    raise UsageError(f"{kind.name} has a truth: order a type without one")
                 if kind.blocks != frozenset():
-                    raise UsageError(f"a {kind.name} stops robots: an order needs 'blocks: []'")
+                    raise UsageError(f"{kind.name} stops robots: an order needs 'blocks: []'")
                 yield None
                 new = Obstacle(kind, region, appears=at, ordered=True)
                 while new.name in team.numbers or new.name in self._ordered:

@@ -269,7 +269,7 @@ class Commands:
         obstacles: Sequence[Obstacle],
         send: Callable[[int], protocol.WorldEvent | None],
     ) -> None:
-        """Send the next command to the world. It ends if a user's world raises an exception."""
+        """Send the next command to the world. If a user's world raises an exception, it fails."""
         assert robot.name not in self._open, "one command at a time"
         self._count += 1
         command = OpenCommand(self._count, robot, here, target, obstacles, self.now())
