@@ -66,8 +66,7 @@ class Goals:
         self.events.append(protocol.Sensed(self.now(), obstacle, robot, there=there))
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:
-        """Return an error message if a robot is not where the run begins or continues; else
-        None."""
+        """Return an error if a robot is not where the run begins or continues; else None."""
         at, pose, name = body.place, body.pose, body.robot.name
         assert at is not None
         found = self.places.region(at.x, at.y)

@@ -297,9 +297,8 @@ class Evidence:
         fits = answers & there
         if by != "strategy" and not goes:
             # The robot stayed while others moved: each node with its pose, memory and knowledge.
-            same = {task.done[n][1:] for n in nodes | answers}
+            same = {task.done[n][1:] for n in nodes | answers} if task.graph.names else ()
             kept = {n for n in there if task.observes(n, s) and task.done[n][1:] in same}
-            kept = kept if task.graph.names else set()
             fits = (nodes | kept | (fits if by == "backtrack" else set())) & there
         elif by == "strategy":
             fits = {n for n in fits if e.node in (None, n)}
@@ -389,8 +388,8 @@ def _end(e: Line, s: State, lost: Collection[str]) -> str:
         why = f"there is no strategy for {' and '.join(sorted(lost))}"
     elif e.proof is not None:
         names = [name for name in s.robots if name in e.proof.robots]
-        why = f"no order of moves of {' and '.join(names)} completes the mission so that each can "
-        why += "continue"
+        who = " and ".join(names)
+        why = f"no order of moves of {who} completes the mission so that each can continue"
     else:
         why = "some robot cannot continue, whatever the robots in service with strategies do"
     return f"An operator is needed: {why}."
