@@ -104,7 +104,7 @@ def _continued(
         extra[i] = 1 + longest // least if least else 0
     while any(extra):
         more = replace(floor, rounds=tuple(map(add, floor.wanted, extra)))
-        further = _ask(more, joint, served, seed, check)
+        further = _ask(more, joint, served, seed, check, brief=True)
         extra = [rounds // 2 for rounds in extra]
         if not isinstance(further, Found) or further.first:
             continue
@@ -132,7 +132,13 @@ def _goes_on(
 
 
 def _ask(
-    floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
+    floor: Floor,
+    joint: Joint,
+    served: tuple[int, ...],
+    seed: int,
+    check: Callable[[], None],
+    *,
+    brief: bool = False,
 ) -> Found | Deadlock | Unserved | None:
     search = _search(floor, joint, frozenset(served), seed, check)
     reached = answer = _answer(search, check)
@@ -156,7 +162,7 @@ def _ask(
     if answer is None or isinstance(answer, Deadlock):
         return answer
     if not isinstance(answer, Exhausted):
-        return _found(search, answer, check)
+        return _found(search, answer, check, brief=brief)
     assert isinstance(reached, Exhausted)
     stages = {each.stages for each in reached if floor.completed(each, frozenset())}
     ends, possible = [{*served}.difference(floor.open(each)) for each in stages], set[int]()
@@ -167,7 +173,7 @@ def _ask(
     return _deadlock(floor, joint)
 
 
-def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
+def _found(search: Search, states: Answer, check: Callable[[], None], *, brief: bool) -> Found:
     """Return the plan that visits these states. Where robots cannot turn around, prefer a plan
     after which the team can continue, since a resolution may restart their rounds."""
     floor, served, members = search.floor, search.served, search.floor.team.members
@@ -177,7 +183,7 @@ def _found(search: Search, states: Answer, check: Callable[[], None]) -> Found:
     more, work = replace(floor, rounds=tuple(rounds)), LITTLE * len(floor.robots)
     while states is not None and not isinstance(states, Exhausted):
         moves = careful and not jammed(ready, states[-1])
-        kinds = search.alternatives(len(states))
+        kinds = () if brief else search.alternatives(len(states))
         found.append(Found(shortened(ready if moves else floor, states, served, kinds)))
         if not careful or (moves and _goes_on(more, search.start, found[-1], 0, check, work)):
             return found[-1]
