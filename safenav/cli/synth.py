@@ -19,6 +19,7 @@ from safenav.review.foresight import examined
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Owner, Section, Specification
+from safenav.spec.task import Weakening
 from safenav.strict_json import read_json
 from safenav.synthesis import slugs
 from safenav.synthesis.slugs import SynthesisResult, Synthesizer
@@ -128,7 +129,10 @@ def synth(
             rivals = tuple(other.name for other in others if own.conflicts(other))
             task = replace(answer.task, avoids=rivals)
             result = synthesizer.synthesize(compile_task(task, plan.map))
-            answers[name] = replace(answer, task=task, result=result)
+            rung = answer.rung  # no joint plan drives the robot
+            if rivals and rung.weakening is Weakening.PLANNED:
+                rung = replace(rung, weakening=Weakening.SHARED)
+            answers[name] = replace(answer, task=task, rung=rung, result=result)
     if refused is not None and all(answer.realizable for answer in answers.values()):
         raise refused  # for another reason than an unreachable target
     made, data, notes = list[Synthesized](), list[dict[str, Any]](), list[str]()

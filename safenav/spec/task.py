@@ -123,6 +123,7 @@ class Weakening(StrEnum):
     OBSTACLES = "the known obstacles leave no other path"
     KEPT = "the team could not continue from a pose on the other path"
     PLANNED = "a joint plan drives it"
+    SHARED = "other robots may be in its way"
     ASSIGNED = "it can be assigned another region at any time"
 
 
@@ -173,7 +174,7 @@ def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) 
         first, *others = (word(target) for target in _from(rung.turn, asked.targets))
         other = others[0] if len(others) == 1 else "the one whose turn it is"
         return f"{first} first: from here it cannot begin with {other} without crossing {first}"
-    waits = rung.weakening in (Weakening.PLANNED, Weakening.ASSIGNED)
+    waits = rung.weakening in (Weakening.PLANNED, Weakening.SHARED, Weakening.ASSIGNED)
     return f"may cross a target on the way{' and wait at one' * waits}: {rung.weakening.value}"
 
 
