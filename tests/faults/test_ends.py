@@ -304,7 +304,7 @@ INPUTS = {
     **{f"suite/{n}.yaml": SCENARIOS / f"case_study_{n}.yaml" for n in (1, 2, 3)},
 }
 _MEASURED = re.compile(r"\d[\d.,]* ?(?:ms|s|KiB|MB)\b|\d+\.\d\d$")
-_AT_THE_END = re.compile(r"interrupted|--resume|(?:ticks|the run), \d+ synthes|█|_decimal")
+_AT_THE_END = re.compile(r"interrupted|--resume|(?:ticks?|the run), \d+ synthes|█|_decimal")
 """An interrupted run says so, with what it has done so far and where the robots are. (Python itself
 warns if its module of decimals is interrupted while it loads.)"""
 
