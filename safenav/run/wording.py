@@ -226,7 +226,7 @@ class Wording(Struct, frozen=True):
 
     def _bid(self, bid: float | None) -> str:
         if bid is None:
-            return "cannot come"
+            return "has no free way now"
         return f"needs {bid:.1f} s" if self.live else f"needs {counted(round(bid), 'tick')}"
 
     def _resolved(self, line: records.Resolved) -> str:
