@@ -5,8 +5,9 @@ floor, the joint state, the served requests and the seed, by which it is cached.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import reduce
 from itertools import combinations, islice
-from operator import add
+from operator import add, or_
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -14,10 +15,11 @@ from msgspec.structs import replace
 from safenav.plan.charged import ChargedSearch, Charges, least_of, raced
 from safenav.plan.course import Course
 from safenav.plan.order import plan_of, preview
-from safenav.plan.search import Answer, Exhausted, Guide, Search, jammed
+from safenav.plan.search import FARTHEST, FIRST_BUDGET, Answer, Exhausted, Guide, Search, jammed
 from safenav.plan.shorten import earlier, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
+from safenav.team.battery import AMPLE
 from safenav.team.bound import least_within
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
@@ -285,6 +287,38 @@ def _charged(
             return earlier(found)
         work //= 4  # a weaker request is likely to fail as well
     return None
+
+
+def homeward(floor: Floor, joint: Joint, low: Sequence[int], charges: Charges) -> Plan | None:
+    """Return a plan that brings robots with ``low`` charge, the most urgent first, to chargers;
+    None if it is not found soon. A robot leaves its charger for one that has less charge by an
+    ample part of its battery."""
+    goals, members, size = [0] * len(joint.poses), floor.team.members, floor.team.size
+    full = tuple(m.energy.battery.capacity if m.energy else 0 for m in members)
+    taken = dict[int, Mask]()
+    for i in low:
+        energy, graph, allowed = members[i].energy, floor.graphs[i], floor.allowed(i, joint.stages)
+        assert energy is not None
+        rivals = members[i].rivals
+        stay = [j for j in rivals if charges[j] < min(full[j], charges[i] + AMPLE * full[j])]
+        shut = reduce(or_, (1 << joint.poses[j] % size for j in stay), 0)
+        shut = reduce(or_, (taken[j] for j in rivals & taken.keys()), shut)
+        free = graph.closure(1 << joint.poses[i], allowed) & energy.chargers & ~graph.poses_on(shut)
+        goals[i] = graph.nearest(joint.poses[i], free, allowed)
+        taken[i] = graph.regions_of(goals[i])
+    if not any(goals):
+        return None
+    search = Search(floor, frozenset(), lambda *_: goals, joint, 0, LITTLE * len(floor.robots))
+
+    def arrived(there: Joint) -> bool:
+        pairs = zip(goals, there.poses, strict=True)
+        return all(not goal or goal >> pose & 1 for goal, pose in pairs)
+
+    found = search.deep(joint, arrived, FIRST_BUDGET, FARTHEST, [*floor.robots])
+    if found is None or isinstance(found, Exhausted):
+        return None
+    plan, _ = plan_of(floor, joint, [each.poses for each in found])
+    return replace(plan, charges=(0,) * len(full), part=True)
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:

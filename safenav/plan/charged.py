@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import cycle, islice
 
 from safenav.data import cached_method
-from safenav.plan.course import AMPLE, Course, course_of, needed
+from safenav.plan.course import Course, course_of, needed
 from safenav.plan.search import FIRST_BUDGET, ORDERS, ROUNDS, Answer, Exhausted, Goal, Guide, Search
 from safenav.scenario.model import DECIMALS
-from safenav.team.battery import NEVER, dominated
+from safenav.team.battery import AMPLE, NEVER, dominated
 from safenav.team.floor import Floor, Joint, Stages
 from safenav.world.poses import Mask
 

@@ -14,15 +14,11 @@ from math import ceil
 
 from safenav.plan.order import plan_of
 from safenav.scenario.model import DECIMALS
-from safenav.team.battery import Energy
+from safenav.team.battery import AMPLE, Energy
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan, Waypoint
 
 COURSES = 4
-AMPLE = 0.25
-"""Part of the capacity with which a robot off the chargers ends a plan beyond what it needs, if
-possible: others may use the chargers first. Robots also leave chargers with so much more than they
-need: in a lab they are late."""
 MEAN = 0.1
 """The weight of the mean time of all robots beside that of the last one."""
 

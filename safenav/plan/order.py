@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from safenav.team.acts import acts_on, standing
 from safenav.team.apply import will_count
+from safenav.team.battery import AMPLE, NEVER, Energy
 from safenav.team.floor import Floor, Joint, restarted
 from safenav.team.known import floor_now, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
@@ -136,29 +137,38 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None:
         return False
-    least: float = energy.battery.move
-    if energy.charging(robot.pose):
-        if state.time < waypoint.tick:
-            return True
-        least = max(least, waypoint.charge)
-    return robot.charge < least
+    if not energy.charging(robot.pose):
+        return robot.charge < energy.battery.move
+    return state.time < waypoint.tick or robot.charge < _leaving(team, state, energy, waypoint)
 
 
-def starving(team: Team, state: State) -> bool:
-    """Return whether a robot off the chargers must go to one now: it waits and has less charge than
-    its plan foresees, or its plan has ended or ignores charges."""
-    plan = state.plan
+def _leaving(team: Team, state: State, energy: Energy, waypoint: Waypoint) -> float:
+    """Return the charge with which a robot leaves a charger: the capacity if its plan ignores
+    charges, and nobody brings batteries."""
+    battery = energy.battery
+    alone = blind(state) and not team.scenario.flat
+    return battery.capacity if alone else max(battery.move, waypoint.charge)
+
+
+def starving(team: Team, state: State) -> list[int]:
+    """Return the robots off the chargers that must go to one now, that with the least charge to
+    spare first. Each waits and has less charge than its plan foresees, or its plan has ended or
+    ignores charges."""
+    plan, found = state.plan, list[tuple[float, int]]()
     for i in team.charged:
         spare, robot = _spare(team, state, i), state.robots[i]
         if spare is None or not robot.idle or not robot.active:
             continue
         if not blind(state) and next_step(team, state, i) is not None:
             continue
-        late = plan is None or blind(state) or robot.charge < _foreseen(plan, state, i)
-        least = -_unit(team, i) if blind(state) else -_slack(team, i)  # a charger is still in reach
-        if late and least <= spare <= EARLY:
-            return True
-    return False
+        late = (
+            plan is None
+            or robot.charge < _foreseen(state, i)
+            or (not any(plan.charges) and at_end(state, team.sharing))
+        )
+        if late and -_slack(team, i) <= spare <= EARLY:  # a charger is still in reach
+            found.append((spare, i))
+    return [i for _, i in sorted(found)]
 
 
 def blind(state: State) -> bool:
@@ -166,11 +176,21 @@ def blind(state: State) -> bool:
     return state.plan is not None and not state.plan.charges
 
 
-def _foreseen(plan: Plan, state: State, i: int) -> float:
+def _foreseen(state: State, i: int) -> float:
     """Return the charge that the plan predicts for a robot when it leaves its present waypoint, or
-    at the end of the plan."""
+    at the end of the plan; ``NEVER`` if the plan ignores charges."""
+    plan = state.plan
+    assert plan is not None
     way = plan.ways[i][state.robots[i].at + 1 :][:1]
-    return way[0].charge if way else plan.charges[i]
+    return NEVER if blind(state) else way[0].charge if way else plan.charges[i]
+
+
+def drains(team: Team, state: State, i: int) -> bool:
+    """Return whether a robot uses charge where it is, also while it waits."""
+    energy = team.members[i].energy
+    return (
+        energy is not None and energy.battery.stay > 0 and not energy.charging(state.robots[i].next)
+    )
 
 
 def _spare(team: Team, state: State, i: int) -> float | None:
@@ -184,14 +204,13 @@ def _spare(team: Team, state: State, i: int) -> float | None:
 
 
 def _slack(team: Team, i: int) -> float:
-    return (4 if team.members[i].rivals else 1) * _unit(team, i)
-
-
-def _unit(team: Team, i: int) -> float:
-    """Return the charge that a robot uses for a step or, if more, during another robot's step."""
+    """Return the charge of a few steps, each as long as another robot's step (a step away from a
+    charger costs two), and an ample part if robots have to take turns at the chargers."""
     energy = team.members[i].energy
     assert energy is not None
-    return max(energy.battery.stay * team.step_ticks[i], energy.battery.move)
+    unit = max(energy.battery.stay * team.step_ticks[i], energy.battery.move)
+    turns = len(team.charged) > len(team.scenario.chargers) and not team.scenario.flat
+    return (4 if team.members[i].rivals else 2) * unit + turns * AMPLE * energy.battery.capacity
 
 
 def charging_ends(team: Team, state: State) -> float | None:
@@ -205,14 +224,15 @@ def charging_ends(team: Team, state: State) -> float | None:
         charge, move = robot.charge, energy.battery.move
         if energy.charging(robot.pose):
             way = state.plan.ways[i][robot.at + 1 : robot.at + 2] if state.plan else ()
-            least = max([move, *(waypoint.charge for waypoint in way)])
+            full = energy.battery.capacity  # then the robot makes room for another one
+            least = max((_leaving(team, state, energy, waypoint) for waypoint in way), default=full)
             waits = [waypoint.tick - state.time for waypoint in way]
             left = max([(least - charge) / energy.battery.charge, *waits])
         elif energy.battery.stay:
             spare = _spare(team, state, i)
             marks = [charge - move, *(() if spare is None else (spare, spare + EARLY))]
             if state.plan is not None and state.plan.charges:
-                marks.append(charge - _foreseen(state.plan, state, i) + EARLY)
+                marks.append(charge - _foreseen(state, i) + 2 * EARLY)  # then it is late
             left = min((m for m in marks if m > EARLY), default=0) / energy.battery.stay
         else:
             continue

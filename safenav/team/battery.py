@@ -17,6 +17,10 @@ from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 NEVER = 1 << 30
+AMPLE = 0.25
+"""Part of the capacity with which a robot off the chargers ends a plan beyond what it needs, if
+possible: others may use the chargers first. Robots also leave chargers with so much more than they
+need: in a lab they are late."""
 ROUNDING = 1e-6
 """The charge that rounded times may cost."""
 

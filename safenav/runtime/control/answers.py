@@ -19,7 +19,7 @@ from safenav.plan.order import charges_now
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Listener, SynthesisProgress, SynthesisResult, Synthesizer
 from safenav.team.floor import Floor, Joint
-from safenav.team.state import Plan, State
+from safenav.team.state import State
 from safenav.trace.words import seconds_words
 
 if TYPE_CHECKING:
@@ -58,7 +58,8 @@ class Answers:
     """The results so far. ``check`` raises if the run must end; ``busy``: whether the run's thread
     computes a result, which an exception may abort; ``background``: whether threads compute them;
     ``count``, ``seconds``: the cost of the syntheses; ``examined``: how many obstacles were
-    resolved at the last search for a plan; ``kept``: the plan for which it found no better one."""
+    resolved at the last search for a plan; ``went``: the progress of the mission when each robot
+    was last sent to a charger although it had work."""
 
     def __init__(
         self,
@@ -72,8 +73,10 @@ class Answers:
         self._pool: ThreadPoolExecutor | None = None
         self._awaited = self.background = self.busy = False
         self._recent: dict[Hashable, Any] = {}
+        self._vain: Hashable = None
+        """The progress of the mission at the last vain search for a plan with charges."""
         self.examined = 0
-        self.kept: Plan | None = None
+        self.went = dict[int, Hashable]()
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
@@ -118,13 +121,17 @@ class Answers:
             found = self._ask(key, plain)
             if isinstance(found, Deadlock | Unserved):
                 return found  # impossible with any charge: the proof is quick
+        counts = tuple(floor.is_done(i, count) or count for i, count in enumerate(joint.counts))
+        progress = counts, joint.stages, served, len(state.over)
         # In a world with its own clock charges change during the search, so its key omits them. The
         # plan is used once: the next search begins with the charges of that time.
         about_charges = () if self.background else (charges, state.time)
         with_charges = *key, "charges", *about_charges
-        if (lasting := self._ask(with_charges, charged)) is not None:
+        repeats = progress == self._vain and (better or not floor.team.scenario.flat)
+        if not repeats and (lasting := self._ask(with_charges, charged)) is not None:
             self._questions.pop(with_charges, None)
             return lasting
+        self._vain = progress
         return found if better or found else self._ask(key, plain)
 
     @property

@@ -12,10 +12,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Found, lost
-from safenav.plan.order import awaited, joint_now, starving, stuck
+from safenav.plan.order import awaited, drains, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
-from safenav.runtime.control.planning import Planning, beyond, helped
+from safenav.runtime.control.planning import Planning, beyond, helped, to_chargers
 from safenav.runtime.control.roles import Role, Roles, helpers_of
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.solve import solve
@@ -266,8 +266,9 @@ class Decision:
         still and obstacles stay open, and can undo each of their steps; with batteries, a plan that
         only brings robots to chargers. None if there is none."""
         team, state = self.team, self.state
-        if self.answers.background:
-            return None
+        if team.charged or self.answers.background:
+            low = [i for i in team.charged if state.robots[i].active and drains(team, state, i)]
+            return to_chargers(team, state, sorted(low, key=lambda i: state.robots[i].charge))
 
         def among(going: Collection[int]) -> Floor:
             every = enumerate(state.robots)
@@ -275,18 +276,13 @@ class Decision:
             sealed = state.sealed.union(state.gates)
             return floor_with(hearing(team, state.inputs), state, (), sealed, out)
 
-        if team.charged:
-            none, every = (0,) * len(team.members), tuple(each.floor for each in team.members)
-            floor = among([i for i in team.charged if state.robots[i].active])
-            floor = replace(floor, rounds=none, away=every)
-        else:
-            asked, left = _asked(state), list[int]()
-            going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
-            while going != left:
-                floor, left = among(going), going
-                able = (i for i in going if not floor.graphs[i].one_way)
-                going = [i for i in able if _meets(floor, state, i)]
-            floor = among(going)
+        asked, left = _asked(state), list[int]()
+        going = [i for i in driven(team, state) if i not in asked and on_own(team, state, i)]
+        while going != left:
+            floor, left = among(going), going
+            able = (i for i in going if not floor.graphs[i].one_way)
+            going = [i for i in able if _meets(floor, state, i)]
+        floor = among(going)
         if not floor.robots:
             return None
         answer = self.answers.plan(floor, joint_now(state, floor), (), state)

@@ -6,8 +6,8 @@ from functools import cached_property
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.ask import Deadlock, Found, Unserved
-from safenav.plan.order import at_end, blind, joint_now, starving, stuck
+from safenav.plan.ask import Deadlock, Found, Unserved, homeward
+from safenav.plan.order import at_end, blind, charges_now, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.roles import Role, helpers_of
@@ -16,7 +16,7 @@ from safenav.team import state as now
 from safenav.team.acts import driven
 from safenav.team.apply import done, stands
 from safenav.team.floor import Floor, Joint
-from safenav.team.known import charged, floor_now
+from safenav.team.known import charged, floor_now, floor_with
 from safenav.team.state import State
 from safenav.team.team import Member, Team, hearing
 
@@ -67,18 +67,23 @@ class Planning(Struct, frozen=True, dict=True):
         team, state, answers = self.team, self.state, self.answers
         if not team.sharing:
             return ()
-        starves, due = self._starves(), self._is_due()
+        due = self._is_due()
+        asks = bool(team.charged) and not self.complete
+        low = starving(team, state) if asks else []
+        better = asks and blind(state) and len(state.over) > answers.examined
         returns = any(charged(team, state, i) for i in self.out)  # first these return to service
-        if returns or not (starves or due) or not self.sharing:
+        if returns or not (low or better or due) or not self.sharing:
             return ()
+        if low and blind(state) and not (better or due or team.scenario.flat):
+            return self._home()
         floor = floor_now(hearing(team, state.inputs), state)
         joint = joint_now(state, floor)
         open_ = {floor.gates[g] for g in self.found.served}
-        if not starves and self._waits(open_):
+        if not (low or better) and self._waits(open_):
             return ()  # robots with strategies first resolve obstacles
         alone = self.helped.difference(self.roles[i].helps for i in self.sharing)
         idle = open_ <= alone
-        if not starves and idle and floor.completed(joint, frozenset(), self.sharing):
+        if not (low or better) and idle and floor.completed(joint, frozenset(), self.sharing):
             return self._rounds(floor, joint) if not (self.complete or open_) else ()
         floor, better = self._with_helpers(floor), blind(state) and not due
         answer = answers.plan(floor, joint, self.found.served, state, better=better)
@@ -90,20 +95,24 @@ class Planning(Struct, frozen=True, dict=True):
             answer = answers.plan(floor, joint, self.found.served, state, better=better)
         answers.examined = len(state.over)
         if better and not isinstance(answer, Found):
-            answers.kept = state.plan
-            return ()  # the team keeps its plan
+            return () if team.scenario.flat else self._home()  # the team keeps its plan
         return self._decided(self._otherwise(answer, floor, joint), floor)
 
-    def _starves(self) -> bool:
-        """Return whether the plan in force must be replaced: robots lack charge, or the plan
-        ignores charges and may be improved after a resolution."""
-        state, answers = self.state, self.answers
-        if self.complete:
-            return False
-        if self.team.charged and blind(state) and len(state.over) > answers.examined:
-            return True
-        kept = state.plan is not None and state.plan is answers.kept
-        return not kept and starving(self.team, state)
+    def _home(self) -> Sequence[now.Event]:
+        """Return a plan that brings robots with low charge to chargers, if there is one. A robot
+        with work does not turn back twice without progress: its charge may suffice for the work."""
+        team, state, went = self.team, self.state, self.answers.went
+        pairs = zip(team.obstacles, state.obstacles, strict=True)
+        stages = tuple([(e.state, e.stage) for one, e in pairs if one.battery_of is None])
+        rounds = tuple(done(team, state, i) or r.own.met for i, r in enumerate(state.robots))
+        progress = stages, rounds
+        idle = {i for i in self.sharing if done(team, state, i) and self.roles[i].helps is None}
+        low = [i for i in starving(team, state) if i in idle or went.get(i) != progress]
+        plan = to_chargers(team, state, low)
+        if plan is None:
+            return ()
+        went.update({i: progress for i in low if len(plan.ways[i]) > 1})
+        return (now.Planned(plan),)
 
     def _is_due(self) -> bool:
         """Return whether a plan is due: none is in force, or it has ended or cannot continue."""
@@ -180,6 +189,15 @@ class Planning(Struct, frozen=True, dict=True):
                 gone = [i for i in gone if not (done(team, state, i) and stands(team, state, i))]
                 end = ends.End("search_limit", why)
                 return ends.without(team, state, gone, why) if gone else end
+
+
+def to_chargers(team: Team, state: State, low: Sequence[int]) -> now.Plan | None:
+    """Return a plan that brings robots with ``low`` charge to chargers while all obstacles stay as
+    they are; None if there are none, or no plan is found."""
+    out = frozenset((i, r.next) for i, r in enumerate(state.robots) if not r.active)
+    every, sealed = hearing(team, state.inputs), state.sealed.union(state.gates)
+    floor = floor_with(every, state, (), sealed, out)
+    return homeward(floor, joint_now(state, floor), low, charges_now(team, state)) if low else None
 
 
 def helped(team: Team, roles: Sequence[Role]) -> frozenset[int]:
