@@ -30,8 +30,8 @@ def after(e: Line, s: State) -> None:
         case "discovered":
             s.add(e.obstacle)
         case "inputs":
+            s.switched |= {n: e.tick for n, on in e.values.items() if on is not s.inputs.get(n)}
             s.inputs |= e.values
-            s.switched |= dict.fromkeys(e.values, e.tick)
             s.by_user = {*(e.user or ())}
             # In lockstep, each robot observes them at its next move.
             for robot in s.robots.values() if s.live else ():
