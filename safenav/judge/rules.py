@@ -336,7 +336,7 @@ def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Itera
         yield f"{e.robot} takes a load that the team does not know"
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there - before:
         yield f"{e.robot} cannot {need.action} at {one.name} from {s.show(e.at)}"
-    elif others := who - there - before:
+    elif others := who - before - (there if need.together else {e.robot}):
         yield f"{', '.join(sorted(others))} cannot {need.action} at {one.name}"
     elif missing > 0 and told and (need.together or e.kind == "resolved"):
         yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(before | who)}"
