@@ -119,6 +119,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 here = s.destination(e.robot)[0]
                 robot.progress = robot.progress.begun(robot.own, robot.first, here)
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
+            if begins and e.objective == robot.own:
+                s.arrived.add(robot.name)
             if begins and s.live:  # with the present inputs
                 robot.hear(s.inputs)
             if begins and robot.memories is not None and e.memory and e.objective == robot.own:
@@ -306,7 +308,7 @@ def _due(e: Line, one: Obstacle, s: State) -> None:
 
 def _restart_rounds(e: Line, s: State) -> None:
     s.restarted = e.tick
-    s.arrived.clear()
+    s.arrived &= {e.robot}
     for robot in s.robots.values():
         robot.progress = robot.progress.anew()
         s.restart(robot)

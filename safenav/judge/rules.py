@@ -268,7 +268,8 @@ def done(e: Line, s: State) -> Iterator[str]:
     """An obstacle without open needs is resolved. In a simulated lockstep world, a robot in service
     in a need's regions does its part in each turn, unless this takes a load. A need with `together`
     waits for enough robots."""
-    names = s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None)
+    whole = e.outcome in ("completed", "tick_limit")
+    names = s.names if whole else [e.robot] * (e.outcome is None)
     for one in s.obstacles.values():
         if one.open and not (one.rest.left or one.shut):
             yield f"each need of {one.name} is fulfilled, but it is not resolved"

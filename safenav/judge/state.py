@@ -303,7 +303,7 @@ class State:
         self.moves = self.strays = self.hands = 0
         self.told: dict[tuple[str, bool], int] = {}  # changes of service by the scenario so far
         self.waits = False  # the team waits: robots keep their duties
-        self.arrived = set[str]()  # robots whose last step may have met goals, still unrecorded
+        self.arrived = {*self.names}  # robots that may have met goals that no line records yet
         self.restarted = -1  # the tick of the last resolution
         self.barred: set[tuple[str, str]] = set()  # robots that failed too often on an obstacle
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
