@@ -75,8 +75,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
     own, here = robot.own, robot.pose[0]
     if e.duty:
         return  # the goals of duties are not judged
-    beside = s.is_planned(e.robot) or s.scenario.coordination == "assignable"
-    if not (beside or robot.given.serves(own)):
+    if not (s.keeps(e.robot) or robot.given.serves(own)):
         yield f"{e.robot} counts goal {e.goal} of its own while it has another objective"
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"

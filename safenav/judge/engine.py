@@ -41,7 +41,10 @@ def after(e: Line, s: State) -> None:
         case "duty":
             s.waits = False
             for name, objective in e.objectives.items():
-                s.robots[name].given = objective
+                robot = s.robots[name]
+                if s.keeps(name) and not robot.given.serves(robot.own):
+                    s.arrived.discard(name)  # it counts in its turn
+                robot.given = objective
         case "deadline" if e.verdict == "kept" and e.of == "mission":
             s.promised = e.tick if s.promised is None else s.promised
         case "deadline" if e.verdict == "lost":
@@ -119,7 +122,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 here = s.destination(e.robot)[0]
                 robot.progress = robot.progress.begun(robot.own, robot.first, here)
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
-            if begins and e.objective == robot.own:
+            if begins and e.objective == robot.own and robot.begun == e.tick != s.restarted:
                 s.arrived.add(robot.name)
             if begins and s.live:  # with the present inputs
                 robot.hear(s.inputs)

@@ -439,6 +439,10 @@ class State:
         none of which a strategy observes."""
         return bool(self.mates[robot] or self.robots[robot].data.battery)
 
+    def keeps(self, robot: str) -> bool:
+        """Return whether a robot meets its own goals also while it pursues something else."""
+        return self.is_planned(robot) or self.scenario.coordination == "assignable"
+
     def memories(self, robot: Robot) -> set[int]:
         """Return the memories that a robot's formulas may have now."""
         known, formulas = robot.memories or set(), robot.own.formulas
