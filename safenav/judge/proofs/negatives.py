@@ -271,8 +271,8 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return
-    whole = case_of(s)
-    never = {one.name for one in team_closure(whole, whole.start, whole.obstacles)[1]}
+    now = case_now(s)
+    never = {one.name for one in team_closure(now, now.start, now.obstacles)[1]}
     pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
     known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
     if prod(map(len, known.values())) > MOST_MEMORIES:
