@@ -86,7 +86,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 fresh = robot.kept.anew()
             robot.kept = robot.kept if e.cause != "input" or away else None
             robot.own, robot.progress, robot.first = e.objective, fresh, None
-            robot.told = e.cause == "user"
+            robot.told, robot.since = e.cause == "user", e.tick
             robot.met.clear()
             robot.given = e.objective if e.at_once else robot.given
             applied = next((one for one in s.changes if applies(one, e, s)), None)
@@ -122,7 +122,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 here = s.destination(e.robot)[0]
                 robot.progress = robot.progress.begun(robot.own, robot.first, here)
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
-            if begins and e.objective == robot.own and robot.begun == e.tick != s.restarted:
+            if begins and e.objective == robot.own and robot.since == e.tick:
                 s.arrived.add(robot.name)
             if begins and s.live:  # with the present inputs
                 robot.hear(s.inputs)

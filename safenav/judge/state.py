@@ -38,10 +38,11 @@ class Robot:
     inputs since that step began; ``stands``: the time since which it uses ``charge`` without a step
     (None: in a step); ``filled``: whether its battery was replaced; ``kept``: its progress with the
     objective that it resumes after an input; ``first``: the target with which its strategy begins;
-    ``told``: whether a user gave it its objective; ``acts``: the action in which it takes part;
-    ``acted``: the last action that ended, with its end; ``knew``: the obstacles that the team knew
-    when the action began, each with its stage; ``met``: the goals that its last step has met, each
-    with its tick; ``turn``: the line of its last turn."""
+    ``told``: whether a user gave it its objective; ``since``: the tick in which it got it;
+    ``acts``: the action in which it takes part; ``acted``: the last action that ended, with its
+    end; ``knew``: the obstacles that the team knew when the action began, each with its stage;
+    ``met``: the goals that its last step has met, each with its tick; ``turn``: the line of its
+    last turn."""
 
     name: str
     data: Line
@@ -70,6 +71,7 @@ class Robot:
     kept: Progress | None = None
     first: int | None = None
     told: bool = False
+    since: int = -1
     acts: Line | None = None
     acted: Line = field(default_factory=Line)
     knew: frozenset[tuple[str, int]] = frozenset()
