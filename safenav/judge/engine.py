@@ -242,6 +242,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
             listed = [each for each in s.coming if each.name == one.name]
+            listed.sort(key=lambda x: x.goes is not None and x.goes <= s.now(e))
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
                 one.goes, one.truth = listed[0].goes, listed[0].traversable
