@@ -318,8 +318,8 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         return True
     if own.ends:
         here = case.start[name]
-        for target in own.targets[min(robot.progress.turn or 0, own.count - 1) :]:
-            here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
+        for target in case.targets[name][min(robot.progress.turn or 0, own.count - 1) :]:
+            here = case.reach(name, here, ()) & target
         return bool(here)
     if memory is not None and not may_have(robot, memory, s):
         return True
