@@ -86,7 +86,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
         yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
         return
     again, after = robot.again(e, s.live), robot.progress.after(own, e.goal)
-    if again and own.kind != "cover":
+    if again and not (own.kind == "cover" or (own.strict and after is robot.progress)):
         yield f"{e.robot} counts goal {e.goal} twice for one step"
     if own.in_turn and after is robot.progress and not (own.strict or after.ended(own)):
         yield f"target {e.goal} of {e.robot} is out of turn"
