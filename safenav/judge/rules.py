@@ -241,6 +241,8 @@ def actions(e: Line, s: State) -> Iterator[str]:
             if s.robots[name].acts is not None:
                 yield f"{name} begins another action while it takes part in one"
     elif e.kind == "acted":
+        if s.live and robot.acts is None:
+            yield f"{e.robot} ends an action that it has not begun"
         if not s.external and ("failed" in e.results.values() or e.barred):
             yield f"an action of {e.robot} fails, in a simulated world"
     elif s.live and not s.external:
