@@ -121,6 +121,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.first = max(0, next(iter(e.memory.values())))
                 here = s.destination(e.robot)[0]
                 robot.progress = robot.progress.begun(robot.own, robot.first, here)
+            elif e.node is not None and e.objective == robot.own and not s.keeps(e.robot):
+                robot.first = robot.first or 0
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
             if begins and e.objective == robot.own and robot.since == e.tick:
                 s.arrived.add(robot.name)
