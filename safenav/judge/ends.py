@@ -75,8 +75,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
     own, here = robot.own, robot.pose[0]
     if e.duty:
         return  # the goals of duties are not judged
-    beside = s.is_planned(e.robot) or s.scenario.coordination == "assignable"
-    if not (beside or robot.given.serves(own)):
+    if not (s.keeps(e.robot) or robot.given.serves(own)):
         yield f"{e.robot} counts goal {e.goal} of its own while it has another objective"
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
@@ -87,7 +86,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
         yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
         return
     again, after = robot.again(e, s.live), robot.progress.after(own, e.goal)
-    if again and own.kind != "cover":
+    if again and not (own.kind == "cover" or (own.strict and after is robot.progress)):
         yield f"{e.robot} counts goal {e.goal} twice for one step"
     if own.in_turn and after is robot.progress and not (own.strict or after.ended(own)):
         yield f"target {e.goal} of {e.robot} is out of turn"
@@ -242,6 +241,9 @@ def negative(e: Line, s: State) -> Iterator[str]:
         return
     if e.kind == "outcome" and (later := later_change(e, s)) is not None:
         yield f"the run ends, but the scenario changes something at {later:g}"
+    for name, robot in s.robots.items():
+        if s.disobeys(robot):
+            yield f"{name} has another objective than the inputs give it"
     out = any(robot.out and robot.own.settles for robot in s.robots.values())
     # The rounds of a robot out of service may not have counted.
     if not out and next(_unmet(e, s), None) is None:

@@ -30,8 +30,8 @@ def after(e: Line, s: State) -> None:
         case "discovered":
             s.add(e.obstacle)
         case "inputs":
+            s.switched |= {n: e.tick for n, on in e.values.items() if on is not s.inputs.get(n)}
             s.inputs |= e.values
-            s.switched |= dict.fromkeys(e.values, e.tick)
             s.by_user = {*(e.user or ())}
             # In lockstep, each robot observes them at its next move.
             for robot in s.robots.values() if s.live else ():
@@ -41,7 +41,10 @@ def after(e: Line, s: State) -> None:
         case "duty":
             s.waits = False
             for name, objective in e.objectives.items():
-                s.robots[name].given = objective
+                robot = s.robots[name]
+                if s.keeps(name) and not robot.given.serves(robot.own):
+                    s.arrived.discard(name)  # it counts in its turn
+                robot.given = objective
         case "deadline" if e.verdict == "kept" and e.of == "mission":
             s.promised = e.tick if s.promised is None else s.promised
         case "deadline" if e.verdict == "lost":
@@ -83,7 +86,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 fresh = robot.kept.anew()
             robot.kept = robot.kept if e.cause != "input" or away else None
             robot.own, robot.progress, robot.first = e.objective, fresh, None
-            robot.told = e.cause == "user"
+            robot.told, robot.since = e.cause == "user", e.tick
             robot.met.clear()
             robot.given = e.objective if e.at_once else robot.given
             applied = next((one for one in s.changes if applies(one, e, s)), None)
@@ -118,7 +121,11 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.first = max(0, next(iter(e.memory.values())))
                 here = s.destination(e.robot)[0]
                 robot.progress = robot.progress.begun(robot.own, robot.first, here)
+            elif e.node is not None and e.objective == robot.own and not s.keeps(e.robot):
+                robot.first = robot.first or 0
             begins = e.verdict == "realizable" and e.node is not None and e.places is None
+            if begins and e.objective == robot.own and robot.since == e.tick:
+                s.arrived.add(robot.name)
             if begins and s.live:  # with the present inputs
                 robot.hear(s.inputs)
             if begins and robot.memories is not None and e.memory and e.objective == robot.own:
@@ -237,6 +244,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
             listed = [each for each in s.coming if each.name == one.name]
+            listed.sort(key=lambda x: x.goes is not None and x.goes <= s.now(e))
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
                 one.goes, one.truth = listed[0].goes, listed[0].traversable
@@ -306,7 +314,7 @@ def _due(e: Line, one: Obstacle, s: State) -> None:
 
 def _restart_rounds(e: Line, s: State) -> None:
     s.restarted = e.tick
-    s.arrived.clear()
+    s.arrived &= {e.robot}
     for robot in s.robots.values():
         robot.progress = robot.progress.anew()
         s.restart(robot)

@@ -241,6 +241,8 @@ def actions(e: Line, s: State) -> Iterator[str]:
             if s.robots[name].acts is not None:
                 yield f"{name} begins another action while it takes part in one"
     elif e.kind == "acted":
+        if s.live and robot.acts is None:
+            yield f"{e.robot} ends an action that it has not begun"
         if not s.external and ("failed" in e.results.values() or e.barred):
             yield f"an action of {e.robot} fails, in a simulated world"
     elif s.live and not s.external:
@@ -268,7 +270,8 @@ def done(e: Line, s: State) -> Iterator[str]:
     """An obstacle without open needs is resolved. In a simulated lockstep world, a robot in service
     in a need's regions does its part in each turn, unless this takes a load. A need with `together`
     waits for enough robots."""
-    names = s.names if e.outcome == "completed" else [e.robot] * (e.outcome is None)
+    whole = e.outcome in ("completed", "tick_limit")
+    names = s.names if whole else [e.robot] * (e.outcome is None)
     for one in s.obstacles.values():
         if one.open and not (one.rest.left or one.shut):
             yield f"each need of {one.name} is fulfilled, but it is not resolved"
@@ -336,7 +339,7 @@ def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Itera
         yield f"{e.robot} takes a load that the team does not know"
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there - before:
         yield f"{e.robot} cannot {need.action} at {one.name} from {s.show(e.at)}"
-    elif others := who - there - before:
+    elif others := who - before - (there if need.together else {e.robot}):
         yield f"{', '.join(sorted(others))} cannot {need.action} at {one.name}"
     elif missing > 0 and told and (need.together or e.kind == "resolved"):
         yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(before | who)}"

@@ -38,10 +38,11 @@ class Robot:
     inputs since that step began; ``stands``: the time since which it uses ``charge`` without a step
     (None: in a step); ``filled``: whether its battery was replaced; ``kept``: its progress with the
     objective that it resumes after an input; ``first``: the target with which its strategy begins;
-    ``told``: whether a user gave it its objective; ``acts``: the action in which it takes part;
-    ``acted``: the last action that ended, with its end; ``knew``: the obstacles that the team knew
-    when the action began, each with its stage; ``met``: the goals that its last step has met, each
-    with its tick; ``turn``: the line of its last turn."""
+    ``told``: whether a user gave it its objective; ``since``: the tick in which it got it;
+    ``acts``: the action in which it takes part; ``acted``: the last action that ended, with its
+    end; ``knew``: the obstacles that the team knew when the action began, each with its stage;
+    ``met``: the goals that its last step has met, each with its tick; ``turn``: the line of its
+    last turn."""
 
     name: str
     data: Line
@@ -70,6 +71,7 @@ class Robot:
     kept: Progress | None = None
     first: int | None = None
     told: bool = False
+    since: int = -1
     acts: Line | None = None
     acted: Line = field(default_factory=Line)
     knew: frozenset[tuple[str, int]] = frozenset()
@@ -303,7 +305,7 @@ class State:
         self.moves = self.strays = self.hands = 0
         self.told: dict[tuple[str, bool], int] = {}  # changes of service by the scenario so far
         self.waits = False  # the team waits: robots keep their duties
-        self.arrived = set[str]()  # robots whose last step may have met goals, still unrecorded
+        self.arrived = {*self.names}  # robots that may have met goals that no line records yet
         self.restarted = -1  # the tick of the last resolution
         self.barred: set[tuple[str, str]] = set()  # robots that failed too often on an obstacle
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
@@ -438,6 +440,10 @@ class State:
         """Return whether joint plans drive a robot: it has rivals, shares a zone, or has a battery,
         none of which a strategy observes."""
         return bool(self.mates[robot] or self.robots[robot].data.battery)
+
+    def keeps(self, robot: str) -> bool:
+        """Return whether a robot meets its own goals also while it pursues something else."""
+        return self.is_planned(robot) or self.scenario.coordination == "assignable"
 
     def memories(self, robot: Robot) -> set[int]:
         """Return the memories that a robot's formulas may have now."""

@@ -158,7 +158,7 @@ def test_lossless_choices_are_not_tried_in_every_order() -> None:
     header, *lines = GOOD["one_way"]()
     team, obstacles = header["scenario"]["robots"], header["scenario"]["obstacles"]
     carrier = copy.deepcopy(team[1]) | {"name": "c", "avoids": [], "start": {"region": 12}}
-    carrier["model"]["capabilities"], carrier["objective"] = ["lift"], {"visit": [12]}
+    carrier["model"]["capabilities"], carrier["objective"] = ["lift"], {"hold": 12}
     team.append(carrier)
     need = {"action": "lift", "robots": 1, "at": "self", "together": False, "same": False}
     kind = {"name": "crate", "needs": [need], "blocks": []}

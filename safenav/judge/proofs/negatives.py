@@ -194,9 +194,9 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
         yield f"the stated cause is {e.cause}, but only robots out of service are missing"
     elif e.proof is not None:
         yield from _deadlock_problems(e, s)
-    elif not is_hopeless(case := case_now(s)):
-        yield from _lost_problems(e, case_of(s))  # as if all robots were in service
-    elif e.cause not in (causes := _causes(case)):
+    elif not is_hopeless(case := case_of(s)):  # as if all robots were in service
+        yield from _lost_problems(e, case)
+    elif e.cause not in (causes := _causes(case_now(s))):
         yield f"the stated cause is {e.cause}, but {causes[0]} is proven"
 
 
@@ -271,6 +271,8 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return
+    now = case_now(s)
+    never = {one.name for one in team_closure(now, now.start, now.obstacles)[1]}
     pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
     known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
     if prod(map(len, known.values())) > MOST_MEMORIES:
@@ -278,7 +280,7 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
     for row in product(*known.values()):  # with each possible memory of the robots
         case = case_now(s, dict(zip(known, row, strict=True)))
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
-        ways = (way for way in every.complete() if s.orders.isdisjoint(way.open()))
+        ways = (way for way in every.complete() if s.orders.isdisjoint(way.open() - never))
         way = next(ways, None)
         if way is None or (case.out and way in every.starts()):
             return
@@ -316,8 +318,8 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         return True
     if own.ends:
         here = case.start[name]
-        for target in own.targets[min(robot.progress.turn or 0, own.count - 1) :]:
-            here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
+        for target in case.targets[name][min(robot.progress.turn or 0, own.count - 1) :]:
+            here = case.reach(name, here, ()) & target
         return bool(here)
     if memory is not None and not may_have(robot, memory, s):
         return True
