@@ -166,7 +166,7 @@ def starving(team: Team, state: State) -> list[int]:
             or robot.charge < _foreseen(state, i)
             or (not any(plan.charges) and at_end(state, team.sharing))
         )
-        if late and -_slack(team, i) <= spare <= EARLY:  # a charger is still in reach
+        if late and -_slack(team, state, i) <= spare <= EARLY:  # a charger is still in reach
             found.append((spare, i))
     return [i for _, i in sorted(found)]
 
@@ -200,17 +200,21 @@ def _spare(team: Team, state: State, i: int) -> float | None:
     if energy is None or not energy.battery.stay or energy.charging(robot.pose):
         return None
     steps = energy.graph.distances(energy.chargers, floor_now(team, state).floors[i])[robot.pose]
-    return robot.charge - steps * energy.battery.move - _slack(team, i) if steps < FAR else None
+    return (
+        robot.charge - steps * energy.battery.move - _slack(team, state, i) if steps < FAR else None
+    )
 
 
-def _slack(team: Team, i: int) -> float:
-    """Return the charge of a few steps, each as long as another robot's step (a step away from a
-    charger costs two), and an ample part if robots have to take turns at the chargers."""
+def _slack(team: Team, state: State, i: int) -> float:
+    """Return the charge of a few steps, each as long as another robot's step (for a robot alone,
+    one; if its plan ignores charges two, since it may step away from the chargers), and an ample
+    part if robots have to take turns at the chargers."""
     energy = team.members[i].energy
     assert energy is not None
     unit = max(energy.battery.stay * team.step_ticks[i], energy.battery.move)
     turns = len(team.charged) > len(team.scenario.chargers) and not team.scenario.flat
-    return (4 if team.members[i].rivals else 2) * unit + turns * AMPLE * energy.battery.capacity
+    steps = 4 if team.members[i].rivals else 1 + blind(state)
+    return steps * unit + turns * AMPLE * energy.battery.capacity
 
 
 def charging_ends(team: Team, state: State) -> float | None:

@@ -196,7 +196,7 @@ def to_chargers(team: Team, state: State, low: Sequence[int]) -> now.Plan | None
     they are; None if there are none, or no plan is found."""
     out = frozenset((i, r.next) for i, r in enumerate(state.robots) if not r.active)
     every, sealed = hearing(team, state.inputs), state.sealed.union(state.gates)
-    floor = floor_with(every, state, (), sealed, out)
+    floor = replace(floor_with(every, state, (), sealed, out), rounds=(0,) * len(team.members))
     return homeward(floor, joint_now(state, floor), low, charges_now(team, state)) if low else None
 
 
