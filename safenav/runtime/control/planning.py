@@ -106,7 +106,8 @@ class Planning(Struct, frozen=True, dict=True):
         stages = tuple([(e.state, e.stage) for one, e in pairs if one.battery_of is None])
         rounds = tuple(done(team, state, i) or r.own.met for i, r in enumerate(state.robots))
         progress = stages, rounds
-        idle = {i for i in self.sharing if done(team, state, i) and self.roles[i].helps is None}
+        stay = {i for i in self.sharing if team.members[i].pursuit.settles}
+        idle = {i for i in stay if done(team, state, i) and self.roles[i].helps is None}
         low = [i for i in starving(team, state) if i in idle or went.get(i) != progress]
         plan = to_chargers(team, state, low)
         if plan is None:
