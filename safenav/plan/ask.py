@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from safenav.plan.charged import ChargedSearch, Charges, least_of, raced
 from safenav.plan.course import Course
-from safenav.plan.order import plan_of, preview
+from safenav.plan.order import UNKNOWN, plan_of, preview
 from safenav.plan.search import FARTHEST, FIRST_BUDGET, Answer, Exhausted, Guide, Search, jammed
 from safenav.plan.shorten import earlier, shortened
 from safenav.scenario.reachability import room_words, without_room
@@ -318,7 +318,7 @@ def homeward(floor: Floor, joint: Joint, low: Sequence[int], charges: Charges) -
     if found is None or isinstance(found, Exhausted):
         return None
     plan, _ = plan_of(floor, joint, [each.poses for each in found])
-    return replace(plan, charges=(0,) * len(full), part=True)
+    return replace(plan, charges=(UNKNOWN,) * len(full), part=True)
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:

@@ -19,6 +19,8 @@ from safenav.team.team import Team
 from safenav.world.poses import FAR
 
 EARLY = 1e-5
+UNKNOWN = -1
+"""The charge at the end of a plan that only brings robots to chargers."""
 
 
 def plan_of(floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]) -> tuple[Plan, Joint]:
@@ -164,7 +166,7 @@ def starving(team: Team, state: State) -> list[int]:
         late = (
             plan is None
             or robot.charge < _foreseen(state, i)
-            or (not any(plan.charges) and at_end(state, team.sharing))
+            or (UNKNOWN in plan.charges and at_end(state, team.sharing))
         )
         if late and -_slack(team, state, i) <= spare <= EARLY:  # a charger is still in reach
             found.append((spare, i))

@@ -74,16 +74,15 @@ class Planning(Struct, frozen=True, dict=True):
         returns = any(charged(team, state, i) for i in self.out)  # first these return to service
         if returns or not (low or better or due) or not self.sharing:
             return ()
-        if low and blind(state) and not (better or due or team.scenario.flat):
-            return self._home()
         floor = floor_now(hearing(team, state.inputs), state)
         joint = joint_now(state, floor)
         open_ = {floor.gates[g] for g in self.found.served}
-        if not (low or better) and self._waits(open_):
+        starves = better or bool(low)
+        if not starves and self._waits(open_):
             return ()  # robots with strategies first resolve obstacles
         alone = self.helped.difference(self.roles[i].helps for i in self.sharing)
         idle = open_ <= alone
-        if not (low or better) and idle and floor.completed(joint, frozenset(), self.sharing):
+        if not starves and idle and floor.completed(joint, frozenset(), self.sharing):
             return self._rounds(floor, joint) if not (self.complete or open_) else ()
         floor, better = self._with_helpers(floor), blind(state) and not due
         answer = answers.plan(floor, joint, self.found.served, state, better=better)
@@ -96,6 +95,11 @@ class Planning(Struct, frozen=True, dict=True):
         answers.examined = len(state.over)
         if better and not isinstance(answer, Found):
             return () if team.scenario.flat else self._home()  # the team keeps its plan
+        rests = isinstance(answer, Found) and all(len(answer.plan.ways[i]) < 2 for i in low)
+        ends = idle and floor.completed(joint, frozenset(), self.sharing)
+        if low and rests and ends and not team.scenario.flat:
+            answers.vain = answers.asked
+            return self._home()
         return self._decided(self._otherwise(answer, floor, joint), floor)
 
     def _home(self) -> Sequence[now.Event]:
@@ -106,8 +110,9 @@ class Planning(Struct, frozen=True, dict=True):
         stages = tuple([(e.state, e.stage) for one, e in pairs if one.battery_of is None])
         rounds = tuple(done(team, state, i) or r.own.met for i, r in enumerate(state.robots))
         progress = stages, rounds
-        stay = {i for i in self.sharing if team.members[i].pursuit.settles}
-        idle = {i for i in stay if done(team, state, i) and self.roles[i].helps is None}
+        free = (i for i in self.sharing if done(team, state, i) and self.roles[i].helps is None)
+        served = self.found.served  # whereupon robots begin their rounds again
+        idle = {i for i in free if team.members[i].pursuit.settles or not served}
         low = [i for i in starving(team, state) if i in idle or went.get(i) != progress]
         plan = to_chargers(team, state, low)
         if plan is None:
