@@ -199,7 +199,7 @@ def _spare(team: Team, state: State, i: int) -> float | None:
     """Return the charge that a robot off the chargers can spare: beyond its path to a charger and a
     few further steps. None if it needs no charge to wait, or cannot reach a charger."""
     energy, robot = team.members[i].energy, state.robots[i]
-    if energy is None or not energy.battery.stay or energy.charging(robot.pose):
+    if energy is None or not drains(team, state, i):
         return None
     steps = energy.graph.distances(energy.chargers, floor_now(team, state).floors[i])[robot.pose]
     return (

@@ -154,7 +154,8 @@ class Waypoint(NamedTuple):
 class Plan(Struct, frozen=True):
     """A joint plan in execution: the waypoints of each robot (the present one first; else empty).
     ``foreseen``: the obstacles that the plan considers; ``charges``: each robot's charge at its
-    end, if charges suffice; ``part``: whether it does not complete the mission."""
+    end, if charges suffice (negative: unknown); ``part``: whether it is not for all of the
+    mission."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]

@@ -58,9 +58,9 @@ class Answers:
     """The results so far. ``check`` raises if the run must end; ``busy``: whether the run's thread
     computes a result, which an exception may abort; ``background``: whether threads compute them;
     ``count``, ``seconds``: the cost of the syntheses; ``examined``: how many obstacles were
-    resolved at the last search for a plan; ``went``: the progress of the mission when each robot
-    was last sent to a charger although it had work; ``asked``, ``vain``: its progress at the last
-    question for a plan with charges, and at the last vain one."""
+    resolved at the last search for a plan; ``stage``: the stage of the mission at the last question
+    for a plan with charges; ``vain``: that at the last vain one; ``went``: that at which each robot
+    was last sent to a charger although it had work."""
 
     def __init__(
         self,
@@ -75,7 +75,7 @@ class Answers:
         self._awaited = self.background = self.busy = False
         self._recent: dict[Hashable, Any] = {}
         self.vain: Hashable = None
-        self.asked: Hashable = None
+        self.stage: Hashable = None
         self.examined = 0
         self.went = dict[int, Hashable]()
         self.count, self.seconds = 0, 0.0
@@ -123,16 +123,16 @@ class Answers:
             if isinstance(found, Deadlock | Unserved):
                 return found  # impossible with any charge: the proof is quick
         counts = tuple(floor.is_done(i, count) or count for i, count in enumerate(joint.counts))
-        self.asked = progress = counts, joint.stages, served, len(state.over)
+        self.stage = counts, joint.stages, served, len(state.over)
         # In a world with its own clock charges change during the search, so its key omits them. The
         # plan is used once: the next search begins with the charges of that time.
         about_charges = () if self.background else (charges, state.time)
         with_charges = *key, "charges", *about_charges
-        repeats = progress == self.vain and (better or not floor.team.scenario.flat)
+        repeats = self.stage == self.vain and (better or not floor.team.scenario.flat)
         if not repeats and (lasting := self._ask(with_charges, charged)) is not None:
             self._questions.pop(with_charges, None)
             return lasting
-        self.vain = progress
+        self.vain = self.stage
         return found if better or found else self._ask(key, plain)
 
     @property

@@ -67,17 +67,15 @@ class Planning(Struct, frozen=True, dict=True):
         team, state, answers = self.team, self.state, self.answers
         if not team.sharing:
             return ()
-        due = self._is_due()
-        asks = bool(team.charged) and not self.complete
-        low = starving(team, state) if asks else []
-        better = asks and blind(state) and len(state.over) > answers.examined
+        due, low = self._is_due(), [] if self.complete else starving(team, state)
+        may = bool(team.charged) and blind(state) and not self.complete
+        starves = bool(low) or (may and len(state.over) > answers.examined)
         returns = any(charged(team, state, i) for i in self.out)  # first these return to service
-        if returns or not (low or better or due) or not self.sharing:
+        if returns or not (starves or due) or not self.sharing:
             return ()
         floor = floor_now(hearing(team, state.inputs), state)
         joint = joint_now(state, floor)
         open_ = {floor.gates[g] for g in self.found.served}
-        starves = better or bool(low)
         if not starves and self._waits(open_):
             return ()  # robots with strategies first resolve obstacles
         alone = self.helped.difference(self.roles[i].helps for i in self.sharing)
@@ -98,26 +96,23 @@ class Planning(Struct, frozen=True, dict=True):
         rests = isinstance(answer, Found) and all(len(answer.plan.ways[i]) < 2 for i in low)
         ends = idle and floor.completed(joint, frozenset(), self.sharing)
         if low and rests and ends and not team.scenario.flat:
-            answers.vain = answers.asked
+            answers.vain = answers.stage
             return self._home()
         return self._decided(self._otherwise(answer, floor, joint), floor)
 
     def _home(self) -> Sequence[now.Event]:
         """Return a plan that brings robots with low charge to chargers, if there is one. A robot
         with work does not turn back twice without progress: its charge may suffice for the work."""
-        team, state, went = self.team, self.state, self.answers.went
-        pairs = zip(team.obstacles, state.obstacles, strict=True)
-        stages = tuple([(e.state, e.stage) for one, e in pairs if one.battery_of is None])
-        rounds = tuple(done(team, state, i) or r.own.met for i, r in enumerate(state.robots))
-        progress = stages, rounds
+        team, state = self.team, self.state
+        stage, went = self.answers.stage, self.answers.went
         free = (i for i in self.sharing if done(team, state, i) and self.roles[i].helps is None)
         served = self.found.served  # whereupon robots begin their rounds again
         idle = {i for i in free if team.members[i].pursuit.settles or not served}
-        low = [i for i in starving(team, state) if i in idle or went.get(i) != progress]
+        low = [i for i in starving(team, state) if i in idle or went.get(i) != stage]
         plan = to_chargers(team, state, low)
         if plan is None:
             return ()
-        went.update({i: progress for i in low if len(plan.ways[i]) > 1})
+        went.update({i: stage for i in low if len(plan.ways[i]) > 1})
         return (now.Planned(plan),)
 
     def _is_due(self) -> bool:
