@@ -214,7 +214,7 @@ def _slack(team: Team, state: State, i: int) -> float:
     energy = team.members[i].energy
     assert energy is not None
     unit = max(energy.battery.stay * team.step_ticks[i], energy.battery.move)
-    turns = len(team.charged) > len(team.scenario.chargers) and not team.scenario.flat
+    turns = len(team.charged) > len(team.scenario.chargers)
     steps = 4 if team.members[i].rivals else 1 + blind(state)
     return steps * unit + turns * AMPLE * energy.battery.capacity
 

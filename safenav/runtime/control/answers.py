@@ -128,8 +128,7 @@ class Answers:
         # plan is used once: the next search begins with the charges of that time.
         about_charges = () if self.background else (charges, state.time)
         with_charges = *key, "charges", *about_charges
-        repeats = self.stage == self.vain and (better or not floor.team.scenario.flat)
-        if not repeats and (lasting := self._ask(with_charges, charged)) is not None:
+        if self.stage != self.vain and (lasting := self._ask(with_charges, charged)) is not None:
             self._questions.pop(with_charges, None)
             return lasting
         self.vain = self.stage
