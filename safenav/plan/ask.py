@@ -19,7 +19,6 @@ from safenav.plan.search import FARTHEST, FIRST_BUDGET, Answer, Exhausted, Guide
 from safenav.plan.shorten import earlier, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
-from safenav.team.battery import AMPLE
 from safenav.team.bound import least_within
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
@@ -32,6 +31,8 @@ FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD, AHEAD_CHARGED = 2, 6, 4
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time, with
 batteries ``AHEAD_CHARGED``, for fewer stops."""
+DETOUR = 4
+"""Maximum number of steps beyond those to the nearest charger; rather a robot waits for that."""
 READY, TRIES, LITTLE, CROWD = 3, 3, 10_000, 20
 """Rounds, number and work (of a robot) of searches for a plan after which the team can continue,
 with at most ``CROWD`` robots."""
@@ -289,23 +290,19 @@ def _charged(
     return None
 
 
-def homeward(floor: Floor, joint: Joint, low: Sequence[int], charges: Charges) -> Plan | None:
+def homeward(floor: Floor, joint: Joint, low: Sequence[int]) -> Plan | None:
     """Return a plan that brings robots with ``low`` charge, the most urgent first, to chargers;
-    None if it is not found soon. A robot leaves its charger for one that has less charge by an
-    ample part of its battery."""
-    goals, members, size = [0] * len(joint.poses), floor.team.members, floor.team.size
-    full = tuple(m.energy.battery.capacity if m.energy else 0 for m in members)
-    taken = dict[int, Mask]()
+    None if it is not found soon. All other robots of the floor let them pass."""
+    members, goals, taken = floor.team.members, [0] * len(joint.poses), dict[int, Mask]()
     for i in low:
         energy, graph, allowed = members[i].energy, floor.graphs[i], floor.allowed(i, joint.stages)
         assert energy is not None
-        rivals = members[i].rivals
-        stay = [j for j in rivals if charges[j] < min(full[j], charges[i] + AMPLE * full[j])]
-        shut = reduce(or_, (1 << joint.poses[j] % size for j in stay), 0)
-        shut = reduce(or_, (taken[j] for j in rivals & taken.keys()), shut)
-        free = graph.closure(1 << joint.poses[i], allowed) & energy.chargers & ~graph.poses_on(shut)
-        goals[i] = graph.nearest(joint.poses[i], free, allowed)
-        taken[i] = graph.regions_of(goals[i])
+        shut = reduce(or_, (taken[j] for j in members[i].rivals & taken.keys()), 0)
+        pose, free = joint.poses[i], energy.chargers & ~graph.poses_on(shut)
+        alone = energy.graph.distances(energy.chargers, members[i].floor)[pose]
+        if graph.distances(free, allowed)[pose] <= alone + DETOUR:
+            goals[i] = graph.nearest(pose, free, allowed)
+            taken[i] = graph.regions_of(goals[i])
     if not any(goals):
         return None
     search = Search(floor, frozenset(), lambda *_: goals, joint, 0, LITTLE * len(floor.robots))
@@ -318,7 +315,7 @@ def homeward(floor: Floor, joint: Joint, low: Sequence[int], charges: Charges) -
     if found is None or isinstance(found, Exhausted):
         return None
     plan, _ = plan_of(floor, joint, [each.poses for each in found])
-    return replace(plan, charges=(UNKNOWN,) * len(full), part=True)
+    return replace(plan, charges=(UNKNOWN,) * len(members))
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:

@@ -15,7 +15,7 @@ from safenav.plan.ask import Found, lost
 from safenav.plan.order import awaited, drains, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
-from safenav.runtime.control.planning import Planning, beyond, helped, to_chargers
+from safenav.runtime.control.planning import Planning, beyond, helped, to_chargers, with_all
 from safenav.runtime.control.roles import Role, Roles, helpers_of
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.solve import solve
@@ -290,9 +290,7 @@ class Decision:
             return None
         if all(len(way) < 2 for way in answer.plan.ways):
             return None
-        pairs = zip(answer.plan.ways, state.robots, strict=True)
-        ways = tuple(way or (now.Waypoint(robot.next),) for way, robot in pairs)
-        return replace(answer.plan, ways=ways, part=True)
+        return with_all(answer.plan, state)
 
     def _planned(self, control: Control) -> ends.End | None:
         """Decide on a joint plan if robots need one. Return the end of the run if no plan exists,

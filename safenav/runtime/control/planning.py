@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock, Found, Unserved, homeward
-from safenav.plan.order import at_end, blind, charges_now, joint_now, starving, stuck
+from safenav.plan.order import at_end, blind, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.roles import Role, helpers_of
@@ -15,6 +15,7 @@ from safenav.solve.solve import Settlement
 from safenav.team import state as now
 from safenav.team.acts import driven
 from safenav.team.apply import done, stands
+from safenav.team.battery import AMPLE
 from safenav.team.floor import Floor, Joint
 from safenav.team.known import charged, floor_now, floor_with
 from safenav.team.state import State
@@ -193,12 +194,28 @@ class Planning(Struct, frozen=True, dict=True):
 
 
 def to_chargers(team: Team, state: State, low: Sequence[int]) -> now.Plan | None:
-    """Return a plan that brings robots with ``low`` charge to chargers while all obstacles stay as
-    they are; None if there are none, or no plan is found."""
-    out = frozenset((i, r.next) for i, r in enumerate(state.robots) if not r.active)
+    """Return a plan that brings robots with ``low`` charge, the most urgent first, to chargers
+    while all obstacles stay as they are; None if there are none, or no plan is found. A robot stays
+    on its charger until it is full, or has an ample part of its battery more than one of them."""
+    robots, standing = state.robots, dict[int, int]()
+    least = min((robots[i].charge for i in low), default=0)
+    for i, (member, robot) in enumerate(zip(team.members, robots, strict=True)):
+        full = 0 if member.energy is None else member.energy.battery.capacity
+        charges = member.energy is not None and member.energy.charging(robot.next)
+        if not robot.active or (charges and robot.charge < min(full, least + AMPLE * full)):
+            standing[i] = robot.next
     every, sealed = hearing(team, state.inputs), state.sealed.union(state.gates)
-    floor = replace(floor_with(every, state, (), sealed, out), rounds=(0,) * len(team.members))
-    return homeward(floor, joint_now(state, floor), low, charges_now(team, state)) if low else None
+    floor = floor_with(every, state, (), sealed, frozenset(standing.items()))
+    floor = replace(floor, rounds=(0,) * len(robots))
+    plan = homeward(floor, joint_now(state, floor), low) if low else None
+    return None if plan is None else with_all(plan, state)
+
+
+def with_all(plan: now.Plan, state: State) -> now.Plan:
+    """Return the plan for a part of the mission in which robots without a path stay."""
+    pairs = zip(plan.ways, state.robots, strict=True)
+    ways = tuple(way or (now.Waypoint(robot.next),) for way, robot in pairs)
+    return replace(plan, ways=ways, part=True)
 
 
 def helped(team: Team, roles: Sequence[Role]) -> frozenset[int]:
