@@ -203,6 +203,8 @@ class _SerialRun:
         """Steps that take several ticks."""
         self._commands = 0
         self._turn = ""
+        self._stood = False
+        """Whether the robot whose turn it is stands."""
 
     def take(self, record: records.Record, done: PartDone | None) -> None:
         if isinstance(record, WAITING):
@@ -217,11 +219,14 @@ class _SerialRun:
             case records.End():
                 end = max((line.t or 0.0 for line in self.lines), default=0.0)
                 self._tell(end, replace(record, makespan=end))
+            case records.Charge() if self._stood:  # it changes while the others move
+                self._tell(max([self._since, *self._ended.values()]), record)
             case _:
                 self._tell(max(self._since, self._ended[self._turn]), record)
 
     def _move(self, move: records.Move) -> None:
         name = self._turn = move.robot
+        self._stood = move.toward is None and move.to == move.from_
         step = self._begun.pop(name, None)
         if step is None:
             step = _Step(len(self.lines), move.tick, self._since)
