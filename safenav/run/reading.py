@@ -238,8 +238,7 @@ class RunReader:
         """Read the end of a run. Robots that had no turn in its tick stay, or remain in transit."""
         run, tick = self.run, line.tick
         run.ending = line
-        within = run.seconds is None and run.last == tick - 1
-        for track in run.robots if within else ():
+        for track in run.robots:
             if len(track.regions) == tick:
                 track.stand()
                 if (step := track.transit(tick)) is not None:

@@ -48,6 +48,7 @@ TOLD: dict[str, Callable[[], str]] = {
     "detour": lambda: own("scouting"),
     "meeting": lambda: own("meeting"),
     "slow": lambda: own("slow"),
+    "stopped": lambda: own("stopped"),
     "live": lambda: own("live"),
     "itself": lambda: own("itself"),
     "charges": lambda: own("cart"),
