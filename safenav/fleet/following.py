@@ -48,7 +48,7 @@ class Following:
 
     def __init__(
         self,
-        inner: transport.Transport,
+        inner: transport.StreamingTransport,
         robots: Iterable[Robot],
         places: transport.Places,
         stations: Mapping[str, Station],
@@ -80,9 +80,6 @@ class Following:
             return
         with self._lock:
             self._go(follower, goal)
-
-    def follow(self, robot: str, reference: Setpoints) -> None:
-        self._inner.follow(robot, reference)
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         if robot in self.followers:

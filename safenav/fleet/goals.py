@@ -8,7 +8,14 @@ from safenav.errors import UsageError, needing
 from safenav.fleet.file import Station
 from safenav.fleet.robots import STALE, DrivenRobot, FleetTask, Phase
 from safenav.fleet.sensing import Sensing
-from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Places, Transport
+from safenav.fleet.transport import (
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Places,
+    StreamingTransport,
+    Transport,
+)
 from safenav.runtime.worlds import protocol
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Frame, Region
@@ -41,11 +48,11 @@ class Goals:
     (``bodies``) from its start until the event that ends the command (``events``)."""
 
     def __init__(
-        self, scenario: Scenario, stations: Mapping[str, Station], transport: Transport
+        self, scenario: Scenario, stations: Mapping[str, Station], transport: StreamingTransport
     ) -> None:
         self.scenario = scenario
         self.places = Places(scenario.map, frame_of(scenario))
-        self.transport = transport
+        self.transport: Transport = transport
         self._seconds_left: Callable[[str], float] = lambda _: 0.0
         """Seconds until the reference of a robot ends."""
         if any(station.follow is not None for station in stations.values()):

@@ -177,16 +177,20 @@ class Transport(Protocol):
     def cancel(self, robot: str) -> None:
         """Stop a robot as soon as possible; a follower ends its step first. GoalEnded follows."""
 
-    def follow(self, robot: str, reference: Setpoints) -> None:
-        """Stream a reference to a robot that tracks it, ``Setpoints.ahead`` 20 times per second,
-        until the next one or ``close``; no message follows. Its times are on the clock of ``now``.
-        A robot must stop by itself when its stream ends."""
-
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         """Let a robot act on an obstacle from where it is. One message Performed follows."""
 
     def close(self) -> None:
         """Cancel every goal, and disconnect. Safe to call twice."""
+
+
+class StreamingTransport(Transport, Protocol):
+    """One that also streams references."""
+
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        """Stream a reference to a robot that tracks it, ``Setpoints.ahead`` 20 times per second,
+        until the next one or ``close``; no message follows. Its times are on the clock of ``now``.
+        A robot must stop by itself when its stream ends."""
 
 
 def result_of(success: bool, text: str) -> ActResult:

@@ -32,7 +32,7 @@ class FleetWorld:
         self,
         scenario: Scenario,
         stations: Mapping[str, Station],
-        middleware: transport.Transport,
+        middleware: transport.StreamingTransport,
         begun: Resumption | None = None,
     ) -> None:
         self.goals = Goals(scenario, stations, middleware)
