@@ -117,7 +117,7 @@ class ScenarioText:
         entries = [*holder.entries.values()]
         number = [*holder.entries].index(path[-1])
         begin, end = entries[number][0], entries[number][1].end
-        if len(entries) == 1 and len(path) > 1:
+        if len(entries) == 1:
             is_list = isinstance(path[-1], int)
             return self.remove(*path[:-1]) if is_list else self._replace(holder, "{}")
         if not holder.flow:

@@ -142,5 +142,6 @@ def test_areas_orders_and_exclusions_are_drawn(desk: Desk) -> None:
     assert drawing["run"]["areas"]["hall"] == [16, 29]
     desk.write(own("zone"))
     still = desk.shown["drawing"]["run"]
-    assert still["exclusions"] == [[["a", "b"], [8, 9]]] and still["obstacles"][0]["ordered"]
+    assert still["exclusions"] == [[["a", "b"], [8, 9]]]
+    assert (still["obstacles"][0]["type"], still["obstacles"][0]["ordered"]) == ("parcel", True)
     assert still["robots"][0]["tasks"][0][2:] == [[8], [10]]  # targets, and regions to avoid
