@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 import safenav
 from children import ran
@@ -84,6 +85,7 @@ def test_a_mission_refuses_calls_out_of_order() -> None:
     result = mission.run()
     assert result.outcome is Outcome.COMPLETED
     assert pickle.loads(pickle.dumps((HELLO, result))) == (HELLO, result)
+    assert replace(result, line=9) == result != replace(result, tick=1)  # as from a file
     with pytest.raises(UsageError, match="after the end"):
         mission.step()
     with pytest.raises(UsageError, match="second time"):
