@@ -60,14 +60,32 @@ def test_a_pipe_is_an_input_that_is_read_once() -> None:
     assert "is realizable: nothing to explain" in done.stdout, done.stderr
 
 
+USES_STREAMS = """; import atexit, os
+atexit.register(lambda: os.system(": 3<&0 4>&1 5>&2") and os._exit(9))"""
+
+
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_run_needs_no_open_standard_stream(closed: str, tmp_path: Path) -> None:
-    """A service has none. The trace must not go to the files that replace them."""
+    """A service has none. The trace must not go to the files that replace them, which programs
+    that safenav starts have, too."""
     trace = tmp_path / "t.jsonl"
-    done = ran(["sh", "-c", f'exec "$@" {closed}', "-", *program("run", HELLO, "--trace", trace)])
+    command = program("run", HELLO, "--trace", trace, before=USES_STREAMS)
+    done = ran(["sh", "-c", f'exec "$@" {closed}', "-", *command])
     assert (done.returncode, done.stderr) == (0, "")
     assert bool(done.stdout) == (closed == "2>&-")
     assert [json.loads(line)["type"] for line in trace.read_text().splitlines()][-1] == "outcome"
+
+
+PAUSE = """; import os, signal; from safenav.studio import server
+server.time.sleep = lambda _: (signal.raise_signal(signal.SIGINT), os._exit(9))"""
+
+
+def test_an_interruption_ends_the_wait_for_the_page_of_an_ended_drive(tmp_path: Path) -> None:
+    """It comes in the first pause of the wait; no second one is needed."""
+    (tmp_path / "fleet").write_text("safenav-fleet: 1\ntransport: ros2\n")
+    words = "drive", HELLO, "--fleet", tmp_path / "fleet", "--rehearse", "--live"
+    done = run(*words, before=PAUSE, env={**os.environ, "BROWSER": "true"})
+    assert done.returncode == 0 and "completed" in done.stdout
 
 
 def test_a_terminal_that_is_closed_ends_the_program_as_interrupted() -> None:
@@ -95,33 +113,18 @@ def interrupted(*_, **__):
     raise KeyboardInterrupt
 {} = interrupted"""
 
+INTERRUPTIONS = {
+    "before signals are handled": AT_START.format("signal.getsignal"),
+    "in the command": AT_START.format("safenav.cli.options.group.main"),
+    "before streams are open": AT_START.format("safenav.cli._open_closed_streams"),
+    "a defect after it": FAILING.format("ValueError('half a step')"),
+    "a defect from it": FAILING.format("ValueError('half a step') from interruption"),
+    "an error after it": FAILING.format("safenav.errors.SynthesizerError('half')"),
+    "an error from it": FAILING.format("safenav.errors.SynthesizerError('half') from interruption"),
+}
 
-@pytest.mark.parametrize(
-    "before",
-    [
-        *map(
-            AT_START.format,
-            (
-                "signal.getsignal",
-                "safenav.cli.options.group.main",
-                "safenav.cli._open_closed_streams",
-            ),
-        ),
-        *map(
-            FAILING.format,
-            (
-                "ValueError('half a step')",
-                "ValueError('half a step') from interruption",
-                "safenav.errors.SynthesizerError('half a step')",
-                "safenav.errors.SynthesizerError('half a step') from interruption",
-            ),
-        ),
-    ],
-    ids=[
-        *("before signals are handled", "in the command", "before streams are open"),
-        *("a defect after it", "a defect from it", "an error after it", "an error from it"),
-    ],
-)
+
+@pytest.mark.parametrize("before", INTERRUPTIONS.values(), ids=INTERRUPTIONS.keys())
 def test_an_interruption_is_reported_even_at_the_start_or_when_a_step_fails(before: str) -> None:
     done = run(*CATALOGUE, before=before)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")

@@ -191,11 +191,8 @@ def test_a_rehearsal_has_the_events_of_the_live_run(name: str, tmp_path: Path) -
     drive = files(tmp_path, (SCENARIOS / f"{name}.yaml").read_text(), ROS)
     options = ("--json", "--time-limit", 30)
     run = ("run", drive[1], "--trace", tmp_path / "run.jsonl", "--clock", "live")
-    assert (
-        safenav(*run, *options).returncode
-        == 3
-        == safenav(*drive, "--rehearse", *options).returncode
-    )
+    for words in (run, (*drive, "--rehearse")):
+        assert safenav(*words, *options).returncode == 3
     own = {"seconds", "synthesis_seconds", "cached", "verified"}
     kept = [
         [{k: v for k, v in line.items() if k not in own} for line in lines_of(tmp_path / file)]
@@ -246,11 +243,8 @@ def test_a_drive_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path)
     """Robots expected elsewhere would be lost. ``resume`` refuses a run of real robots."""
     corridor = DEBRIS.replace("##..###", "#######").replace("#######", "#" * 9)
     corridor = corridor.replace("#.....#", "#.......#").replace("[[1, 5]]", "[[1, 7]]")
-    drive, first, rest = (
-        files(tmp_path, corridor, FREE)[:4],
-        tmp_path / "t.jsonl",
-        tmp_path / "rest",
-    )
+    drive = files(tmp_path, corridor, FREE)[:4]
+    first, rest = tmp_path / "t.jsonl", tmp_path / "rest"
     assert safenav(*drive, "--trace", first, "--time-limit", "22").returncode == 3
     again = safenav(*drive, "--resume", first, "--trace", first)
     assert again.returncode == 2 and "would overwrite" in again.stderr
