@@ -142,9 +142,9 @@ class Examination:
         """Return times and path of each part of a flight. A body at rest needs only two samples."""
         found, begin = [], piece.t0
         for part in piece.parts:
-            terms = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw))
+            degree = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw)) - 1
             # Close enough that the curve stays near its samples.
-            step = min(STEP, part.seconds / (2 * terms**2)) if terms > 1 else inf
+            step = min(STEP, part.seconds / (2 * (degree + 1) ** 2)) if degree else inf
             times = grid(part.seconds, step or STEP)
             found.append((begin + times, path(part, times)))
             begin += part.seconds
