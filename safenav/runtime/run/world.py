@@ -6,7 +6,7 @@ turn move or continue; a step of one tick has ended when ``start`` returns. In a
 an instant at which something ends, after which each idle robot has its turn.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import inf
 
 from msgspec.structs import replace
@@ -106,7 +106,7 @@ class World:
             news = here not in self._stood
             self._stood += [here] if news else []
             changed = news or run.answers.fresh() or bool(self.operator.asked)
-            marks = self.coming(run), charging_ends(run.team, run.state)
+            marks = self._next(run, self.commands.times()), charging_ends(run.team, run.state)
             due = min((t for t in marks if t is not None), default=None)
             idle = commands.simulated and commands.idle and not changed
             self.still = idle and due is None
@@ -456,13 +456,19 @@ class World:
         return end if end is not None and not coming else GIVEN_UP
 
     def coming(self, run: Situation) -> float | None:
-        """Return the time of the scenario's next change before the limit; None if there is none."""
+        """Return the time of the scenario's next change before the limit that may help; None if
+        there is none. An obstacle that appears later helps no robot."""
+        return self._next(run, self.truth.helpful_times() if self.truth is not None else ())
+
+    def _next(self, run: Situation, times: Iterable[float]) -> float | None:
+        """Return the first of these times, and of the scenario's orders and changes of robots and
+        inputs, before the limit."""
         most = self.limit[0] if self.live else run.team.scenario.limits.ticks
         switches = switching(run.team.scenario.inputs) if self.truth is not None else []
         listed = [change.at for change in run.team.scenario.changes]
         orders = [each.source.appears or 0 for each in run.team.obstacles if each.ordered]
-        times = (*self.commands.times(), *map(float, (*listed, *switches, *orders)))
-        return min((time for time in times if run.state.time < time <= most), default=None)
+        ahead = map(float, (*times, *listed, *switches, *orders))
+        return min((time for time in ahead if run.state.time < time <= most), default=None)
 
 
 def _takes(run: Situation, k: int) -> bool:

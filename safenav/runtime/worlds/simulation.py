@@ -168,6 +168,16 @@ class SimulatedWorld:
                 found.append(each.source.goes)
         return found
 
+    def helpful_times(self) -> list[int]:
+        """Return the ticks at which orders will arrive, or present obstacles disappear."""
+        found = []
+        for each, there in zip(self._team.obstacles, self._state.obstacles, strict=True):
+            away, source = there.state is Is.AWAY, each.source
+            tick = source.appears if away and source.ordered else None if away else source.goes
+            if tick is not None and there.state is not Is.OVER:
+                found.append(tick)
+        return found
+
     def inputs(self, tick: int) -> dict[str, bool]:
         """Return the values that the scenario lists for the inputs in a tick."""
         listed = self._team.scenario.inputs
