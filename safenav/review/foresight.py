@@ -13,6 +13,7 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.review.lint import needed_actions
 from safenav.runtime.control.ends import hopeful, infeasible
 from safenav.runtime.control.strategies import Controller
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
@@ -97,10 +98,11 @@ def _unresolvable(scenario: Scenario, lacks: tuple[Shortfall, ...]) -> Iterator[
         around = hopeful(*_known(scenario, lambda each: each.goes is None))
         lacks = shortfalls(around, closure_of(around))
     able = {action for robot in scenario.robots for action in robot.capabilities}
+    known = able & needed_actions(scenario)  # another one may be misspelt itself
     for lack in lacks:
         if lack.too_few:
             lacking = lack.need.skills - able
-            meant = (close for action in sorted(lacking) for close in closest(action, able))
+            meant = (close for action in sorted(lacking) for close in closest(action, known))
             words = shortfall_words(lack, scenario.map.word)
             yield "; ".join([words, *(f"did you mean '{close}'?" for close in meant)])
 

@@ -1,7 +1,8 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
 The mistakes are an obstacle that blocks no robot, a robot larger than a region or without room to
-turn in it, a key without effect, a literal patrol that a joint plan drives, a misspelt layer.
+turn in it, a key without effect, a literal patrol that a joint plan drives, a misspelt layer or
+capability.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,8 +14,8 @@ from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
 from safenav.team.team import team_of
 
-_SLIP = 0.8
-"""Similarity of two words from which one of them is probably a typing error."""
+_SLIP, _SLIP_OF_ACTION = 0.8, 0.7
+"""Similarity of two words (unused actions) from which one of them is probably a typing error."""
 
 
 def lint(scenario: Scenario) -> tuple[str, ...]:
@@ -108,9 +109,22 @@ def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
 
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:
-    """Yield layers that are probably misspelt: a robot alone on its layer avoids no robot."""
+    """Yield layers and capabilities that are probably misspelt: a robot alone on its layer avoids
+    no robot, and an action that no obstacle type needs resolves nothing."""
     layers = {model.layer for model in built_in().robots.values()}
+    used = needed_actions(scenario)
     for model in dict.fromkeys(robot.model for robot in scenario.robots):
         slip = model.layer.isalpha() and model.layer not in layers
         for meant in closest(model.layer, layers, _SLIP) if slip else ():
             yield f"layer '{model.layer}' of {model.name}; did you mean '{meant}'?"
+        for word in sorted(model.capabilities - used):
+            for meant in closest(word, used - model.capabilities, _SLIP_OF_ACTION):
+                found = f"capability '{word}' of {model.name}: no obstacle type needs it"
+                yield f"{found}; did you mean '{meant}'?"
+
+
+def needed_actions(scenario: Scenario) -> frozenset[str]:
+    """Return the actions that some obstacle type needs."""
+    types = (*built_in().obstacles.values(), *scenario.catalogue.obstacles.values())
+    own = (obstacle.type for obstacle in scenario.obstacles)
+    return frozenset(need.action for kind in (*types, *own) for need in kind.needs)
