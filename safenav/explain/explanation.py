@@ -19,7 +19,6 @@ from msgspec.structs import replace
 from safenav.components import cyclic_parts, reached
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Target, alternation, describe, formulas_in
-from safenav.scenario.reachability import Reachability
 from safenav.spec.guarantees import guarantees_of
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.spec.task import Known, Memory, Task, asked_of
@@ -27,6 +26,7 @@ from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import some
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose, moves
+from safenav.world.reachability import Reachability
 
 Values = Mapping[str, int]
 """The values of all variables at one moment."""

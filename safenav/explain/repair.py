@@ -18,12 +18,12 @@ from safenav.formula.parser import parse
 from safenav.formula.syntax import variables
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Word, alternation, written
-from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.loader import conflicts
 from safenav.scenario.yaml.document import flow
 from safenav.spec.task import NO_MEMORY, Task
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose
+from safenav.world.reachability import Reachability
 
 
 def open_walls(problem: RepairProblem) -> Iterator[Repair]:

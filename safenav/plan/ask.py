@@ -17,7 +17,7 @@ from safenav.plan.course import Course
 from safenav.plan.order import UNKNOWN, plan_of, preview
 from safenav.plan.search import FARTHEST, FIRST_BUDGET, Answer, Exhausted, Guide, Search, jammed
 from safenav.plan.shorten import earlier, shortened
-from safenav.scenario.reachability import room_words, without_room
+from safenav.solve.room import room_words, without_room
 from safenav.solve.solve import Solver, settle
 from safenav.team.bound import least_within
 from safenav.team.floor import Floor, Joint, Stages, put

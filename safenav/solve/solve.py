@@ -16,7 +16,7 @@ from math import inf
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.scenario.reachability import too_many
+from safenav.solve.room import too_many
 from safenav.team.floor import Floor, Stages
 from safenav.team.team import Team
 from safenav.world.map import Region

@@ -24,7 +24,6 @@ from safenav.runtime.worlds.commands import Commands, Lockstep
 from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import Coordination, Obstacle, ObstacleType, Scenario, name_parts
 from safenav.scenario.objective import Objective
-from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.events import read_changes
 from safenav.scenario.reading.loader import check_assignable
 from safenav.scenario.reading.regions import Reading
@@ -38,6 +37,7 @@ from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
 from safenav.world.map import HEADINGS, Region
 from safenav.world.poses import Mobility, Pose
+from safenav.world.reachability import Reachability
 
 USER, SCENARIO, INPUT = "user", "scenario", "input"
 

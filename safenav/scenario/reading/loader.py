@@ -11,7 +11,6 @@ from safenav.errors import Diagnostic
 from safenav.files import printable
 from safenav.scenario import language, model
 from safenav.scenario.objective import unordered
-from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
 from safenav.scenario.reading.regions import Reading, check_starts, resolve_areas
@@ -20,6 +19,7 @@ from safenav.scenario.yaml.document import Node, below, entries_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.typed import Stages, read
 from safenav.world.map import Region
+from safenav.world.reachability import Reachability
 
 Change = Callable[[Node, Findings], Node]
 """A change of a document before it is read: a variation is checked like the text of a file."""

@@ -10,13 +10,13 @@ from safenav.formula.parser import FormulaError, check, parse
 from safenav.scenario import language
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import KINDS, Ltl, Objective, on_steps, ruled
-from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.regions import Reading, wall
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of
 from safenav.scenario.yaml.findings import suggestion
 from safenav.strict_json import MOST_ROBOTS
 from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose
+from safenav.world.reachability import Reachability
 
 
 def resolve_robots(

@@ -1,52 +1,9 @@
-"""Reachability of targets, once and infinitely often, and room for the robots that stay at them.
-
-It considers the modelled map and the robot alone; synthesis decides whether a strategy exists
-against the environment.
-"""
+"""Room for the robots that stay at their last targets."""
 
 from collections.abc import Collection, Iterator, Sequence
 
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import Target
 from safenav.world.map import Region, RegionMap
-from safenav.world.poses import Mobility, Pose, bits, plain_graph
-
-
-class Reachability:
-    """The regions that a robot of one mobility can reach from its start outside ``closed`` ones."""
-
-    def __init__(
-        self,
-        mobility: Mobility,
-        start: Pose,
-        world: RegionMap,
-        closed: Collection[Region] = frozenset(),
-    ) -> None:
-        self._graph = graph = plain_graph(world, mobility)
-        self._allowed = graph.outside(closed)
-        self._reached = graph.closure(1 << graph.number(start), self._allowed)
-
-    @property
-    def regions(self) -> frozenset[Region]:
-        """The regions that can be reached."""
-        return frozenset(bits(self._graph.regions_of(self._reached)))
-
-    def reaches(self, target: Target) -> bool:
-        """Return whether some region of the target can be reached."""
-        return bool(self._graph.on(target) & self._reached)
-
-    def follows(self, targets: Sequence[Target]) -> bool:
-        """Return whether the robot can visit the targets once, one after the other."""
-        reached = self._reached
-        for target in targets:
-            reached = self._graph.closure(self._graph.on(target) & reached, self._allowed)
-        return bool(reached)
-
-    def recurs(self, targets: Collection[Target]) -> bool:
-        """Return whether the robot can visit all the targets infinitely often."""
-        if not self._graph.one_way or len(set(targets)) < 2:
-            return all(map(self.reaches, targets))  # every step can be undone
-        return bool(self._graph.live(self._graph.on_each(targets), self._reached))
 
 
 def without_room(robots: Sequence[Robot]) -> Iterator[tuple[Robot, ...]]:
