@@ -295,7 +295,7 @@ class ScenarioKeys(Item, frozen=True):
     label: ClassVar = ""
     title: ClassVar = "safenav scenario"
     example: ClassVar = "the file that 'safenav new FILE' writes"
-    elsewhere: ClassVar = {
+    elsewhere: ClassVar = dict.fromkeys(entries(MapKeys), "it belongs in 'map': indent it") | {
         "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults"
     }
     safenav: int | None = version(VERSION, "scenario", "safenav")

@@ -80,10 +80,12 @@ Regions = Annotated[Target, Key(form=_REGION, by="regions")]
 class AnyOf(Part, frozen=True):
     """Any one of several regions."""
 
+    elsewhere: ClassVar = dict.fromkeys(
+        ("rows", "columns"), "write the name of an area: 'areas: {lab: {rows: 1-4, columns: 1-6}}'"
+    )
     any: tuple[Regions, ...] = key(
         "Any one of these regions.",
-        "a target of several regions is written {any: [47, [3, 8]]}; rows and columns get "
-        "a name under 'areas'",
+        "a target of several regions is written {any: [47, [3, 8]]}",
         entries=1,
         why="name at least one region",
     )

@@ -112,6 +112,7 @@ STAGES: Stages = {
 def _scenario(root: Node, reading: Reading) -> model.Scenario | None:
     """Return the scenario in a document, which is valid only if no error was reported."""
     reading.named = tuple(key.text for key, _ in entries_of(below(root, "robots")))
+    reading.names_known = below(root, "names") is None  # else they are reported to be misplaced
     item: language.ScenarioKeys | None = read(
         language.ScenarioKeys, root, "the scenario", reading, stages=STAGES
     )

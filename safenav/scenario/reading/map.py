@@ -11,7 +11,7 @@ from safenav.files import ROS_MAP, kind_of
 from safenav.scenario import language
 from safenav.scenario.language import FORMS, MapKeys
 from safenav.scenario.reading.regions import Reading, too_large
-from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped, node_of
+from safenav.scenario.yaml.document import Mapping, Node, Place, Scalar, Sequence, clipped, node_of
 from safenav.scenario.yaml.findings import Findings, described, read_source, wrong_type
 from safenav.scenario.yaml.typed import read
 from safenav.strict_json import MOST_REGIONS
@@ -21,7 +21,10 @@ from safenav.world.map import FREE, WALL, Frame, RegionMap
 def resolve_map(item: language.MapKeys | None, _: Node | None, reading: Reading) -> None:
     """Add the map and its names to ``reading``. If an error in the map was reported, add its names
     only."""
-    reading.names_known = item is not None
+    names = None if item is None else item.at("names")
+    cut = isinstance(names, Mapping) and names.cut
+    unread = item is None or cut or (names is not None and item.names is None)
+    reading.names_known = reading.names_known and not unread
     if item is not None:
         reading.world = _read_form(item, reading)
         _resolve_names(item, reading)
@@ -143,4 +146,12 @@ def _rows(node: Node, findings: Findings) -> list[tuple[Place, str]]:
             row, written = text.rstrip(), "".join(findings.lines[line - 1 : line]).rstrip()
             place = Place(line, max(0, len(written) - len(row)) + 1)
             rows.append((place if node.style == "|" else node.place, row))
+        ended = node.style == "|" and not rows[-1][1]
+        below = "".join(findings.lines[line - 1 : line] if ended else ()).rstrip()
+        row = below.lstrip()
+        if below[:1] == " " and len(row) == len(rows[0][1]) and _CHARACTERS.issuperset(row):
+            found = "this line looks like a row of the grid, but is a comment"
+            place = Place(line, len(below) - len(row) + 1)
+            findings.add(place, found, "indent it like the rows above")
+            return []
     return rows

@@ -126,6 +126,11 @@ class Reading(Findings):
         if region is None or world is None or region not in world.walls:
             return region
         found, hint = wall(region, world)
+        if self.within is not None and len(self.within.items) == 2:
+            pair = document.flow(document.plain(self.within))
+            if (meant := self.written(pair)) is not None and world.is_free(meant):
+                node, found = self.within, f"{pair} lists two regions, not both free"
+                hint = f"if it is a row and a column, write [{pair}]"
         self.add(node, f"{what}: {found}", hint)
         return None
 
@@ -256,8 +261,11 @@ class Reading(Findings):
         found, hint = f"{what}: no region or area is named", ""
         if name.isdigit():
             hint = f"write {clipped(name)} without quotes"
-        elif re.match(r"\(|\d+[ ,]", name):
+        elif re.match(r"\(|\d+[ ,]|\d+\)", name):
             hint = "a position is written in brackets: [row, column]"
+            if self.within is not None and name[-1:] != name[:1]:
+                self.add(self.within, f"{what}: found a position in parentheses", hint)
+                return None
         if hint:
             self.add(node, f"{found} '{clipped(name)}'", hint)
         elif self.names_known:
@@ -269,7 +277,8 @@ class Reading(Findings):
         """Return the region given by a number, or by a row and a column; None after an error."""
         world, place = self.world, place_of(document.plain(node))
         if place is None:
-            wrong_type(node, what, _EXPECTED, self)
+            one = isinstance(node, Sequence) and len(node.items) == 1
+            wrong_type(node, what, _EXPECTED, self, "leave out the outer brackets" * one)
             return None
         rows, cols = (world.rows, world.cols) if world else (MOST, MOST)
         if isinstance(place, int):
@@ -310,6 +319,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
     """Return the free regions of an area; None after an error was reported."""
     before = len(reading)
     found: set[Region] = set()
+    reading.within = node if isinstance(node, Sequence) else None
     if isinstance(node, Scalar):
         wrong_type(node, what, _AREA, reading)
     for item in (node,) if isinstance(node, Mapping) else document.items_of(node):
@@ -317,6 +327,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
             found |= _rectangle(read(RectangleKeys, item, what, reading), reading)
         elif (region := reading.region(item, what)) is not None:
             found.add(region)
+    reading.within = None
     if not found and reading.world is not None and len(reading) == before:
         reading.add(node, f"{what} has no free region", f"expected {_AREA}")
     return frozenset(found) if found and len(reading) == before else None

@@ -98,6 +98,30 @@ def is_nothing(node: Node) -> bool:
     return isinstance(node, Scalar) and node.value is None
 
 
+def reported(node: Node) -> Node:
+    """Return a node in place of another one, whose errors were reported."""
+    return Mapping(node.place, (), cut=True)
+
+
+Entry = tuple[Scalar, Node]
+
+
+def continued(last: Entry, key: Scalar, value: Node) -> tuple[Entry, str] | None:
+    """Return a hint if a key without a value continues the value before it (``region: 1, 3``); None
+    otherwise. Also return the entry before it with a value whose errors count as reported. The hint
+    is empty if the error was reported for an earlier key."""
+    name, before = last
+    if not is_nothing(value) or name.place.line != key.place.line:
+        return None
+    if isinstance(before, Mapping):
+        return (last, "") if before == reported(before) else None
+    if not isinstance(before, Scalar) or before.value is None:
+        return None
+    items = clipped(f"{before.text}, {key.text}").strip("()")
+    hint = f"if it belongs to '{clipped(name.text)}', write the list in brackets: [{items}]"
+    return (name, reported(before)), hint
+
+
 def plain(node: Node) -> Any:
     """Return the data of a node as Python values: scalars, lists and dicts."""
     if isinstance(node, Scalar):
@@ -276,6 +300,11 @@ class _Builder:
                 hint = f"the word comes first: {clipped(node.text)}: {shown}"
             elif isinstance(node, Scalar) and node.value is not None:
                 hint = f"keys are words; a list needs brackets: [{shown}]"
+            elif entries and (run_on := continued([*entries.values()][-1], key, node)):
+                (name, _), hint = run_on
+                entries[name.text] = run_on[0]
+                if not hint:
+                    return
             self.flaws.append((key.place, f"the key {shown} is not a word", hint))
         elif key.value in entries:
             hint = f"the first one is in line {entries[key.value][0].place.line}"
@@ -332,7 +361,8 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
     if "\\t" in problem or "tab" in problem or "cannot start any token" in problem:
         return "indent with spaces, not tabs; quote text that begins with a special character"
     if "mapping values are not allowed" in problem:
-        return "check the indentation of this line and the one before; quote text that holds ': '"
+        hint = "check indentation and colons here and in the line before: 'key: value'"
+        return f"{hint}; quote text that holds ': '"
     if any(word in f"{error.context} {problem}" for word in ("anchor", "alias", "tag")):
         return "put a formula in quotes: '&', '*' and '!' have a meaning in YAML"
     if "quoted scalar" in str(error.context) and error.context_mark:

@@ -20,11 +20,13 @@ T = TypeVar("T")
 
 class Findings:
     """Diagnostics of one file; ``beside`` returns those of another file of the same input.
-    ``reach``: the folder whose files the file may name; None for any file."""
+    ``reach``: the folder whose files the file may name; None for any file. ``within``: the list
+    whose items are being read."""
 
     def __init__(self, file: str, reach: Path | None = None) -> None:
         self.file = file
         self.reach = reach
+        self.within: Sequence | None = None
         self._found: list[Diagnostic] = []
         self._files = {file: ""}
         self._texts: dict[str, list[str]] = {}
@@ -161,9 +163,9 @@ def described(node: Node) -> str:
 def wrong_type(
     node: Node | None, what: str, expected: str, findings: Findings, hint: str = ""
 ) -> None:
-    """Report that a node does not have the expected type; do nothing if it is missing, or a mapping
-    that is empty because its entries were reported."""
-    if node is None or (isinstance(node, Mapping) and node.cut and not node.entries):
+    """Report that a node does not have the expected type; do nothing if it is missing, or its
+    errors were reported."""
+    if node is None or node == document.reported(node):
         return
     if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
         hint = hint or "numbers are written without quotes"
@@ -190,7 +192,7 @@ def as_meant(
     other errors. ``elsewhere``: hints for keys that belong in another mapping."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
-    entries, meant, before = [], set(), ""
+    entries, meant, before, told = list[document.Entry](), set[str](), "", set[str]()
     for key, value in node.entries:
         word, above = key.text, before
         before = word if document.is_nothing(value) else ""
@@ -198,19 +200,30 @@ def as_meant(
             near = free.union(closest(word, words))  # also a given key, for a variation
             also = [other for other in _ALSO_CALLED.get(word, ()) if other in free]
             hint = elsewhere.get(word) or suggestion(also[0] if also else word, near)
+            meant |= free.intersection(re.findall(r"(\w+)'?:", elsewhere.get(word, "")))
+            probable = [] if word in elsewhere else also[:1] or closest(word, free)
+            written = re.match(r"(\w+)\s*[:= ]\s*(.+)", word)
             if word == "<<":
                 hint = "YAML's merge keys are not read: write the keys out"
                 meant.update(free)
+            elif written and written[1] in free and before:
+                hint = f"write '{written[1]}: {clipped(written[2])}', with a colon and a space"
+                probable = [written[1]]
+            elif entries and (run_on := document.continued(entries[-1], key, value)):
+                entries[-1], hint = run_on
+                if hint:
+                    findings.add(key, f"unknown key '{clipped(word)}' in {what}", hint)
+                before = ""
+                continue
             elif above:
-                hint = f"if it belongs to '{above}', indent it" + f"; {hint}" * bool(hint)
+                hint = "" if word in elsewhere or not hint else f"; {hint}"
+                hint = f"if it belongs to '{above}', indent it{hint}"
+                if document.is_nothing(entries[-1][1]):
+                    entries[-1] = (entries[-1][0], document.reported(value))
                 before = above
-            found = f"unknown key '{clipped(word)}' in {what}"
-            probable = [] if word in elsewhere else also[:1] or closest(word, free)
-            run_on = re.match(r"(\w+)[: ]\s*(.+)", word)
-            if run_on and run_on[1] in free and document.is_nothing(value):
-                hint = f"write '{run_on[1]}: {clipped(run_on[2])}', with a colon and a space"
-                probable = [run_on[1]]
-            findings.add(key, found, hint)
+            if hint not in told or word not in elsewhere:
+                findings.add(key, f"unknown key '{clipped(word)}' in {what}", hint)
+            told.add(hint)
             free.difference_update(probable)
             meant.update(probable)
             if probable and not document.is_nothing(value):
@@ -224,6 +237,7 @@ _ALSO_CALLED = {
     for words, keys in (
         ("regions labels locations waypoints", ("names", "in")),
         ("rooms zones", ("areas",)),
+        ("version", ("safenav",)),
         ("agents", ("robots",)),
         ("doors hazards", ("obstacles",)),
         ("timeout", ("limits",)),

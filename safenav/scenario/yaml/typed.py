@@ -83,7 +83,7 @@ def _inner(annotation: Any) -> Any:
 def _item(
     kind: type[Part], node: Node, what: str, findings: Findings, own: Key, stages: Stages, name: str
 ) -> Any:
-    if not isinstance(node, document.Mapping):
+    if not isinstance(node, document.Mapping) or node == document.reported(node):
         hint = f"for example {kind.example}" if kind.example else ""
         wrong_type(node, what, "a mapping (key: value)", findings, hint)
         return None
@@ -93,8 +93,9 @@ def _item(
     if not kind.open:
         node, meant = as_meant(node, what, known, kind.elsewhere, findings)
     of, inside = _filled(kind.label, what, node), {key.text: inner for key, inner in node.entries}
+    told = inside and inside.keys().isdisjoint(known)  # other keys may be missing because of these
     for word, key in known.items():  # in the order of the class's fields, not of the stages
-        if key.required and word not in inside and word not in meant:
+        if key.required and word not in inside and word not in meant and not told:
             findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
     values: dict[str, Any] = {}
     for word in (*stages, *(each for each in known if each in inside and each not in stages)):
@@ -172,10 +173,13 @@ def _list(inner: Any, node: Node, what: str, findings: Findings, key: Key) -> An
         findings.add(node, least, key.why)
     of, one = key_of(inner), getattr(inner, "one", Item.one)
     one = one if of.form is None and not of.by else "{what}"
-    found = (
+    outer = findings.within
+    findings.within = node if isinstance(node, Sequence) else None
+    found = [
         read(inner, item, _filled(one, what, item, str(number)), findings)
         for number, item in enumerate(items, 1)
-    )
+    ]
+    findings.within = outer
     return tuple(value for value in found if value is not None)
 
 
@@ -210,12 +214,34 @@ def _mapping(inner: tuple[Any, ...], node: Node, what: str, findings: Findings, 
         return None
     one = getattr(inner[1], "one", "'{name}' of {what}")
     found = {}
-    for name, item in node.entries:
+    for name, item in _indented(node, inner[1], what, findings):
         label = _filled(one, what, name=clipped(name.text))
         value = read(inner[1], item, label, findings, name=name.text)
         known = read(inner[0], name, what, findings)
         if value is not None and known is not None:
             found[known] = value
+    return found
+
+
+def _indented(
+    node: document.Mapping, kind: Any, what: str, findings: Findings
+) -> list[document.Entry]:
+    """Return the entries of a mapping of items. Keys that name no item, but belong in the item
+    before them, are moved there; the first one is reported."""
+    known = entries(kind) if isinstance(kind, type) and issubclass(kind, Part) else {}
+    found, told = list[document.Entry](), ""
+    for key, value in node.entries:
+        inside = [inner.text for inner, _ in document.entries_of(value)]
+        is_item = known.keys() & inside or (isinstance(value, document.Mapping) and not inside)
+        name, item = found[-1] if found else (key, value)
+        if key.text not in known or is_item or not found or isinstance(item, Sequence):
+            found.append((key, value))
+            continue
+        if name.text != told:
+            hint = f"if it belongs to '{clipped(name.text)}', indent it"
+            findings.add(key, f"{what}: '{key.text}' is a key, not the name of an item", hint)
+        told = name.text
+        found[-1] = name, document.Mapping(item.place, (*document.entries_of(item), (key, value)))
     return found
 
 
