@@ -93,7 +93,8 @@ def _item(
     if not kind.open:
         node, meant = as_meant(node, what, known, kind.elsewhere, findings)
     of, inside = _filled(kind.label, what, node), {key.text: inner for key, inner in node.entries}
-    told = inside and inside.keys().isdisjoint(known)  # other keys may be missing because of these
+    # unknown keys alone excuse missing ones, except in a file that is another one
+    told = inside and inside.keys().isdisjoint(known) and not kind.title
     for word, key in known.items():  # in the order of the class's fields, not of the stages
         if key.required and word not in inside and word not in meant and not told:
             findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
