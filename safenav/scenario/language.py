@@ -162,9 +162,9 @@ class ObjectiveKeys(Item, frozen=True):
     one: ClassVar = "objective {rest} when {name}"
     label: ClassVar = "{rest}"
     example: ClassVar = EXAMPLE
-    elsewhere: ClassVar = {
-        "ltl": f"only the 'objective' of a robot has formulas: use {one_of(kinds_that())}"
-    }
+    elsewhere: ClassVar = dict.fromkeys(
+        ("rounds", "repeat", "times"), "write 'until: {rounds: 3}' beside 'robots'"
+    ) | {"ltl": f"only the 'objective' of a robot has formulas: use {one_of(kinds_that())}"}
     rules: ClassVar = (
         OneOf((*KINDS, "ltl"), f"give it one, for example {EXAMPLE}", "choose one of them"),
         Beside(FORM, STRICT, "leave it out: other kinds have one form only"),
@@ -187,6 +187,10 @@ class ObjectiveKeys(Item, frozen=True):
 
 
 OtherObjective = Annotated[ObjectiveKeys, Key(without=("ltl",))]
+_IN_OBJECTIVE = {
+    word: f"it belongs in the objective: 'objective: {{{word}: ...}}'"
+    for word in entries(ObjectiveKeys)
+}
 
 
 class RobotKeys(Item, frozen=True):
@@ -195,10 +199,7 @@ class RobotKeys(Item, frozen=True):
     one: ClassVar = "robot {name}"
     label: ClassVar = "of {rest}"
     example: ClassVar = f"{{model: quadcopter, start: 47, objective: {EXAMPLE}}}"
-    elsewhere: ClassVar = {
-        word: f"it belongs in the objective: 'objective: {{{word}: ...}}'"
-        for word in entries(ObjectiveKeys)
-    } | {
+    elsewhere: ClassVar = _IN_OBJECTIVE | {
         word: f"it belongs to a model: 'catalogue: {{robots: {{mine: {{{word}: ...}}}}}}'"
         for word in entries(model.RobotModel)
         if word != "vision"
@@ -271,6 +272,7 @@ class ChangeKeys(Item, frozen=True):
     one: ClassVar = "a change of {robot}"
     label: ClassVar = "of {robot}"
     example: ClassVar = "{at: 12, robot: quad, service: out}"
+    elsewhere: ClassVar = _IN_OBJECTIVE
     rules: ClassVar = (
         OneOf(
             ("objective", "service"),

@@ -48,6 +48,7 @@ class Input(Part, frozen=True):
 
     one: ClassVar = "input {name}"
     example: ClassVar = "{at: 12-30}; {} for one that a program sets"
+    elsewhere: ClassVar = dict.fromkeys(("from", "until"), "write the ticks as 'at: 12-30'")
     spelled: ClassVar = {"spans": "at", "again": "always_eventually"}
     name: OwnName
     spans: values.Spans = key(

@@ -7,6 +7,7 @@ catalogue and the names. A value that also depends on a robot (a formula) is ``R
 from __future__ import annotations
 
 import re
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from safenav.data import Count
@@ -38,12 +39,9 @@ RobotName = Annotated[
         why="use another name: this one has a meaning in formulas or deadlines",
     ),
 ]
-InputName = Annotated[
-    Scalar, name_key("an input", identifier=True, taken=RESERVED, prefixes=PREFIXES)
-]
-Variable = Annotated[
-    Scalar, name_key("a variable", identifier=True, taken=RESERVED, prefixes=PREFIXES)
-]
+_variable_key = partial(name_key, identifier=True, taken=RESERVED, prefixes=PREFIXES)
+InputName = Annotated[Scalar, _variable_key("an input")]
+Variable = Annotated[Scalar, _variable_key("a variable")]
 RequirementName = Annotated[Scalar, name_key("a requirement")]
 
 

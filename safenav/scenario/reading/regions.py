@@ -259,9 +259,9 @@ class Reading(Findings):
                 self.add(node, found, f"name one region, for example {first}")
             return None
         found, hint = f"{what}: no region or area is named", ""
-        if name.isdigit():
+        if name.isdigit() or _BRACKETS.fullmatch(name):
             hint = f"write {clipped(name)} without quotes"
-        elif re.match(r"\(|\d+[ ,]|\d+\)", name):
+        elif re.match(r"\(|\d+[ ,;]|\d+\)", name):
             hint = "a position is written in brackets: [row, column]"
             if self.within is not None and name[-1:] != name[:1]:
                 self.add(self.within, f"{what}: found a position in parentheses", hint)

@@ -239,6 +239,7 @@ _ALSO_CALLED = {
         ("rooms zones", ("areas",)),
         ("version", ("safenav",)),
         ("agents", ("robots",)),
+        ("goto go_to reach", ("hold",)),
         ("doors hazards", ("obstacles",)),
         ("timeout", ("limits",)),
         ("type", ("model",)),
