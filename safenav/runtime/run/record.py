@@ -306,6 +306,7 @@ class Recorder:
             moving = not (self.team.live and self.simulated)
             for leader in (i, None):  # any leader, if the team did not know the obstacle
                 at = standing(self.team, state, moving=moving, leader=leader)
+                at[i] = state.robots[i].pose % self.team.size  # even if it is out of service now
                 group = [*participants(self.team, state, at, i, k, later)]
                 if len(group) >= need.robots:
                     break

@@ -7,7 +7,7 @@ state of the team's model in which each present obstacle is open; no other modul
 """
 
 import heapq
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import count
 
 from msgspec import Struct
@@ -58,6 +58,8 @@ class SimulatedWorld:
             self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
         self.absent: Collection[int] = ()
+        self._idle = set[int]()
+        """The robots that had no command when ``excuse`` was last called."""
         self._groups = dict[int, frozenset[int]]()
         """The robots that take part in each action under way, by its robot."""
         self._parts: dict[str, tuple[tuple[Obstacle, Stage], ...]] = {}
@@ -105,7 +107,13 @@ class SimulatedWorld:
         Robots that are out of service and have no command also leave their present actions."""
         live, every = self._team.live, [*enumerate(robots)]
         self.absent = {i for i, r in every if not r.active or (live and not r.idle)}
-        out = {i for i, r in every if not r.active and r.idle}
+        self._idle = {i for i, r in every if r.idle}
+        pairs = zip(self._number, robots, strict=True)
+        self.leave_service(name for name, robot in pairs if not robot.active)
+
+    def leave_service(self, robots: Iterable[str]) -> None:
+        """Exclude robots out of service from the actions under way, unless they have a command."""
+        out = self._idle.intersection(self._number[name] for name in robots)
         self._groups = {j: group - out for j, group in self._groups.items()}
 
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
@@ -350,7 +358,11 @@ class LiveSimulation:
         times = [self._now + timeout] if timeout is not None else []
         times += [self._coming[0][0]] if self._coming else []
         times += self.times()
-        self._now = max(self._now, min(times, default=self._now))
+        began, self._now = self._now, max(self._now, min(times, default=self._now))
+        # The scenario's changes of this moment come before the ends of actions.
+        listed = (each for each in self._scenario.changes if began < each.at <= self._now)
+        service = {each.robot: each.active for each in listed if each.active is not None}
+        self.truth.leave_service(name for name, active in service.items() if not active)
         found: list[WorldEvent] = []
         while self._coming and self._coming[0][0] <= self._now:
             _, _, event, robot, missing = heapq.heappop(self._coming)
