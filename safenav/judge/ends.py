@@ -143,7 +143,7 @@ def end(e: Line, s: State) -> Iterator[str]:
     that limit."""
     yield from _unmet(e, s) if e.outcome == "completed" else ()
     for name, robot in s.robots.items():
-        rounds, stated = 0 if s.by_inputs(robot) else _rounds(name, e, s), e.rounds.get(name)
+        rounds, stated = 0 if s.by_inputs(robot) else s.rounds(name, e), e.rounds.get(name)
         exact = robot.own.count and not robot.own.settles
         if stated is None or stated > rounds or (exact and stated < rounds):
             yield f"{name} has {rounds} rounds, not {stated}"
@@ -202,7 +202,7 @@ def _is_finished(s: State) -> bool:
     busy = any(x.acts is not None or not x.given.serves(x.own) for x in robots.values())
     # the first tick of a stay may not have counted
     stays = any(
-        x.own.settles and (s.live or _rounds(name, now, s) <= s.scenario.until.rounds)
+        x.own.settles and (s.live or s.rounds(name, now) <= s.scenario.until.rounds)
         for name, x in robots.items()
     )
     return not (todo or busy or stays or any(_unmet(now, s)))
@@ -275,23 +275,11 @@ def permanence(e: Line, s: State) -> Iterator[str]:
         yield from _proven(shut_problems(e, s))
 
 
-def _rounds(name: str, e: Line, s: State) -> int:
-    """Return how many rounds of its objective a robot has met. In a live run, a robot at its last
-    target has met at least as many as the outcome states."""
-    own, stated = s.robots[name].own, (e.rounds or {}).get(name, 0)
-    rounds = s.robots[name].progress.rounds(own, e.tick)
-    stays = s.live and own.settles and rounds
-    return max(rounds, s.scenario.until.rounds, stated) if stays else rounds
-
-
 def _unmet(e: Line, s: State) -> Iterator[str]:
     """Yield the reasons, in words, why the mission is not completed."""
-    wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
-        if (rounds := _rounds(name, e, s)) < wanted:
-            yield f"{name} has met its objective {rounds} of {wanted} times"
-        elif robot.own.settles and (robot.bound is not None or robot.holds - robot.own.last):
-            yield f"{name} is not at its last target"
+        if why := s.behind(name, e):
+            yield why
         elif s.by_inputs(robot) or s.disobeys(robot):
             yield f"an input keeps {name} from its objective"
     orders, later = (s.obstacles[name] for name in sorted(s.orders)), later_change(e, s)

@@ -473,6 +473,22 @@ class State:
         """Return the time of a line: its tick, or its second in a live run."""
         return float(e.tick if e.t is None or not self.live else e.t)
 
+    def rounds(self, name: str, e: Line) -> int:
+        """Return how many rounds of its objective a robot has met. In a live run, a robot at its
+        last target has met at least as many as the outcome states."""
+        own, stated = self.robots[name].own, (e.rounds or {}).get(name, 0)
+        rounds = self.robots[name].progress.rounds(own, e.tick)
+        stays = self.live and own.settles and rounds
+        return max(rounds, self.scenario.until.rounds, stated) if stays else rounds
+
+    def behind(self, name: str, e: Line) -> str:
+        """Return, in words, why a robot has not met its objective yet; '' if it has."""
+        robot, wanted = self.robots[name], self.scenario.until.rounds
+        if (rounds := self.rounds(name, e)) < wanted:
+            return f"{name} has met its objective {rounds} of {wanted} times"
+        away = robot.own.settles and (robot.bound is not None or robot.holds - robot.own.last)
+        return f"{name} is not at its last target" * bool(away)
+
     def overdue(self, tick: int) -> set[str]:
         """Return the deadlines that are missed when a tick begins."""
         late = {of for of, due in self.dues.items() if due < tick}

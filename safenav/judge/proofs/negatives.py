@@ -186,7 +186,7 @@ def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Re
 def negative_problems(e: Line, s: State) -> Iterator[str]:
     """Yield the reasons why the claim `operator_needed` is not proven. Raises TooLargeError."""
     if e.cause == "out_of_service":
-        yield from _out_of_service_problems(s)
+        yield from _out_of_service_problems(e, s)
         return
     _require_read(s)
     out = any(robot.out for robot in s.robots.values())
@@ -265,13 +265,14 @@ def _causes(now: Case) -> list[str]:
     return [*found, "unrealizable"]
 
 
-def _out_of_service_problems(s: State) -> Iterator[str]:
+def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     """Yield the reasons why the robots in service can do their part of the mission although other
     robots are out of service: they can move, complete their objectives, or bring a battery."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return
-    now = case_now(s)
+    now, gone = case_now(s), (n for n, robot in s.robots.items() if robot.out and not robot.filled)
+    ended = e.kind != "outcome" or not any(s.behind(n, e) for n in {*s.names}.difference(gone))
     never = {one.name for one in team_closure(now, now.start, now.obstacles)[1]}
     pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
     known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
@@ -282,7 +283,7 @@ def _out_of_service_problems(s: State) -> Iterator[str]:
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
         ways = (way for way in every.complete() if s.orders.isdisjoint(way.open() - never))
         way = next(ways, None)
-        if way is None or (case.out and way in every.starts()):
+        if way is None or (case.out and ended and way in every.starts()):
             return
     yield "the robots in service can do their part of the mission"
 
