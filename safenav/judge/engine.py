@@ -324,7 +324,7 @@ def _restart_rounds(e: Line, s: State) -> None:
             robot.before = robot.pose
             robot.recalled = robot.memories & robot.hears(s.inputs) if robot.memories else set()
         if s.live or robot.moved >= s.tick:
-            robot.progress.stayed += robot.stays
+            robot.progress.stayed += robot.stays or bool(acts and robot.settled)
         own = s.is_planned(robot.name) or robot.given == robot.own
         counts = robot.moved < s.tick or (robot.name == e.robot and own)
         robot.progress.since = 0 if s.live else s.tick - counts

@@ -87,9 +87,14 @@ class Robot:
     @property
     def stays(self) -> bool:
         """Whether the robot is in service at its last target, where it may stay."""
-        own, serves = self.own, self.bound is None and not (self.lost or self.out)
+        return self.settled and not self.out
+
+    @property
+    def settled(self) -> bool:
+        """Whether the robot is at its last target, in service or not."""
+        own, rests = self.own, self.bound is None and not self.lost
         ended = own.settles and (not own.ends or self.progress.ended(own))
-        return ended and serves and self.pose[0] in own.last
+        return ended and rests and self.pose[0] in own.last
 
     def again(self, e: Line, live: bool) -> bool:
         """Return whether an earlier line records the same goal (if goals are met in turn: any goal)
