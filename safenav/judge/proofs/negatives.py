@@ -271,19 +271,23 @@ def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return
-    now, gone = case_now(s), (n for n, robot in s.robots.items() if robot.out and not robot.filled)
-    ended = e.kind != "outcome" or not any(s.behind(n, e) for n in {*s.names}.difference(gone))
+    now, every, wanted = case_now(s), s.robots.items(), s.scenario.until.rounds
     never = {one.name for one in team_closure(now, now.start, now.obstacles)[1]}
-    pairs = ((name, robot) for name, robot in s.robots.items() if not robot.out)
-    known = {name: s.arriving(robot) for name, robot in pairs if robot.memories}
+    behind = [n for n, r in every if (not r.out or r.filled) and s.behind(n, e)]
+    rests = all(s.robots[n].data.battery and s.rounds(n, e) >= wanted for n in behind)
+    work = s.orders.union(s.flat).intersection(one.name for one in now.obstacles) - never
+    if now.out and behind and rests and s.scenario.chargers and not work:
+        return
+    known = {name: s.arriving(robot) for name, robot in every if robot.memories and not robot.out}
+    ended = e.kind != "outcome" or not behind
     if prod(map(len, known.values())) > MOST_MEMORIES:
         raise TooLargeError(f"too many memories of {', '.join(known)}")
     for row in product(*known.values()):  # with each possible memory of the robots
         case = case_now(s, dict(zip(known, row, strict=True)))
-        every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
-        ways = (way for way in every.complete() if s.orders.isdisjoint(way.open() - never))
+        states = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
+        ways = (way for way in states.complete() if s.orders.isdisjoint(way.open() - never))
         way = next(ways, None)
-        if way is None or (case.out and ended and way in every.starts()):
+        if way is None or (case.out and ended and way in states.starts()):
             return
     yield "the robots in service can do their part of the mission"
 
