@@ -200,11 +200,8 @@ def _is_finished(s: State) -> bool:
     known = any(one.open and one.known for one in s.obstacles.values())
     todo = known or any(one.ordered for one in s.coming) or s.restarted == s.tick
     busy = any(x.acts is not None or not x.given.serves(x.own) for x in robots.values())
-    # the first tick of a stay may not have counted
-    stays = any(
-        x.own.settles and (s.live or s.rounds(name, now) <= s.scenario.until.rounds)
-        for name, x in robots.items()
-    )
+    most = s.scenario.until.rounds + 1  # the first ticks of a stay may not have counted
+    stays = any(x.own.settles and (s.live or s.rounds(n, now) <= most) for n, x in robots.items())
     return not (todo or busy or stays or any(_unmet(now, s)))
 
 

@@ -266,8 +266,8 @@ def _causes(now: Case) -> list[str]:
 
 
 def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield the reasons why the robots in service can do their part of the mission although other
-    robots are out of service: they can move, complete their objectives, or bring a battery."""
+    """Yield the reasons why the robots in service can still do their part of the mission. Robots
+    that have done it may have left to charge while the team waited."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return
