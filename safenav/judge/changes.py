@@ -175,7 +175,7 @@ def later_change(e: Line, s: State) -> float | None:
     times += [now for each in late if each.name not in s.by_user]
     goes = (one.goes for one in s.obstacles.values() if one.goes is not None and one.present)
     times += [t for t in goes if t >= now]
-    times += [one.appears for one in s.scenario.obstacles if (one.appears or 0) > now]
+    times += [x.appears for x in s.scenario.obstacles if x.ordered and (x.appears or 0) > now]
     times = [one.at for one in s.scenario.changes if one.at > now] + times * (not s.external)
     for change in s.changes:
         times += [now] * (change.at == now and not in_force(change, s))
