@@ -233,7 +233,7 @@ def _unrecorded(robot: Robot) -> list[int]:
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission so that
-    each robot can continue. The scenario then changes nothing more."""
+    each robot can continue. No later change of the scenario may help."""
     if e.outcome != "operator_needed":
         return
     if e.kind == "outcome" and (later := later_change(e, s)) is not None:

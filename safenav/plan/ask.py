@@ -276,7 +276,9 @@ def _charged(
         search = _search(more, last, wanted, seed, check, LITTLE * len(floor.robots))
         return not isinstance(search.run(), Exhausted | None)
 
-    for lasting, begins in (True, late), (True, charges), (False, charges):
+    # Charges that suffice only until the end of a plan lose robots if the mission continues.
+    weaker = ((False, charges),) if whole or floor.team.scenario.flat else ()
+    for lasting, begins in ((True, late), (True, charges), *weaker):
         start = joint._replace(charges=begins)
         # If a charger is near, short stops cost least; if it is far, few stops.
         ways = (False, True) if begins is late else (False,)
@@ -305,16 +307,12 @@ def homeward(floor: Floor, joint: Joint, low: Sequence[int]) -> Plan | None:
             taken[i] = graph.regions_of(goals[i])
     if not any(goals):
         return None
+    floor = replace(floor, ends=tuple(goal or ~0 for goal in goals))
     search = Search(floor, frozenset(), lambda *_: goals, joint, 0, LITTLE * len(floor.robots))
-
-    def arrived(there: Joint) -> bool:
-        pairs = zip(goals, there.poses, strict=True)
-        return all(not goal or goal >> pose & 1 for goal, pose in pairs)
-
-    found = search.deep(joint, arrived, FIRST_BUDGET, FARTHEST, [*floor.robots])
+    found = search.deep(joint, search.goal, FIRST_BUDGET, FARTHEST, [*floor.robots])
     if found is None or isinstance(found, Exhausted):
         return None
-    plan, _ = plan_of(floor, joint, [each.poses for each in found])
+    plan = shortened(floor, found, frozenset(), search.alternatives(len(found)))
     return replace(plan, charges=(UNKNOWN,) * len(members))
 
 

@@ -27,6 +27,8 @@ Effect = tuple[
 """The state after a transition, without charges; and for each robot with a battery: its number, its
 maximum charge, its gain, and the least charge that it then needs."""
 
+TURN = 8
+"""Ticks that a robot's turn at a shared charger takes, besides those in which it charges."""
 TRIES, BETTER, ENDS = 12, 20_000, 3
 """Maximum number of searches for a better plan; the minimum work of each; the number of plans
 of which the ends are examined."""
@@ -69,6 +71,19 @@ class ChargedSearch(Search):
             spare = 0 if energy.charging(joint.poses[i]) else self._spare.get(i, 0)
             need = needed(self.floor, joint, i) if self.how[0] or spare else 0
             yield joint.charges[i] >= need + spare
+        chargers = len(self.team.scenario.chargers)
+        if self.how[0] and len(self.energies) > chargers:  # they have to take turns there
+            margins = enumerate(sorted(self._margins(joint)))
+            yield all(margin >= k // chargers for k, margin in margins)
+
+    def _margins(self, joint: Joint) -> Iterator[float]:
+        """Yield, for each robot that uses charge where it is, for how many turns of other robots at
+        a charger its charge suffices."""
+        for i, energy in self.energies.items():
+            battery = energy.battery
+            if battery.stay and not energy.charging(joint.poses[i]):
+                turn = battery.stay * (AMPLE * battery.capacity / battery.charge + TURN)
+                yield (joint.charges[i] - needed(self.floor, joint, i)) / turn
 
     def courses(self, states: list[Joint], spent: int) -> Iterator[Course]:
         """Yield the executions of a plan with these states, and of plans that further searches
@@ -213,7 +228,8 @@ def raced(
         for search in [*left]:
             if (answer := search.run(turn)) is not None:
                 left.remove(search)
-                found += search.courses(answer, work - search.work)
+                every = search.courses(answer, work - search.work)
+                found += (course for course in every if not course.strands)
                 until = min(until, turn + 1) if found else until
     ends = sorted(found, key=lambda course: course.cost)
     return next((course for course in ends[:ENDS] if goes_on(course.states[-1])), None)

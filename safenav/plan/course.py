@@ -79,7 +79,7 @@ def cost(floor: Floor, ends: Sequence[float]) -> float:
 class Course:
     """An execution of a plan. Each robot leaves a charger with at least the charge ``least`` of
     (robot, waypoint), and no earlier than ``since``. ``failed``: the robots whose charge does not
-    suffice."""
+    suffice; ``strands``: whether a robot has no charge for a step."""
 
     def __init__(
         self,
@@ -95,6 +95,7 @@ class Course:
         self.energies = {i: e for i in floor.robots if (e := team.members[i].energy) is not None}
         self.left = dict[tuple[int, int], tuple[float, float, float]]()
         self.waits = dict[tuple[int, int], float]()
+        self.strands = False
         self.failed, acts = set[int](), team.act_times if team.live else ()
         self.arrives = timed(floor, plan, states, team.step_times, self._leaves, acts)
         ends = [each[-1] for each in self.arrives]
@@ -119,6 +120,7 @@ class Course:
         self.charges[i] = round(self.charges[i] - battery.move, DECIMALS)
         if self.charges[i] < 0:
             self.failed.add(i)
+            self.strands = True
         return ready
 
     def needs(self) -> Iterator[tuple[tuple[int, int], float, float]]:

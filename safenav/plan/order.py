@@ -222,7 +222,7 @@ def _slack(team: Team, state: State, i: int) -> float:
 def charging_ends(team: Team, state: State) -> float | None:
     """Return the next time in a live run at which a robot on a charger has the charge for which it
     waits, or one off the chargers must go to a charger or runs out of charge; None: never."""
-    times = []
+    times, low = [], [state.robots[i].charge for i in starving(team, state)]
     for i, (member, robot) in enumerate(zip(team.members, state.robots, strict=True)):
         energy = member.energy
         if energy is None or robot.to is not None or not robot.active:
@@ -230,10 +230,12 @@ def charging_ends(team: Team, state: State) -> float | None:
         charge, move = robot.charge, energy.battery.move
         if energy.charging(robot.pose):
             way = state.plan.ways[i][robot.at + 1 : robot.at + 2] if state.plan else ()
-            full = energy.battery.capacity  # then the robot makes room for another one
+            full = energy.battery.capacity  # then it makes room, or when it has ample charge
             least = max((_leaving(team, state, energy, waypoint) for waypoint in way), default=full)
             waits = [waypoint.tick - state.time for waypoint in way]
             left = max([(least - charge) / energy.battery.charge, *waits])
+            if low and (more := min(low) + AMPLE * full - charge) > 0:
+                left = min(left, more / (energy.battery.charge + energy.battery.stay))
         elif energy.battery.stay:
             spare = _spare(team, state, i)
             marks = [charge - move, *(() if spare is None else (spare, spare + EARLY))]

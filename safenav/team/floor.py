@@ -45,7 +45,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     mission's; ``away``: for each robot, the poses that only robots out of service close;
     ``either``: whether strict objectives may begin with any target; ``ready``: whether robots with
     completed rounds must still be able to move; ``laden``: robots that carry loads of other
-    obstacles; ``left``: the time until each gate is due, if any gate is."""
+    obstacles; ``left``: the time until each gate is due, if any gate is; ``ends``: the poses where
+    each robot has to end, if that does not follow from its objective."""
 
     team: Team
     gates: tuple[int, ...]
@@ -59,6 +60,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     away: tuple[Mask, ...] = ()
     either: bool = False
     ready: bool = False
+    ends: tuple[Mask, ...] = ()
     laden: frozenset[int] = frozenset()
     left: tuple[float, ...] = ()
 
@@ -326,6 +328,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def final(self, i: int, stages: Stages) -> Mask:
         """Return the poses where a robot may end. It can continue there forever and, if its
         objective settles and it has rounds to complete, is at the last target."""
+        if self.ends:
+            return self.ends[i]
         member, live = self.team.members[i], self.live(i, self.allowed(i, stages))
         settles = member.pursuit.settles and (not self.rounds or self.rounds[i] > 0)
         return live & member.targets[-1] if settles else live
