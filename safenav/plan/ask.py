@@ -6,7 +6,7 @@ floor, the joint state, the served requests and the seed, by which it is cached.
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import reduce
-from itertools import combinations, islice
+from itertools import combinations, islice, pairwise
 from operator import add, or_
 
 from msgspec import Struct
@@ -91,7 +91,9 @@ def _continued(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
     """Return the result of a search. In a plan, robots whose rounds have a deadline continue after
-    their last round until all robots have completed theirs, but delay no other robot."""
+    their last round until all robots have completed theirs, but delay no other robot. If they would
+    long wait for resolutions, which restart rounds, they also complete rounds before these, and
+    delay the end by at most a round."""
     found = _ask(floor, joint, served, seed, check)
     timed = [i for i in floor.robots if floor.team.members[i].robot.within is not None]
     if not timed or not isinstance(found, Found) or found.first:
@@ -99,22 +101,27 @@ def _continued(
     ticks = preview(floor, found.plan, joint)
     if ticks is None:
         return found
-    extra, last = [0] * len(floor.wanted), len(ticks) - 1
+    pairs = enumerate(pairwise(each.stages for each in ticks), 1)
+    restart = max((t for t, (a, b) in pairs if floor.restarts(a, b)), default=0)
+    extra, last, later, keeping = [0] * len(floor.wanted), len(ticks) - 1, 0, set[int]()
     longest = last * max(floor.team.members[i].ticks for i in floor.robots)
     for i in timed:
         member = floor.team.members[i]
         least = least_within(member, joint.poses[i], strict=member.objective.literal)
         extra[i] = 1 + longest // least if least else 0
+        if least and restart > (member.robot.within or 0) // 2:
+            keeping, later = keeping | {i}, max(later, least)
     while any(extra):
-        more = replace(floor, rounds=tuple(map(add, floor.wanted, extra)))
-        further = _ask(more, joint, served, seed, check, brief=True)
+        longer = replace(floor, rounds=tuple(map(add, floor.wanted, extra)))
+        keeps = replace(longer, keeping=frozenset(keeping))
+        further = _ask(keeps, joint, served, seed, check, brief=True)
         extra = [rounds // 2 for rounds in extra]
         if not isinstance(further, Found) or further.first:
             continue
-        shown = (preview(more, further.plan, joint) or [])[: last + 1]
+        shown = (preview(longer, further.plan, joint) or [])[: last + later + 1]
         ends = (t for t, each in enumerate(shown) if floor.completed(each, frozenset(served)))
         if (done := next(ends, None)) is not None:
-            plan, final = plan_of(more, joint, [one.poses for one in shown[: done + 1]])
+            plan, final = plan_of(longer, joint, [one.poses for one in shown[: done + 1]])
             if floor.completed(final, frozenset(served)):
                 return Found(plan)
     return found

@@ -95,6 +95,8 @@ def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, t
         parts = joint.stages[g].done - stages[g].done
         yield from ((j, (floor.gates[g], met)) for j in parts)
     for j in floor.robots if over else ():
+        if j in floor.keeping:
+            continue
         member = floor.team.members[j]
         if joint.counts[j] != restarted(member, Count(*before.counts[j]))[:2]:
             yield from ((j, what) for what in _whole(floor, over))

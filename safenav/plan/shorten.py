@@ -352,7 +352,7 @@ def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]
     member, memory = floor.team.members[i], ticks[0].counts[i][0]
     pairs = pairwise(joint.stages for joint in ticks)
     restarts = (t for t, (a, b) in enumerate(pairs, 1) if a != b and floor.restarts(a, b))
-    counts = max(restarts, default=0)
+    counts = 0 if i in floor.keeping else max(restarts, default=0)
     for t in range(1, len(ticks)):
         before, joint = ticks[t - 1], ticks[t]
         if joint.stages != before.stages:
@@ -377,7 +377,7 @@ def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]
                 goal = reduce(and_, (m for m in member.targets if m >> joint.poses[i] & 1), goal)
             elif counts:  # with the target that is now the next one
                 goal, memory = member.targets[memory], member.pursuit.step(memory, 1 << memory)[0]
-            found.append((goal, since, False))
+            found.append((goal, 0 if i in floor.keeping else since, False))
         if joint.poses[i] != before.poses[i]:
             place += 1
             found += [(1 << joint.poses[i], since, True)] * stops.get(place, 0)

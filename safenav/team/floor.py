@@ -46,7 +46,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     ``either``: whether strict objectives may begin with any target; ``ready``: whether robots with
     completed rounds must still be able to move; ``laden``: robots that carry loads of other
     obstacles; ``left``: the time until each gate is due, if any gate is; ``ends``: the poses where
-    each robot has to end, if that does not follow from its objective."""
+    each robot has to end, if that does not follow from its objective; ``keeping``: robots whose
+    rounds a resolution does not restart (in searches for rounds before it)."""
 
     team: Team
     gates: tuple[int, ...]
@@ -61,6 +62,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     either: bool = False
     ready: bool = False
     ends: tuple[Mask, ...] = ()
+    keeping: frozenset[int] = frozenset()
     laden: frozenset[int] = frozenset()
     left: tuple[float, ...] = ()
 
@@ -350,7 +352,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             before, stages = stages, self.performed(stages, poses)
             if stages != before and self.restarts(before, stages):
                 pairs = zip(self.team.members, counts, strict=True)
-                counts, who = tuple(restarted(m, Count(*c))[:2] for m, c in pairs), self.robots
+                fresh = (restarted(m, Count(*c))[:2] for m, c in pairs)
+                every, who = enumerate(zip(counts, fresh, strict=True)), self.robots
+                counts = tuple(old if i in self.keeping else new for i, (old, new) in every)
         changed: list[tuple[int, int]] | None = None
         for i in who:
             arriving, staying = self._meeting[i]

@@ -136,7 +136,8 @@ class Planning(Struct, frozen=True, dict=True):
         if not timed:
             return ()
         more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
-        floor = replace(floor, robots=self.sharing, rounds=(more,) * len(members))
+        rounds = tuple(more if i in timed else n for i, n in enumerate(floor.wanted))
+        floor = replace(floor, robots=self.sharing, rounds=rounds)
         answer = self.answers.plan(floor, joint, (), self.state, better=True)
         if isinstance(answer, Found) and not answer.first:
             return (now.Planned(answer.plan),)
