@@ -283,9 +283,9 @@ class Evidence:
             assert self.plan is not None
             self.plan.step(e.robot, after, s)
         require(by != "stay" or not goes, f"{e.robot} moves, but must stay")
+        inside = any(one.present and e.robot in one.blocks for one in s.at.get(step.start, ()))
+        back = by == "backtrack" and after[0] == robot.came and inside
         if drive is None:
-            inside = any(one.present and e.robot in one.blocks for one in s.at.get(step.start, ()))
-            back = by == "backtrack" and after[0] == robot.came and inside
             none = "no strategy or plan in force drives it"
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return
@@ -304,7 +304,8 @@ class Evidence:
             fits = {n for n in fits if e.node in (None, n)}
             goals = sorted({str(task.poses[n]) for n in answers})
             require(fits, f"{e.robot} goes to {after}, but its strategy goes to {goals}")
-        require(fits or by != "backtrack" or not goes, f"{e.robot} leaves its strategy to back up")
+        may = fits or back or by != "backtrack" or not goes
+        require(may, f"{e.robot} leaves its strategy to back up")
         self.drives[e.robot] = task, fits
 
     def concludes(self, e: Line, s: State) -> None:
