@@ -220,10 +220,12 @@ def ask_charged(
     seed: int,
     charges: Charges,
     time: float,
+    further: bool,
     check: Callable[[], None] = lambda: None,
 ) -> Found | None:
     """Return a plan for which the charges suffice: forever, or at least until its end. For a long
-    mission it is a plan of the next rounds. None if no plan is found."""
+    mission it is a plan of the next rounds. ``further``: whether the mission continues with orders.
+    None if no plan is found."""
     if _crowded(floor) is not None:
         return None
     sharing = [i for i in floor.robots if i in floor.team.sharing]
@@ -235,7 +237,8 @@ def ask_charged(
     most = FAR if whole else done + AHEAD_CHARGED
     rounds = tuple(min(n, most) if i in sharing else 0 for i, n in enumerate(floor.wanted))
     floor = _hopeful(replace(floor, rounds=rounds, robots=robots), joint, charges)
-    course = _charged(floor, joint, frozenset(served), seed, charges, check, whole=whole)
+    extent = whole, further or not whole
+    course = _charged(floor, joint, frozenset(served), seed, charges, check, extent)
     if course is None:
         return None
     ends = course.floor.completed(course.states[-1], frozenset(served))
@@ -263,11 +266,12 @@ def _charged(
     seed: int,
     charges: Charges,
     check: Callable[[], None],
-    *,
-    whole: bool,
+    extent: tuple[bool, bool],
 ) -> Course | None:
     """Return an execution for ``ask_charged``, preferably with charge for a further stay, or None.
-    ``whole``: whether the rounds of ``floor`` are all those of the mission."""
+    ``extent``: whether the rounds of ``floor`` are all those of the mission, and whether the robots
+    will have more work."""
+    whole, further = extent
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
@@ -290,7 +294,7 @@ def _charged(
         # If a charger is near, short stops cost least; if it is far, few stops.
         ways = (False, True) if begins is late else (False,)
         searches = [
-            ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), check)
+            ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), further, check)
             for full in ways
         ]
         if (found := raced(searches, work, goes_on)) is not None:

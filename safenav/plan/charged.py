@@ -37,7 +37,8 @@ of which the ends are examined."""
 class ChargedSearch(Search):
     """A search with charges. ``start``: a state with the charges of all robots. ``how``: two flags:
     whether charges must suffice forever, not only for the plan, and whether robots leave chargers
-    only with a full battery."""
+    only with a full battery. ``further``: whether robots have more work after the plan, so that
+    those that share chargers must then be able to go there in turn."""
 
     def __init__(
         self,
@@ -48,9 +49,11 @@ class ChargedSearch(Search):
         seed: int,
         work: int,
         how: tuple[bool, bool],
+        further: bool,
         check: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(floor, served, guide, start, seed, work, check)
+        self.turns = further and len(floor.team.charged) > len(floor.team.scenario.chargers)
         self.how, self.team, self.live = how, floor.team, floor.team.live
         self.energies = {
             i: energy for i in floor.robots if (energy := self.team.members[i].energy) is not None
@@ -71,8 +74,8 @@ class ChargedSearch(Search):
             spare = 0 if energy.charging(joint.poses[i]) else self._spare.get(i, 0)
             need = needed(self.floor, joint, i) if self.how[0] or spare else 0
             yield joint.charges[i] >= need + spare
-        chargers = len(self.team.scenario.chargers)
-        if self.how[0] and len(self.energies) > chargers:  # they have to take turns there
+        if self.how[0] and self.turns:
+            chargers = len(self.team.scenario.chargers)
             margins = enumerate(sorted(self._margins(joint)))
             yield all(margin >= k // chargers for k, margin in margins)
 

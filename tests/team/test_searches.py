@@ -43,7 +43,7 @@ def test_searches_with_charges_end_when_their_check_raises() -> None:
     floor, left = floor_now(team, initial(team)), iter(range(5))
     start = floor.settled((0, 2, 3), ((0, 0),) * 3, ())
     with pytest.raises(StopIteration):
-        ask_charged(floor, start, (), 1, (30.0,) * 3, 0, lambda: next(left))
+        ask_charged(floor, start, (), 1, (30.0,) * 3, 0, False, lambda: next(left))
 
 
 def test_a_proof_for_a_few_robots_does_not_assume_that_another_stays_in_their_zone() -> None:

@@ -18,6 +18,7 @@ from safenav.plan.ask import Deadlock, Found, Unserved, ask, ask_charged
 from safenav.plan.order import charges_now
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Listener, SynthesisProgress, SynthesisResult, Synthesizer
+from safenav.team.apply import orders_ahead
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import State
 from safenav.trace.words import seconds_words
@@ -116,7 +117,8 @@ class Answers:
         plain: Search = partial(ask, *asked)
         if not charges:
             return self._ask(key, plain)
-        charged: Search = partial(ask_charged, *asked, charges, state.time)
+        further = orders_ahead(floor.team, state)
+        charged: Search = partial(ask_charged, *asked, charges, state.time, further)
         found = None
         if not better and len(floor.robots) <= FEW:
             found = self._ask(key, plain)
