@@ -48,7 +48,7 @@ class Following:
 
     def __init__(
         self,
-        inner: transport.StreamingTransport,
+        inner: transport.Streamer,
         robots: Iterable[Robot],
         places: transport.Places,
         stations: Mapping[str, Station],

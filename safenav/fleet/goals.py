@@ -8,14 +8,7 @@ from safenav.errors import UsageError, needing
 from safenav.fleet.file import Station
 from safenav.fleet.robots import STALE, DrivenRobot, FleetTask, Phase
 from safenav.fleet.sensing import Sensing
-from safenav.fleet.transport import (
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    Places,
-    StreamingTransport,
-    Transport,
-)
+from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Places, Streamer, Transport
 from safenav.runtime.worlds import protocol
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Frame, Region
@@ -48,7 +41,7 @@ class Goals:
     (``bodies``) from its start until the event that ends the command (``events``)."""
 
     def __init__(
-        self, scenario: Scenario, stations: Mapping[str, Station], transport: StreamingTransport
+        self, scenario: Scenario, stations: Mapping[str, Station], transport: Streamer
     ) -> None:
         self.scenario = scenario
         self.places = Places(scenario.map, frame_of(scenario))

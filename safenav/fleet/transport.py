@@ -184,13 +184,13 @@ class Transport(Protocol):
         """Cancel every goal, and disconnect. Safe to call twice."""
 
 
-class StreamingTransport(Transport, Protocol):
-    """One that also streams references."""
+class Streamer(Transport, Protocol):
+    """A transport that also streams references."""
 
     def follow(self, robot: str, reference: Setpoints) -> None:
-        """Stream a reference to a robot that tracks it, ``Setpoints.ahead`` 20 times per second,
-        until the next one or ``close``; no message follows. Its times are on the clock of ``now``.
-        A robot must stop by itself when its stream ends."""
+        """Stream ``Setpoints.ahead`` of a reference 20 times per second until the next one or
+        ``close``; no message follows. Its times are on the clock of ``now``. A robot must stop by
+        itself when its stream ends."""
 
 
 def result_of(success: bool, text: str) -> ActResult:

@@ -32,7 +32,7 @@ class FleetWorld:
         self,
         scenario: Scenario,
         stations: Mapping[str, Station],
-        middleware: transport.StreamingTransport,
+        middleware: transport.Streamer,
         begun: Resumption | None = None,
     ) -> None:
         self.goals = Goals(scenario, stations, middleware)
