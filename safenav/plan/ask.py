@@ -288,7 +288,7 @@ def _charged(
         return not isinstance(search.run(), Exhausted | None)
 
     # Charges that suffice only until the end of a plan lose robots if the mission continues.
-    weaker = ((False, charges),) if whole or floor.team.scenario.flat else ()
+    weaker = () if further and not floor.team.scenario.flat else ((False, charges),)
     for lasting, begins in ((True, late), (True, charges), *weaker):
         start = joint._replace(charges=begins)
         # If a charger is near, short stops cost least; if it is far, few stops.
