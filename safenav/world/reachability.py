@@ -9,8 +9,6 @@ from collections.abc import Collection, Sequence
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mobility, Pose, bits, plain_graph
 
-Target = frozenset[Region]
-
 
 class Reachability:
     """The regions that a robot of one mobility can reach from its start outside ``closed`` ones."""
@@ -31,18 +29,18 @@ class Reachability:
         """The regions that can be reached."""
         return frozenset(bits(self._graph.regions_of(self._reached)))
 
-    def reaches(self, target: Target) -> bool:
+    def reaches(self, target: frozenset[Region]) -> bool:
         """Return whether some region of the target can be reached."""
         return bool(self._graph.on(target) & self._reached)
 
-    def follows(self, targets: Sequence[Target]) -> bool:
+    def follows(self, targets: Sequence[frozenset[Region]]) -> bool:
         """Return whether the robot can visit the targets once, one after the other."""
         reached = self._reached
         for target in targets:
             reached = self._graph.closure(self._graph.on(target) & reached, self._allowed)
         return bool(reached)
 
-    def recurs(self, targets: Collection[Target]) -> bool:
+    def recurs(self, targets: Collection[frozenset[Region]]) -> bool:
         """Return whether the robot can visit all the targets infinitely often."""
         if not self._graph.one_way or len(set(targets)) < 2:
             return all(map(self.reaches, targets))  # every step can be undone

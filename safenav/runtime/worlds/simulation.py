@@ -177,14 +177,10 @@ class SimulatedWorld:
         return found
 
     def helpful_times(self) -> list[int]:
-        """Return the ticks at which orders will arrive, or present obstacles disappear."""
-        found = []
-        for each, there in zip(self._team.obstacles, self._state.obstacles, strict=True):
-            away, source = there.state is Is.AWAY, each.source
-            tick = source.appears if away and source.ordered else None if away else source.goes
-            if tick is not None and there.state is not Is.OVER:
-                found.append(tick)
-        return found
+        """Return the ticks at which present obstacles will disappear."""
+        every = zip(self._team.obstacles, self._state.obstacles, strict=True)
+        here = (each for each, there in every if there.state not in (Is.AWAY, Is.OVER))
+        return [each.source.goes for each in here if each.source.goes is not None]
 
     def inputs(self, tick: int) -> dict[str, bool]:
         """Return the values that the scenario lists for the inputs in a tick."""
