@@ -125,14 +125,18 @@ class Enumeration:
         regions = frozenset(region for need in needs for region in need.regions)
         places = tuple(p[0] if p[0] in regions else ELSEWHERE for p in state.poses)
         after, every = self._acted(state.opened, places), iter([state.met])
-        flat = self.case.state.flat_type
-        if restarts := any(not one.left and one.order[0] != flat for one in after):
+        kind = self.case.state.flat_type
+        if restarts := any(not one.left and one.order[0] != kind for one in after):
             every = product(*(self._after(k, met.anew()) for k, met in enumerate(state.met)))
         opened = tuple(one for one in after if one.left)
+        empty = [{one.name for one in each} for each in (state.opened, opened)]
+        flat = [self.case.flat.get(name) for name in self.robots]  # robots without charge wait
+        some = [k for k, one in enumerate(flat) if k == moved or one in empty[0]]
         for met in every:
             now = [*met]
-            for k in range(len(met)) if restarts or moved is None else [moved]:
-                now[k] = self._counted(k, state.poses[k], met[k])
+            for k in range(len(met)) if restarts or moved is None else some:
+                if flat[k] not in empty[1]:
+                    now[k] = self._counted(k, state.poses[k], met[k])
             yield _State(state.poses, tuple(now), opened)
 
     def _counted(self, k: int, pose: Any, met: Progress) -> Progress:

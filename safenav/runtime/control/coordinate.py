@@ -48,6 +48,7 @@ class Control(Struct, frozen=True):
     vain: tuple[int, ...] = ()
     left: frozenset[int] = frozenset()
     waits: bool = False
+    resting: frozenset[int] = frozenset()
 
 
 class Situation:
@@ -65,10 +66,14 @@ Decided = tuple[State, now.Event]
 
 class Decision:
     """A decision of the team. ``decided``: its events, in order; ``state``: the state after them.
-    ``coming``: whether a change of the scenario will come, for which an idle team waits."""
+    ``coming``: whether a change of the scenario will come, for which an idle team waits;
+    ``attended``: whether it waits for an operator."""
 
-    def __init__(self, team: Team, state: State, answers: Answers, *, coming: bool) -> None:
-        self.team, self.state, self.answers, self.coming = team, state, answers, coming
+    def __init__(
+        self, team: Team, state: State, answers: Answers, *, coming: bool, attended: bool
+    ) -> None:
+        self.team, self.state, self.answers = team, state, answers
+        self.coming, self.attended = coming, attended
         self.decided: list[Decided] = []
 
     def control(self, before: Control) -> Control:
@@ -83,7 +88,7 @@ class Decision:
                 self._decide(now.Planned(None))
             self._give_up()
             try:
-                control = replace(self._settled(before), left=before.left)
+                control = replace(self._serving(self._settled(before), before), left=before.left)
             except Pending as wait:
                 self.decided, self.state = self.decided[:begun], state
                 return replace(control, pending=wait.robots, asked=question)
@@ -107,6 +112,22 @@ class Decision:
         aside = self.decided and _question(self.team, self.state) != control.question
         again = aside and control.end is None
         return self._again(control) if again else self._waiting(control, before)
+
+    def _serving(self, control: Control, before: Control) -> Control:
+        """Return the intentions in which, if some robots need a change or an operator to
+        continue, the others serve requests first; the given ones if they cannot. Raises Pending."""
+        stuck = {} if control.end is None else {*control.end.stuck}
+        resting = frozenset(i for i, m in enumerate(self.team.members) if m.name in stuck)
+        waits = resting and (self.coming or self.attended)
+        if not waits or any(drains(self.team, self.state, i) for i in resting):
+            return control
+        about = self.team, rested(self.state, resting), self.answers
+        serving = Decision(*about, coming=False, attended=False)._settled(before)
+        if serving.end is not None or not serving.found.served:
+            return control
+        own, pairs = self.team.members, enumerate(serving.roles)
+        roles = tuple(Role(own[i].objective) if i in resting else role for i, role in pairs)
+        return replace(serving, roles=roles, resting=resting)
 
     def _again(self, control: Control) -> Control:
         """Decide again. Return the intentions, with the results of both parts of the decision."""
@@ -133,9 +154,15 @@ class Decision:
         team = self.team
         if control.end is None:
             told: Collection[int] = range(len(control.roles))
-        else:  # a robot that continues while the team waits follows its new strategy
-            made = (i for i in control.new if before.roles)
-            told = [i for i in made if (each := control.controllers[i]) and each.realizable]
+        else:  # while the team waits: robots that continue by a new strategy, or have served
+            pairs = enumerate(zip(before.roles, control.roles, strict=False))
+            others = (i for i, (old, new) in pairs if new is not old)
+            told = [
+                i
+                for i in others
+                if (i in control.new and (each := control.controllers[i]) and each.realizable)
+                or (team.members[i].planned and control.roles[i].helps is None)
+            ]
         for i in told:
             role, mine, robot = control.roles[i], control.controllers[i], self.state.robots[i]
             new, planned = i in control.new, team.members[i].planned
@@ -236,16 +263,21 @@ class Decision:
         return Control(None, found, roles, controllers, tuple(asked), end)
 
     def _meanwhile(self, control: Control, roles: Roles) -> Control:
-        """Return the intentions in which robots that wait for help pursue other objectives while
-        the team waits."""
-        asked = _asked(self.state)
-        found = {i: role for i in sorted(asked) if (role := roles.meanwhile(i)) is not None}
-        found = {i: role for i, role in found.items() if self.state.robots[i].active}
-        made = synthesized(self.team, self.state, found, self.answers)
+        """Return the intentions in which, while the team waits, robots that wait for help pursue
+        other objectives, and robots that have served a request their own."""
+        state, members = self.state, self.team.members
+        helps = ((i, role.helps) for i, role in enumerate(control.roles))
+        served = {i for i, k in helps if k is not None and k not in state.requests}
+        every = [i for i in sorted(served | _asked(state)) if state.robots[i].active]
+        pairs = ((i, roles.own(i) if i in served else roles.meanwhile(i)) for i in every)
+        found = {i: role for i, role in pairs if role is not None}
+        lone = {i: role for i, role in found.items() if not members[i].planned}
+        made = synthesized(self.team, state, lone, self.answers)
         made = {i: each for i, each in made.items() if each.realizable}
+        kept = {i: role for i, role in found.items() if i in made or i not in lone}
         return replace(
             control,
-            roles=tuple(found[i] if i in made else each for i, each in enumerate(control.roles)),
+            roles=tuple(kept.get(i, each) for i, each in enumerate(control.roles)),
             controllers=tuple(made.get(i, each) for i, each in enumerate(control.controllers)),
             new=tuple(made),
         )
@@ -295,13 +327,23 @@ class Decision:
     def _planned(self, control: Control) -> ends.End | None:
         """Decide on a joint plan if robots need one. Return the end of the run if no plan exists,
         else None. Raises Pending."""
-        about = self.team, self.state, self.answers, control.found, control.roles
+        state = rested(self.state, control.resting)
+        about = self.team, state, self.answers, control.found, control.roles
         events = Planning(*about, is_complete(self.team, self.state, control)).events()
         if isinstance(events, ends.End):
             return events
         for event in events:
+            if isinstance(event, now.Planned) and event.plan is not None and control.resting:
+                event = now.Planned(with_all(event.plan, self.state))
             self._decide(event)
         return None
+
+
+def rested(state: State, resting: Collection[int]) -> State:
+    """Return the state as if some robots were out of service."""
+    every = enumerate(state.robots)
+    robots = tuple(replace(r, active=False) if i in resting else r for i, r in every)
+    return replace(state, robots=robots) if resting else state
 
 
 def _question(team: Team, state: State) -> Hashable:

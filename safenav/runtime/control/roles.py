@@ -47,10 +47,10 @@ class Roles:
 
     def role(self, i: int) -> Role:
         if i in self.found.duties:
-            first = self._own(i) if self._meets_own_first(i) else None
+            first = self.own(i) if self._meets_own_first(i) else None
             helps = self.floor.gates[self.found.duties[i].g]
             return self._help(i) if first is None else replace(first, helps=helps)
-        own = None if self.waits(i) else self._own(i)
+        own = None if self.waits(i) else self.own(i)
         return own or self._wait(i)
 
     def waits(self, i: int) -> bool:
@@ -139,7 +139,7 @@ class Roles:
             found += station(present) or ()
         return found[:1]
 
-    def _own(self, i: int) -> Role | None:
+    def own(self, i: int) -> Role | None:
         """Return the role for the own objective, if possible around open obstacles, or None."""
         member, floor, state = self.team.members[i], self.floor, self.state
         shut = self._shut(i)

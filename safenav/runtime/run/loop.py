@@ -227,7 +227,7 @@ class Run(Situation):
     def moves(self, i: int) -> bool:
         """Return whether a robot may move. While the team waits, only some robots may."""
         if self.control.end is None:
-            return True
+            return i not in self.control.resting
         pause = self.world.pause(self)
         if self.team.members[i].planned:  # by its plan for that time
             return pause is not None and pause[1] is not None and self.control.waits
@@ -300,7 +300,8 @@ class Run(Situation):
             if self.world.truth is not None:
                 self.world.truth.follow(self.team)
         self.recorder.record(before, event, self.state)
-        if _helps(before, event, ended=self.control.end is not None):
+        waits = self.control.end is not None or bool(self.control.resting)
+        if _helps(before, event, ended=waits):
             self.control = replace(self.control, question=None, new=(), end=None)
             waited, self.recorder.waited = self.recorder.waited, None
             last = waited not in (None, (None,)) and self.world.coming(self) is None
@@ -312,8 +313,8 @@ class Run(Situation):
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
-        awaited = self.world.awaited(self) is not None
-        decision = Decision(self.team, before, self.answers, coming=awaited)
+        hopes = {"coming": self.world.awaited(self) is not None, "attended": self.world.attended}
+        decision = Decision(self.team, before, self.answers, **hopes)
         self.control = decision.control(intended)
         decided, self.state = decision.decided, decision.state
         if self.control.new or self.control.question != intended.question:

@@ -319,18 +319,13 @@ class Recorder:
     ) -> None:
         """Record a decision: given-up obstacles, the stack, strategies, and goals met where robots
         stand. ``coming``: whether the scenario still changes something."""
-        gives_up = False
         for state, event in decided:
             if isinstance(event, now.GaveUp):
-                gives_up = True
                 self._given_up(state, event.obstacle, control, coming=coming)
-        goes_on = control.end is None or control.end.cause in ("deadlock", "out_of_service")
-        if goes_on or gives_up:
-            self._pops(after)
-        if goes_on:
+        self._pops(after)
+        if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
             self._stack(after, control)
-        if goes_on or gives_up or control.new:
-            self._duties([robot.objective for robot in after.robots])
+        self._duties([robot.objective for robot in after.robots])
         for failed in control.failed:
             self.emit(synthesis_line(self.tick, failed, self.team.world))
         for i in control.new:
