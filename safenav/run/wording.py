@@ -114,8 +114,9 @@ class Wording(Struct, frozen=True):
                 return f"inputs: {' and '.join(on)} on" if on else "inputs: all off"
             case records.Plan():
                 reason = _OBSTACLE.sub(lambda found: self.obstacle(found[0]), line.reason)
-                count, whole = len(line.robots), "all " * (len(line.robots) == len(self.skills))
-                who = f"{whole}{count} robots" if count > MANY else self._all(line.robots)
+                some = [name for name, way in line.robots.items() if len(way) > 1] or [*line.robots]
+                count, whole = len(some), "all " * (len(some) == len(self.skills))
+                who = f"{whole}{count} robots" if count > MANY else self._all(some)
                 return f"{who} {'moves' if count == 1 else 'move'} by a joint plan ({reason})"
             case records.Late():
                 about = line.robot or line.obstacle
