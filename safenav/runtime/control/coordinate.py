@@ -73,7 +73,7 @@ class Decision:
         self, team: Team, state: State, answers: Answers, *, coming: bool, attended: bool
     ) -> None:
         self.team, self.state, self.answers = team, state, answers
-        self.coming, self.attended = coming, attended
+        self.coming, self.waits = coming, coming or attended
         self.decided: list[Decided] = []
 
     def control(self, before: Control) -> Control:
@@ -118,8 +118,7 @@ class Decision:
         continue, the others serve requests first; the given ones if they cannot. Raises Pending."""
         stuck = {} if control.end is None else {*control.end.stuck}
         resting = frozenset(i for i, m in enumerate(self.team.members) if m.name in stuck)
-        waits = resting and (self.coming or self.attended)
-        if not waits or any(drains(self.team, self.state, i) for i in resting):
+        if not (self.waits and resting) or any(drains(self.team, self.state, i) for i in resting):
             return control
         about = self.team, rested(self.state, resting), self.answers
         serving = Decision(*about, coming=False, attended=False)._settled(before)
@@ -329,7 +328,8 @@ class Decision:
         else None. Raises Pending."""
         state = rested(self.state, control.resting)
         about = self.team, state, self.answers, control.found, control.roles
-        events = Planning(*about, is_complete(self.team, self.state, control)).events()
+        complete = is_complete(self.team, self.state, control)
+        events = Planning(*about, complete, self.waits).events()
         if isinstance(events, ends.End):
             return events
         for event in events:

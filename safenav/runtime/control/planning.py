@@ -27,7 +27,8 @@ Answer = Found | Deadlock | Unserved | None
 
 class Planning(Struct, frozen=True, dict=True):
     """A decision on the joint plan. ``found``: the duties and the served requests; ``roles``: the
-    role of each robot; ``complete``: whether the mission is complete."""
+    role of each robot; ``complete``: whether the mission is complete; ``waits``: whether the team
+    waits for a change or an operator if no plan exists."""
 
     team: Team
     state: State
@@ -35,6 +36,7 @@ class Planning(Struct, frozen=True, dict=True):
     found: Settlement
     roles: Sequence[Role]
     complete: bool
+    waits: bool
 
     @cached_property
     def helped(self) -> frozenset[int]:
@@ -163,9 +165,9 @@ class Planning(Struct, frozen=True, dict=True):
             elif isinstance(first := answers.plan(brings, joint, served, state), Found):
                 answer = replace(first, plan=replace(first.plan, part=True))
         empty = tuple(g for g in served if g in floor.flat.values())
-        for gates in dict.fromkeys((served, empty)) if self.out else ():
-            # Robots out of service are in the way of rounds, but perhaps not of requests; those
-            # that get a battery return.
+        for gates in dict.fromkeys((served, empty)) if self.out or self.waits else ():
+            # What is in the way of rounds, such as robots out of service, may not be in that of
+            # requests; robots that get a battery return.
             left = answer.gates if isinstance(answer, Unserved) else ()
             if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):
                 brought = answers.plan(beyond(brings, gates), joint, gates, state)
@@ -173,7 +175,9 @@ class Planning(Struct, frozen=True, dict=True):
                 if rest:  # serve these first: robots that return may serve the others
                     some = tuple(sorted(rest))
                     brought = answers.plan(beyond(brings, some), joint, some, state)
-                answer = brought if isinstance(brought, Found) else answer
+                if isinstance(brought, Found):
+                    part = replace(brought.plan, part=True)
+                    answer = brought if self.out else replace(brought, plan=part)
         return answer
 
     def _decided(self, answer: Answer, floor: Floor) -> Sequence[now.Event] | ends.End:
@@ -229,7 +233,7 @@ def beyond(floor: Floor, gates: Collection[int]) -> Floor:
     """Return the floor on which only these gates keep robots from continuing forever: robots that
     return to service will resolve all others."""
     closed = [floor.gate(g).region for g in range(len(floor.gates)) if g not in gates]
-    pairs = zip(floor.graphs, floor.away, strict=True)
+    pairs = zip(floor.graphs, floor.away or (0,) * len(floor.graphs), strict=True)
     return replace(floor, away=tuple(away | graph.on(closed) for graph, away in pairs))
 
 
