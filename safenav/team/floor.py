@@ -12,6 +12,7 @@ from operator import or_
 from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.data import cached_method
 from safenav.team.state import Count, Stage
@@ -65,6 +66,16 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     keeping: frozenset[int] = frozenset()
     laden: frozenset[int] = frozenset()
     left: tuple[float, ...] = ()
+
+    def while_resting(self, robots: frozenset[int]) -> "Floor":
+        """Return the floor on which some robots do not pursue their objectives yet: obstacles that
+        the team cannot resolve will no longer be in their way."""
+        if not robots:
+            return self
+        rounds = tuple(0 if i in robots else each for i, each in enumerate(self.wanted))
+        pairs = enumerate(zip(self.graphs, self.away or (0,) * len(self.graphs), strict=True))
+        away = tuple(graph.everywhere if i in robots else each for i, (graph, each) in pairs)
+        return replace(self, rounds=rounds, away=away)
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]

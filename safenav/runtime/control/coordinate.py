@@ -120,13 +120,8 @@ class Decision:
         resting = frozenset(i for i, m in enumerate(self.team.members) if m.name in stuck)
         if not (self.waits and resting) or any(drains(self.team, self.state, i) for i in resting):
             return control
-        about = self.team, rested(self.state, resting), self.answers
-        serving = Decision(*about, coming=False, attended=False)._settled(before)
-        if serving.end is not None or not serving.found.served:
-            return control
-        own, pairs = self.team.members, enumerate(serving.roles)
-        roles = tuple(Role(own[i].objective) if i in resting else role for i, role in pairs)
-        return replace(serving, roles=roles, resting=resting)
+        serving = self._settled(before, resting)
+        return serving if serving.end is None and serving.found.served else control
 
     def _again(self, control: Control) -> Control:
         """Decide again. Return the intentions, with the results of both parts of the decision."""
@@ -181,12 +176,12 @@ class Decision:
             if robot.fresh and robot.active and robot.to is None and not (begun or stays):
                 self._decide(now.Counted(i))  # a stay that continues counts in the turn
 
-    def _settled(self, before: Control) -> Control:
+    def _settled(self, before: Control, resting: frozenset[int] = frozenset()) -> Control:
         """Return intentions with duties, roles and strategies (Algorithm 1, lines 10 to 14 and 20).
         Raises Pending."""
         team, state = self.team, self.state
         plain, here = without_memory(team, state)
-        floor = floor_now(plain, here)
+        floor = floor_now(plain, here).while_resting(resting)
         stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
         aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
         lone = frozenset(team.lone)
@@ -234,7 +229,7 @@ class Decision:
                 asks = mine is None or outdated(team, state, i, role, mine)
             else:  # a joint plan is the robot's controller
                 asks = not before.roles and not pursues(team, floor, here, i)
-            if asks and state.robots[i].active:
+            if asks and state.robots[i].active and not (i in resting and role.helps is None):
                 asked[i] = role
         made, end = synthesized(team, state, asked, self.answers), never
         controllers = tuple(made.get(i, each) for i, each in enumerate(held))
@@ -259,7 +254,8 @@ class Decision:
                     dead = ends.without(team, state, out) if out else dead
                     links = (*end.links, *(dead.links or (dead.explanation,)))
                     end = replace(dead, explanation="; ".join(links), links=links)
-        return Control(None, found, roles, controllers, tuple(asked), end)
+        control = Control(None, found, roles, controllers, tuple(asked), end)
+        return replace(control, resting=resting)
 
     def _meanwhile(self, control: Control, roles: Roles) -> Control:
         """Return the intentions in which, while the team waits, robots that wait for help pursue
@@ -268,7 +264,9 @@ class Decision:
         helps = ((i, role.helps) for i, role in enumerate(control.roles))
         served = {i for i, k in helps if k is not None and k not in state.requests}
         every = [i for i in sorted(served | _asked(state)) if state.robots[i].active]
-        pairs = ((i, roles.own(i) if i in served else roles.meanwhile(i)) for i in every)
+        own = {i: Role(members[i].objective) for i in served if members[i].planned}
+        own |= {i: role for i in served.difference(own) if (role := roles.own(i)) is not None}
+        pairs = ((i, own.get(i) or roles.meanwhile(i)) for i in every)
         found = {i: role for i, role in pairs if role is not None}
         lone = {i: role for i, role in found.items() if not members[i].planned}
         made = synthesized(self.team, state, lone, self.answers)
@@ -326,24 +324,14 @@ class Decision:
     def _planned(self, control: Control) -> ends.End | None:
         """Decide on a joint plan if robots need one. Return the end of the run if no plan exists,
         else None. Raises Pending."""
-        state = rested(self.state, control.resting)
-        about = self.team, state, self.answers, control.found, control.roles
+        about = self.team, self.state, self.answers, control.found, control.roles
         complete = is_complete(self.team, self.state, control)
-        events = Planning(*about, complete, self.waits).events()
+        events = Planning(*about, complete, self.waits, control.resting).events()
         if isinstance(events, ends.End):
             return events
         for event in events:
-            if isinstance(event, now.Planned) and event.plan is not None and control.resting:
-                event = now.Planned(with_all(event.plan, self.state))
             self._decide(event)
         return None
-
-
-def rested(state: State, resting: Collection[int]) -> State:
-    """Return the state as if some robots were out of service."""
-    every = enumerate(state.robots)
-    robots = tuple(replace(r, active=False) if i in resting else r for i, r in every)
-    return replace(state, robots=robots) if resting else state
 
 
 def _question(team: Team, state: State) -> Hashable:

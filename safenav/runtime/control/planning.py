@@ -28,7 +28,8 @@ Answer = Found | Deadlock | Unserved | None
 class Planning(Struct, frozen=True, dict=True):
     """A decision on the joint plan. ``found``: the duties and the served requests; ``roles``: the
     role of each robot; ``complete``: whether the mission is complete; ``waits``: whether the team
-    waits for a change or an operator if no plan exists."""
+    waits for a change or an operator if no plan exists; ``resting``: robots that only bring help
+    until then."""
 
     team: Team
     state: State
@@ -37,6 +38,7 @@ class Planning(Struct, frozen=True, dict=True):
     roles: Sequence[Role]
     complete: bool
     waits: bool
+    resting: frozenset[int]
 
     @cached_property
     def helped(self) -> frozenset[int]:
@@ -76,7 +78,7 @@ class Planning(Struct, frozen=True, dict=True):
         returns = any(charged(team, state, i) for i in self.out)  # first these return to service
         if returns or not (starves or due) or not self.sharing:
             return ()
-        floor = floor_now(hearing(team, state.inputs), state)
+        floor = floor_now(hearing(team, state.inputs), state).while_resting(self.resting)
         joint = joint_now(state, floor)
         open_ = {floor.gates[g] for g in self.found.served}
         if not starves and self._waits(open_):
@@ -185,6 +187,7 @@ class Planning(Struct, frozen=True, dict=True):
         team, state, gone = self.team, self.state, self.out
         match answer:
             case Found(plan, turned):
+                plan = replace(plan, part=plan.part or bool(self.resting))
                 return (*(now.Turned(i, memory) for i, memory in turned), now.Planned(plan))
             case Unserved(gates):
                 return (now.SetAside(tuple(floor.gates[g] for g in gates)),)

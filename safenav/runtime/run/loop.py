@@ -227,7 +227,8 @@ class Run(Situation):
     def moves(self, i: int) -> bool:
         """Return whether a robot may move. While the team waits, only some robots may."""
         if self.control.end is None:
-            return i not in self.control.resting
+            rests = i in self.control.resting and not self.team.members[i].planned
+            return not rests or self.control.roles[i].helps is not None
         pause = self.world.pause(self)
         if self.team.members[i].planned:  # by its plan for that time
             return pause is not None and pause[1] is not None and self.control.waits
