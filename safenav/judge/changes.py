@@ -122,8 +122,8 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
         if one.present and due(one.goes):
             yield f"{one.name} does not disappear by {now:g}"
     for name, robot in s.robots.items() if s.live else ():
-        since = max((s.switched.get(one, -1) for one, _ in robot.data.when), default=-1)
-        if s.disobeys(robot) and since < e.tick:
+        new = any(s.switched.get(one) == e.tick for one, _ in robot.data.when)
+        if s.disobeys(robot) and not new:
             yield f"{name} has another objective than the inputs give it"
     for change in s.changes:
         if due(change.at) and change.objective is not None:

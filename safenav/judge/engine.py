@@ -243,7 +243,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             for robot in (s.robots[name] for name in one.blocks if s.external):
                 robot.came = None if robot.pose[0] == one.region else robot.came
             s.orders.discard(one.name)
-            s.dues.pop(one.name, None)
             listed = [each for each in s.coming if each.name == one.name]
             listed.sort(key=lambda x: x.goes is not None and x.goes <= s.now(e))
             if listed and e.cause != "user":
@@ -328,7 +327,8 @@ def _restart_rounds(e: Line, s: State) -> None:
             robot.progress.stayed += robot.stays or bool(acts and robot.settled)
         own = s.is_planned(robot.name) or robot.given == robot.own
         counts = robot.moved < s.tick or (robot.name == e.robot and own)
-        robot.progress.since = 0 if s.live else s.tick - counts
+        if not s.live:
+            robot.progress.since = s.tick - counts
 
 
 FACTS: tuple[Rule, ...] = tuple(RULES)

@@ -297,7 +297,7 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
             return False
         if acts_on(team, state, at, i):
             return False
-        way = plan.ways[i][robot.at + 1 : robot.at + 2]
+        way = plan.ways[i][robot.at + 1 :]
         energy = team.members[i].energy
         on = energy is not None and energy.charging(robot.pose)
         if on and way and is_charging(team, state, i, way[0]):

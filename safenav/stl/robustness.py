@@ -60,8 +60,8 @@ def robustness(formula: syntax.Requirement, recording: Recording) -> tuple[Array
     inside = around[(around >= 0) & (around <= recording.end)]
     if count + len(inside) > MOST_SAMPLES:
         raise UsageError(f"the formula needs more than {MOST_SAMPLES} samples\n    lower --rate")
-    grid = np.append(np.arange(count) / recording.rate, recording.end)
-    times = np.unique(np.concatenate([grid, inside]))
+    grid = np.arange(count) / recording.rate
+    times = np.unique(np.concatenate([grid, [recording.end], inside]))
     return times, _Evaluation(recording, times).of(formula)
 
 

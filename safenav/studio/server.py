@@ -191,7 +191,7 @@ class Server:
         if refusal is not None:
             return Answer(refusal[0], (refusal[1] + "\n").encode())
         body = await reader.readexactly(int(headers.get("Content-Length", "0")))
-        _, _, path = address.path[1:].partition("/")
+        path = address.path.removeprefix(f"/{self.guard.token}").removeprefix("/")
         try:
             if method == "POST" and path == "say":
                 refused = json.dumps(await self._take(body))

@@ -134,9 +134,7 @@ def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterat
             yield f"{robot} can only reach {_regions(sorted(found.diagnosis.confined), world)}."
             return
         case PlayEnd.NO_BEGINNING:
-            first = _inputs_words(play.pressure, world)
-            where = f"if initially {first}, " if first else ""
-            yield f"{robot} cannot start: {where}no initial state satisfies its guarantees."
+            yield f"{robot} cannot start: no initial state satisfies its guarantees."
             return
     moments = [_moment_words(moment, play, found, world) for moment in (*play.walk, *play.cycle)]
     if (hidden := len(moments) - _SHOWN) > 1:

@@ -44,10 +44,8 @@ def read_catalogue_file(path: Path, reading: Reading, named_at: Node | None = No
     inside = reading if named_at is None else reading.beside(str(path), named_at)
     text = read_source(path, reading, named_at)
     root = None if text is None else parsed(text, inside, "catalogue")
-    if root is not None:
-        resolve_catalogue(read(language.CatalogueKeys, root, "catalogue", inside), inside)
-    if root is None:
-        reading.broken.add("*")
+    item = None if root is None else read(language.CatalogueKeys, root, "catalogue", inside)
+    resolve_catalogue(item, inside)
     reading.catalogue = inside.catalogue
 
 

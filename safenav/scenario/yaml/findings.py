@@ -138,9 +138,8 @@ def suggestion(word: str, known: Iterable[str]) -> str:
 
 
 def listed(words: Collection[str]) -> str:
-    """Return the first twelve words from a file, on one line."""
-    some = [clipped(word) for word in list(words)[:12]]
-    return ", ".join(some) + (", ..." if len(words) > 12 else "")
+    """Return words from a file on one line."""
+    return ", ".join(map(clipped, words))
 
 
 def described(node: Node) -> str:
