@@ -354,11 +354,11 @@ def on_own(team: Team, state: State, i: int) -> bool:
 
 
 def goals(
-    team: Team, state: State, i: int, ticks: int | None = 1, duty: bool = True
+    team: Team, state: State, i: int, at_once: bool = False, duty: bool = True
 ) -> Iterator[tuple[int, int, bool]]:
     """Yield each target that a robot counts where it stands, with the rounds completed by then, and
     whether the target is its own. ``duty``: whether targets of its duty also count."""
-    for objective, before, after, met in _counts(team, state, i, ticks, duty):
+    for objective, before, after, met in _counts(team, state, i, at_once, duty):
         own = objective == team.members[i].objective
         for goal in met if objective.goals else ():
             yield goal, objective.pursuit.rounds((after if goal == met[-1] else before).met), own
@@ -375,7 +375,7 @@ Counted = tuple[Objective, Count, Count, tuple[int, ...]]
 """An objective, the progress before and after one count, and the targets met."""
 
 
-def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> Iterator[Counted]:
+def _counts(team: Team, state: State, i: int, at_once: bool, duty: bool) -> Iterator[Counted]:
     """Yield each count of a robot where it stands (none in transit): first for its own objective,
     if it pursues or ``_remembers`` it, then for its duty if ``duty``. A turn that takes no time may
     count each target once and, if the objective settles, all rounds. Formulas count one step."""
@@ -385,9 +385,9 @@ def _counts(team: Team, state: State, i: int, ticks: int | None, duty: bool) -> 
     parts += [(robot.objective, robot.task, 1)] if duty and not mine else []
     for objective, count, most in parts if robot.to is None else ():
         here, region = reached(objective, team.members[i].graph, robot), robot.pose % team.size
-        once, pursuit = ticks or objective.formulas is not None, objective.pursuit
+        once, pursuit = not at_once or objective.formulas is not None, objective.pursuit
         for _ in range(1 if once else pursuit.targets + most * pursuit.settles):
-            if not ticks and pursuit.rounds(count.met) >= most:
+            if at_once and pursuit.rounds(count.met) >= most:
                 break
             after, met = _count(objective, count, here, region)
             yield objective, count, after, met
@@ -433,7 +433,7 @@ def _with_counts(team: Team, state: State, event: now.Counted) -> State:
     i, member = event.robot, team.members[event.robot]
     robot = _begun(team, state, i)
     changes = {"own": robot.own, "task": robot.task, "fresh": robot.fresh and robot.to is not None}
-    for objective, _, after, _ in _counts(team, state, i, event.ticks, event.duty):
+    for objective, _, after, _ in _counts(team, state, i, event.at_once, event.duty):
         changes["own" if objective == member.objective else "task"] = after
     same = replace(robot, **changes) == state.robots[i]
     return state if same else _robot(state, i, **changes)

@@ -373,8 +373,8 @@ class Acts(Event, frozen=True):
 
     robot: int
     group: tuple[int, ...]
-    command: int = 0
-    obstacles: tuple[int, ...] = ()
+    command: int
+    obstacles: tuple[int, ...]
 
 
 class Acted(Event, frozen=True):
@@ -428,11 +428,11 @@ class Gone(Change, frozen=True):
 
 
 class Counted(Event, frozen=True):
-    """A robot's turn is over: goals count where it stands. ``ticks``: the turn's duration (None: no
-    time, so staying counts immediately); ``duty``: whether goals of its duty count also."""
+    """A robot's turn is over: goals count where it stands. ``at_once``: its turn takes no time,
+    so staying counts immediately; ``duty``: whether goals of its duty count also."""
 
     robot: int
-    ticks: int | None = 1
+    at_once: bool = False
     duty: bool = True
 
 

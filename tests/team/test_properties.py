@@ -82,7 +82,7 @@ def settled(team: Team, state: State, who: tuple[int, ...]) -> State:
     """Let every robot act; then robots ``who`` count, all of them after a resolution."""
     over, state = state.over, acted(team, state, moving=True)
     for i in who if state.over == over else range(len(team.members)):
-        state = apply(team, state, now.Counted(i, None))
+        state = apply(team, state, now.Counted(i, at_once=True))
     return state
 
 

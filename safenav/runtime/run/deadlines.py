@@ -95,8 +95,8 @@ class Ledger:
                 self._begins(team, i)
             case now.Served(i, True) | now.Placed(i):
                 self._begins(team, i)
-            case now.Counted(i, ticks):
-                for _, whole, _ in goals(team, before, i, ticks, duty=False):
+            case now.Counted(i, at_once):
+                for _, whole, _ in goals(team, before, i, at_once, duty=False):
                     round_ = self.dues.get((ROUND, i))
                     if round_ is not None and whole > round_.done:  # the goal completes the round
                         if not round_.past:

@@ -258,7 +258,7 @@ class Run(Situation):
             same = robot.fresh or (robot.objective == was.objective and not was.fresh)
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 at_once = self.world.live and isinstance(event, now.Turn)
-                self.happens(now.Counted(i, None if at_once else 1))
+                self.happens(now.Counted(i, at_once))
 
     def settle_after(self, strayed: list[int]) -> None:
         """Decide after changes. Robots that a failure has put out of service request no battery."""

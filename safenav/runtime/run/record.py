@@ -117,11 +117,11 @@ class Recorder:
         if (line := self._line(self.team, self.tick, before, event, after)) is not None:
             self.emit(line)
         match event:
-            case now.Counted(i, ticks, duty):
+            case now.Counted(i, at_once, duty):
                 if before is after:  # no goal was met
                     return
                 region = before.robots[i].pose % self.team.size
-                for goal, whole, own in goals(self.team, before, i, ticks, duty):
+                for goal, whole, own in goals(self.team, before, i, at_once, duty):
                     met = self._robot(i), goal, region, whole, not own or None
                     self.emit(records.Goal(self.tick, *met))
             case now.Time(at):
