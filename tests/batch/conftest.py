@@ -21,7 +21,7 @@ echo $$ >> {log}
 case "$spec" in
   *sleeper*) exec sleep 900 ;;
   *crasher*) kill -SEGV $PPID; exec sleep 900 ;;
-  *slow*) sleep 0.3 ;;
+  *slow*) sleep 0.7 ;;
   *broken*) printf 'out of \\033[2J order ü <&> ]]>' >&2; exit 4 ;;
 esac
 echo "RESULT: Specification is unrealizable." >&2

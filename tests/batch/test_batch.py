@@ -144,19 +144,20 @@ def test_a_batch_whose_workers_cannot_start_ends_with_an_error(
     assert "did not start" in done.stderr and "no yaml here" in done.stderr
 
 
-def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:
+@pytest.mark.parametrize("words", ["batch . --jobs 1", "check b.yaml"])
+def test_a_terminal_shows_the_progress(words: str, write: Write) -> None:
     write("a.yaml", expect="{outcome: completed}")
     write("b.yaml", "slow")
     master, terminal = pty.openpty()
-    command, seen = [*SAFENAV, "batch", ".", "--jobs", "1"], b""
+    command, seen = [*SAFENAV, *words.split()], b""
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=terminal):
         os.close(terminal)
         with suppress(OSError):  # the other side is closed
             while data := os.read(master, 4096):
                 seen += data
     os.close(master)
-    assert b"a.yaml: outcome: expected completed" in seen
-    assert b"1/2, 1 failed; running b.yaml (0 s)" in seen
+    told = {"batch": b"1/2, 1 failed; running b.yaml (0 s)", "check": b"synthesizing slow: "}
+    assert told[words.split()[0]] in seen
     assert seen.endswith(b"\r\x1b[K")
 
 

@@ -4,6 +4,7 @@ import io
 import os
 import signal
 import sys
+import time
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -113,8 +114,14 @@ def test_an_operator_helps_a_waiting_run_from_the_page(browser: Browser, tmp_pat
         page.state(phase="running")
         board = Board(browser, served, cols=11)
         browser.wait(lambda: browser.words(".badge") == "waits for an operator")
-        page.say("change", kind="permanent", obstacle="gate@99")
-        assert "known: gate@27" in page.refusal()
+        begun = time.monotonic()
+        for pause in (2, 0):
+            page.heard.clear()
+            page.say("change", kind="permanent", obstacle="gate@99")
+            assert "known: gate@27" in page.refusal()
+            time.sleep(pause)
+        news = [m for m in page.heard if m["is"] == "news"]  # in the pause
+        assert len(news) < 30 + 10 * (time.monotonic() - begun)
         board.choose("mark resolved")
         assert page.state(phase="ended")["state"]["outcome"] == "completed"
         lines = page.sound()

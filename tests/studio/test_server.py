@@ -10,7 +10,6 @@ import pytest
 
 from once import SCENARIOS
 from studio.serving import Served
-from warm import safenav
 
 HELLO = SCENARIOS / "hello.yaml"
 LARGEST = 8_000_000
@@ -103,12 +102,6 @@ def test_a_failed_download_reports_the_reason(tmp_path: Path) -> None:
             assert refused.value.code == status and why in refused.value.read()
 
 
-def test_a_live_view_refuses_a_scenario_on_standard_input() -> None:
-    done = safenav("run", "-", "--live", text=HELLO.read_text())
-    assert done.returncode == 2
-    assert "needs a file" in done.stderr
-
-
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("home")
@@ -130,7 +123,9 @@ def test_a_file_that_does_not_exist_yet_is_unsaved_and_a_blank_text_is_not(
 ) -> None:
     words = [file] if file else []
     with Served("studio", *words, "--no-browser", cwd=tmp_path) as found, found.opened() as page:
-        assert page.document("safenav")["dirty"] == bool(file)
+        for _ in range(2):
+            assert page.document("safenav")["dirty"] == bool(file)
+            page.say("open", kind="blank")
 
 
 @pytest.mark.parametrize(
@@ -187,6 +182,18 @@ def test_an_impossible_request_is_refused_with_the_reason(
         assert why in (page.say(does, **data) or "")
 
 
+@pytest.mark.slow
+def test_a_page_that_stops_reading_is_left(editor: Served) -> None:
+    head = f"GET /{editor.token}/events HTTP/1.1\r\nHost: 127.0.0.1:{editor.port}\r\n\r\n"
+    with editor.request(head) as stopped, editor.opened() as page:
+        for number in range(10):
+            page.say("text", text=f"# {number}" + '"' * 3_900_000)
+        while stopped.recv(1_000_000):
+            pass
+        page.say("text", text="safenav: 1\n# read\n")
+        page.document("# read")
+
+
 def test_two_editors_of_one_text_agree(editor: Served) -> None:
     with editor.opened() as one, editor.opened() as other:
         one.say("open", kind="blank", rows=5, cols=6)
@@ -204,14 +211,6 @@ def test_a_failing_synthesizer_is_reported_on_the_page(
         page.say("text", text=HELLO.read_text())
         found = page.hear(lambda m: m.get("verdicts"))["verdicts"]["rover"]
     assert found["verdict"] == "unknown" and "/bin/false" in found["because"]
-
-
-def test_a_trace_is_not_opened_as_a_scenario(tmp_path: Path) -> None:
-    trace = tmp_path / "run.jsonl"
-    trace.write_text('{"type":"header","trace":2,"safenav":"0","scenario":{}}\n')
-    refused = pytest.raises(AssertionError, match="this is a trace, not a scenario")
-    with refused, Served("studio", trace, "--no-browser"):
-        pass
 
 
 @pytest.mark.parametrize("named", ["flat", "flat/flat.yaml"])
