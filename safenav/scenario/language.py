@@ -92,6 +92,10 @@ class TypeKeys(Item, frozen=True):
 
     one: ClassVar = "obstacle type {name}"
     example: ClassVar = "{action: push}"
+    elsewhere: ClassVar = dict.fromkeys(
+        ("robots", "together", "same"),
+        "it belongs to a need: 'needs: [{action: lift, robots: 2, at: neighbours}]'",
+    )
     rules: ClassVar = (
         OneOf(
             ("action", "needs"),
@@ -119,8 +123,12 @@ class TypeKeys(Item, frozen=True):
 class CatalogueKeys(Item, frozen=True):
     """Robot models and obstacle types; they replace built-in ones of the same name."""
 
-    robots: dict[values.ModelName, model.RobotModel] | None = key("Robot models by name.")
-    obstacles: dict[TypeName, TypeKeys] | None = key("Obstacle types by name.")
+    robots: dict[values.ModelName, model.RobotModel] | None = key(
+        "Robot models by name.", example="{cart: {mobility: free, layer: ground}}"
+    )
+    obstacles: dict[TypeName, TypeKeys] | None = key(
+        "Obstacle types by name.", example="{fire_door: {action: push}}"
+    )
 
 
 class LtlKeys(Item, frozen=True):
@@ -163,8 +171,14 @@ class ObjectiveKeys(Item, frozen=True):
     label: ClassVar = "{rest}"
     example: ClassVar = EXAMPLE
     elsewhere: ClassVar = dict.fromkeys(
-        ("rounds", "repeat", "times"), "write 'until: {rounds: 3}' beside 'robots'"
-    ) | {"ltl": f"only the 'objective' of a robot has formulas: use {one_of(kinds_that())}"}
+        ("rounds", "repeat", "times", "until"), "write 'until: {rounds: 3}' beside 'robots'"
+    ) | {
+        "ltl": f"only the 'objective' of a robot has formulas: use {one_of(kinds_that())}",
+        **dict.fromkeys(
+            ("when", "while_waiting", "tracks", "avoids", "vision", "heading", "start"),
+            "it belongs to the robot, beside 'objective'",
+        ),
+    }
     rules: ClassVar = (
         OneOf((*KINDS, "ltl"), f"give it one, for example {EXAMPLE}", "choose one of them"),
         Beside(FORM, STRICT, "leave it out: other kinds have one form only"),
@@ -298,7 +312,13 @@ class ScenarioKeys(Item, frozen=True):
     title: ClassVar = "safenav scenario"
     example: ClassVar = "the file that 'safenav new FILE' writes"
     elsewhere: ClassVar = dict.fromkeys(entries(MapKeys), "it belongs in 'map': indent it") | {
-        "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults"
+        "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults",
+        "max_ticks": "write 'limits: {ticks: ...}'",
+        **{
+            word: f"it belongs in '{name}': '{name}: {{{word}: ...}}'"
+            for name, part in (("until", model.Until), ("limits", model.Limits))
+            for word in entries(part)
+        },
     }
     safenav: int | None = version(VERSION, "scenario", "safenav")
     name: str | None = key("Its name in reports. Default: that of the file.")

@@ -367,6 +367,7 @@ class Need(Part, frozen=True):
     """
 
     one: ClassVar = "need {name} {rest}"
+    example: ClassVar = "{action: push, at: neighbours}"
     action: Action = key("The capability that fulfils it.", "for example 'action: push'")
     robots: Positive = key("Number of distinct robots that perform it.", most=100, default=1)
     at: Where = ResolveAt.SELF

@@ -80,7 +80,7 @@ class AnyOf(Part, frozen=True):
 
     elsewhere: ClassVar = dict.fromkeys(
         ("rows", "columns"), "write the name of an area: 'areas: {lab: {rows: 1-4, columns: 1-6}}'"
-    )
+    ) | dict.fromkeys(("row", "column", "col"), "a position is written in brackets: [row, column]")
     any: tuple[Regions, ...] = key(
         "Any one of these regions.",
         "a target of several regions is written {any: [47, [3, 8]]}",

@@ -114,5 +114,6 @@ def _blocks(
             found = (
                 f"{item.named('blocks')}: '{clipped(word.text)}' is not a layer, a robot model or"
             )
-            reading.add(word, f"{found} a robot", suggestion(word.text, words))
+            hint = "to stop all robots, leave 'blocks' out" if word.text in ("all", "any") else ""
+            reading.add(word, f"{found} a robot", hint or suggestion(word.text, words))
     return None if item.blocks is None else frozenset(word.text for word in item.blocks)

@@ -110,14 +110,14 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
         hint = "write 'grid: |' and below it one indented line of '#' and '.' for each row"
         findings.add(node, "the grid is empty", hint)
     for number, (place, row) in enumerate(rows):
-        if len(row) != (cols := len(rows[0][1])):
-            found = f"ragged map: row {number} has {len(row)} characters, row 0 has {cols}"
-            findings.add(place, found, "give all rows of the grid the same length")
         if not _CHARACTERS.issuperset(row):
             odd = next(i for i, char in enumerate(row) if char not in _CHARACTERS)
             at = replace(place, column=place.column + odd)
             found = f"row {number}, column {odd} of the map: found '{clipped(row[odd])}'"
             findings.add(at, found, "expected '#' (wall) or '.' (free)")
+        elif len(row) != (cols := len(rows[0][1])):
+            found = f"ragged map: row {number} has {len(row)} characters, row 0 has {cols}"
+            findings.add(place, found, "give all rows of the grid the same length")
     if rows and len(rows) * len(rows[0][1]) > MOST_REGIONS:
         findings.add(node, *too_large(len(rows), len(rows[0][1])))
     return RegionMap.from_grid(row for _, row in rows) if len(findings) == before else None

@@ -59,6 +59,21 @@ def place_of(value: object) -> Region | tuple[int, int] | None:
     return None
 
 
+def _as_region(node: Node) -> str:
+    """Return how a region is written that a file has in another form; an empty text if unknown."""
+    items = document.items_of(node) or [value for _, value in document.entries_of(node)]
+    text = " ".join(item.text for item in items if isinstance(item, Scalar))
+    keys = [key.text[:3] for key, _ in document.entries_of(node)]
+    if keys in ([], ["row", "col"]) and (cell := _CELL.fullmatch(text)):
+        return f"write [{cell[1]}, {cell[2]}]"
+    if isinstance(node, Sequence) and len(node.items) == 1:
+        return "leave out the outer brackets"
+    return "name one region" if isinstance(node, Sequence) and len(node.items) > 1 else ""
+
+
+_CELL = re.compile(r"(\d{1,9})(?:\.0)?[ ;]+(\d{1,9})(?:\.0)?", re.ASCII)
+
+
 def wall(region: Region, world: RegionMap) -> tuple[str, str]:
     """Return the error for a region that is a wall, with a hint."""
     beside = ", ".join(map(world.label, world.neighbours(region)))
@@ -266,6 +281,8 @@ class Reading(Findings):
             if self.within is not None and name[-1:] != name[:1]:
                 self.add(self.within, f"{what}: found a position in parentheses", hint)
                 return None
+        elif {*(words := re.split("[ ;]+", name))} <= self.names.keys() | self.areas.keys():
+            hint = f"write a comma between them: [{clipped(', '.join(words))}]"
         if hint:
             self.add(node, f"{found} '{clipped(name)}'", hint)
         elif self.names_known:
@@ -277,8 +294,7 @@ class Reading(Findings):
         """Return the region given by a number, or by a row and a column; None after an error."""
         world, place = self.world, place_of(document.plain(node))
         if place is None:
-            one = isinstance(node, Sequence) and len(node.items) == 1
-            wrong_type(node, what, _EXPECTED, self, "leave out the outer brackets" * one)
+            wrong_type(node, what, _EXPECTED, self, _as_region(node))
             return None
         rows, cols = (world.rows, world.cols) if world else (MOST, MOST)
         if isinstance(place, int):

@@ -119,7 +119,18 @@ def continued(last: Entry, key: Scalar, value: Node) -> tuple[Entry, str] | None
         return None
     items = clipped(f"{before.text}, {key.text}").strip("()")
     hint = f"if it belongs to '{clipped(name.text)}', write the list in brackets: [{items}]"
+    if _THOUSANDS.fullmatch(f"{before.text},{key.text}"):
+        hint = f"; {hint}" if key.text[0] != "0" else ""
+        hint = f"write the number without a comma: {before.text}{key.text}{hint}"
     return (name, reported(before)), hint
+
+
+_THOUSANDS = re.compile(r"-?[0-9]{1,3}(?:[ _,'][0-9]{3})+")
+
+
+def without_separators(text: str) -> str:
+    """Return a number such as ``1 000`` or ``1_000`` as ``1000``; an empty text for other texts."""
+    return re.sub(r"[^-0-9]", "", text) if _THOUSANDS.fullmatch(text) else ""
 
 
 def plain(node: Node) -> Any:
@@ -238,16 +249,15 @@ class _Builder:
                 raise DocumentError(place, _TOO_DEEP)
             self._known.pop(event.anchor, None)
             self._open.append(event.anchor)
-            found = self._collection(isinstance(event, yaml.MappingStartEvent), place)
+            found = self._collection(event, place)
             self._open.pop()
         if event.anchor is not None:
             self._known[event.anchor] = found
         return found
 
-    def _collection(self, is_mapping: bool, place: Place) -> tuple[Node, int]:
+    def _collection(self, start: Any, place: Place) -> tuple[Node, int]:
         items: list[Node] = []
-        entries: dict[str, tuple[Scalar, Node]] = {}
-        weight, pairs = 1, 0
+        weight = 1
         for event in self._events:
             if isinstance(event, yaml.CollectionEndEvent):
                 break
@@ -261,13 +271,18 @@ class _Builder:
                 found = f"more than {MAX_NODES} values in one file"
                 raise DocumentError(_place(event) if alias else node.place, found, hint)
             items.append(node)
-            if is_mapping and len(items) == 2:
-                self._enter(entries, *items)
-                items.clear()
-                pairs += 1
-        if is_mapping:
-            return Mapping(place, tuple(entries.values()), len(entries) < pairs), weight
-        return Sequence(place, tuple(items)), weight
+        if not isinstance(start, yaml.MappingStartEvent):
+            return Sequence(place, tuple(items)), weight
+        keys, values = items[::2], items[1::2]
+        numbers = any(isinstance(k, Scalar) and isinstance(k.value, int | float) for k in keys)
+        if start.flow_style and numbers and all(map(is_nothing, values)):
+            shown = clipped(", ".join(k.text for k in keys if isinstance(k, Scalar)))
+            self.flaws.append((place, f"found {{{shown}}}", f"a list needs brackets: [{shown}]"))
+            return Mapping(place, (), cut=True), weight
+        entries: dict[str, tuple[Scalar, Node]] = {}
+        for key, value in zip(keys, values, strict=True):
+            self._enter(entries, key, value)
+        return Mapping(place, tuple(entries.values()), len(entries) < len(keys)), weight
 
     def _scalar(self, event: Any, place: Place) -> Scalar:
         if (foreign := foreign_character(event.value)) is not None:
@@ -296,7 +311,9 @@ class _Builder:
             self.flaws.append((key.place, "a key is a list or a mapping", "keys are words"))
         elif not isinstance(key.value, str):
             shown, hint = key.text or "(nothing)", _KEYS
-            if isinstance(node, Scalar) and isinstance(node.value, str):
+            if isinstance(node, Mapping) or (isinstance(node, Sequence) and key.text):
+                hint = "begin it with a letter"
+            elif isinstance(node, Scalar) and isinstance(node.value, str):
                 hint = f"the word comes first: {clipped(node.text)}: {shown}"
             elif isinstance(node, Scalar) and node.value is not None:
                 hint = f"keys are words; a list needs brackets: [{shown}]"

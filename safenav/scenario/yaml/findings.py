@@ -86,7 +86,8 @@ class Findings:
                 if flaw.line or named_at is None:
                     inside.add(Place(flaw.line, flaw.column), flaw.found, flaw.hint)
                 else:
-                    self.add(named_at, f"file '{path}': {flaw.found}", flaw.hint)
+                    named = clipped(str(path), 200)
+                    self.add(named_at, f"file '{named}': {flaw.found}", flaw.hint)
             return None
 
     @property
@@ -169,9 +170,14 @@ def wrong_type(
     if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
         hint = hint or "numbers are written without quotes"
     elif isinstance(node, Scalar):
-        number = re.fullmatch(r"(-?\d+(?:\.\d+)?) ?([a-z/%°]+)", node.text)
+        number = re.fullmatch(r"(-?\d+(?:\.\d+)?) ?([A-Za-z/%°]+)", node.text)
+        alone = document.without_separators(node.text)
+        if isinstance(node.value, float) and node.value.is_integer() and abs(node.value) < 1e9:
+            alone = str(int(node.value)) if "whole number" in expected else ""
         truth = {"yes": "true", "on": "true", "no": "false", "off": "false"}.get(node.text.lower())
-        if number is not None and "number" in expected:
+        if alone and "number" in expected:
+            hint = hint or f"write {alone}"
+        elif number is not None and "number" in expected:
             alone = f": {number[1]}" if number[2] in _UNITS else ""
             hint = hint or f"write the number alone, without a unit{alone}"
         elif truth is not None and expected == "true or false":
@@ -240,13 +246,16 @@ _ALSO_CALLED = {
         ("agents", ("robots",)),
         ("goto go_to reach", ("hold",)),
         ("doors hazards", ("obstacles",)),
+        ("parcels tasks jobs deliveries", ("orders",)),
         ("timeout", ("limits",)),
         ("type", ("model",)),
-        ("kind", ("type", "model")),
+        ("kind name", ("type", "model")),
         ("position location cell", ("start", "region")),
         ("initial", ("start",)),
         ("facing direction orientation", ("heading",)),
-        ("tick", ("at", "from")),
+        ("tick time", ("at", "from")),
+        ("at", ("resolve_at", "from")),
+        ("resolve_at", ("at",)),
         ("goal goals task mission specification", ("objective",)),
         ("skills abilities", ("capabilities",)),
         ("diameter", ("size",)),
