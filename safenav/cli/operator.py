@@ -67,11 +67,7 @@ def _ask(mission: Mission, terminal: _Terminal) -> None:
     input ends before any intervention, give up the run."""
     from safenav.runtime.run.operator import LINES
 
-    conclusion = mission.waiting
-    assert conclusion is not None
-    lines = [f"because {link}" for link in conclusion.links[1:]]
-    lines += [f"interventions: {'; '.join(LINES.values())}", "an empty line continues the run"]
-    for line in lines:
+    for line in (f"interventions: {'; '.join(LINES.values())}", "an empty line continues the run"):
         click.echo(f"           {line}", err=True)
     given = 0
     while mission.result is None:
