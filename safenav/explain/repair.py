@@ -292,15 +292,20 @@ def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple
     milder: list[Objective] = []
     if objective.literal:
         milder.append(objective.changed(literal=False))
-    for place in range(len(objective.always)):
-        kept_rules = objective.always[:place] + objective.always[place + 1 :]
-        milder.append(objective.changed(always=kept_rules))
-    if objective.avoid:
-        milder.append(objective.changed(avoid=frozenset()))
+    milder += without_rules(objective)
     if len(objective.targets) > 1 or objective.settles:
         milder += [alternation((target,), objective) for target in objective.targets]
     for each in milder:
         yield each, ("", written(each, word))
+
+
+def without_rules(objective: Objective) -> Iterator[Objective]:
+    """Yield the objective without one formula of ``always``, then without ``avoid``."""
+    for place in range(len(objective.always)):
+        kept = objective.always[:place] + objective.always[place + 1 :]
+        yield objective.changed(always=kept)
+    if objective.avoid:
+        yield objective.changed(avoid=frozenset())
 
 
 def _hopeful(robot: Robot, problem: RepairProblem) -> bool:

@@ -13,7 +13,14 @@ from msgspec.structs import replace
 from safenav.errors import Outcome, ResourceLimitError, SafenavError
 from safenav.explain.explanation import Explanation, Repair, RepairKind
 from safenav.explain.investigation import explain
-from safenav.explain.repair import nearest, offered, with_robots, without_walls, without_words
+from safenav.explain.repair import (
+    nearest,
+    offered,
+    with_robots,
+    without_rules,
+    without_walls,
+    without_words,
+)
 from safenav.review.foresight import Foresight, foresee
 from safenav.runtime.run.mission import Mission, RunResult, first_results, uninterrupted
 from safenav.scenario.model import Obstacle, Robot, RobotModel, Scenario, actions_of
@@ -229,6 +236,17 @@ def _start(model: RobotModel, region: Region, heading: Heading | None) -> Pose:
     return Pose(region, heading if model.mobility is Mobility.HEADING else None)
 
 
+def _rules(failed: _Failure) -> Iterator[Repair]:
+    """Yield repairs that leave out rules which keep a robot from regions where it is needed."""
+    helpers = (helper for lacks in failed.lacks for helper in lacks.helpers)
+    for name in dict.fromkeys(h.name for h in helpers if h.hindrance is Hindrance.RULES):
+        robot = failed.scenario.robot(name)
+        for objective in without_rules(robot.objective):
+            free = replace(robot, objective=objective)
+            change = (f"robots.{name}.objective", written(objective, failed.word))
+            yield failed.changed(RepairKind.OBJECTIVE, [free], change)
+
+
 def _starts(failed: _Failure) -> Iterator[Repair]:
     """Yield repairs that start a robot with the missing action in a region where it is needed."""
     for lacks in failed.lacks:
@@ -365,6 +383,7 @@ def _targets(failed: _Failure) -> Iterator[Repair]:
 
 
 _KINDS: tuple[Callable[[_Failure], Iterator[Repair]], ...] = (
+    _rules,
     _starts,
     _capabilities,
     _robots,

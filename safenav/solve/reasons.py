@@ -13,7 +13,7 @@ from safenav.team.floor import Floor
 from safenav.team.team import Need
 from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.words import listed, obstacle_words
-from safenav.world.poses import Mask, bits
+from safenav.world.poses import Mask, bits, plain_graph
 
 
 class Hindrance(Enum):
@@ -23,6 +23,7 @@ class Hindrance(Enum):
     GATES = "obstacles are in the way"
     INSIDE = "one robot alone cannot enter that region; 'at' of the need can name other regions"
     WALLS = "no path leads there"
+    RULES = "rules of the objective leave no path there"
     CUT_OFF = "no path leads to where the load is put down"
     LADEN = "the load on board cannot be put down"
     OUT_OF_SERVICE = "it is out of service"
@@ -93,7 +94,21 @@ def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
     )
     if waits_for == (gate.name,) and regions == 1 << gate.region:
         return Helper(name, Hindrance.INSIDE, waits_for)
-    return Helper(name, Hindrance.GATES if waits_for else Hindrance.WALLS, waits_for)
+    hindrance = Hindrance.RULES if _ruled_out(now, closure, i, regions) else Hindrance.WALLS
+    return Helper(name, Hindrance.GATES if waits_for else hindrance, waits_for)
+
+
+def _ruled_out(now: Sets, closure: Closure, i: int, regions: Mask) -> bool:
+    """Return whether only the rules of its objective keep a robot out of regions."""
+    floor, member, graph = now.floor, now.floor.team.members[i], now.floor.graphs[i]
+    gates = ((floor.gate(g), closure.left[g]) for g in closure.never)
+    closed = {gate.region for gate, stage in gates if i in gate.needs[stage.need].closed_to}
+    sealed = graph.regions_of(member.floor & ~floor.floors[i])
+    plain = plain_graph(graph.world, graph.mobility)
+    free = plain.outside({*closed, *bits(sealed)})
+    begin = sum(1 << p for p in {plain.number(graph.pose(p)) for p in bits(closure.reach[i])})
+    inside = floor.inside and floor.inside[i]  # it can leave an obstacle only as it came
+    return not inside and bool(plain.closure(begin, free) & plain.poses_on(regions))
 
 
 def cause_of(found: Collection[Shortfall]) -> OperatorCause:
