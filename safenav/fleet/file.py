@@ -13,7 +13,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.scenario.language import ObstacleKeys, Type
-from safenav.scenario.model import Failures, Obstacle, Scenario
+from safenav.scenario.model import Failures, Obstacle, Robot, Scenario
 from safenav.scenario.reading.events import obstacles_of
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Node, Scalar, below, clipped, entries_of
@@ -54,6 +54,7 @@ RosName = Annotated[str, _in_ros(NAME)]
 class ScanUse(Part, frozen=True):
     """A lidar that finds obstacles in the regions beside the robot."""
 
+    example: ClassVar = "{obstacle: door}"
     obstacle: Type = key("The type of the obstacles that it reports.", "a type of obstacle")
     topic: RosName = "scan"
 
@@ -70,6 +71,7 @@ class TfUse(Part, frozen=True):
 class FollowUse(Part, frozen=True):
     """References that the robot tracks itself, instead of goals."""
 
+    example: ClassVar = "{topic: reference}"
     topic: Annotated[str, _in_ros(NAME, "The topic of its references.")] = "reference"
 
 
@@ -79,6 +81,7 @@ class Station(Part, frozen=True):
     itself."""
 
     one: ClassVar = "robot '{name}'"
+    example: ClassVar = "{speed: 0.5, act: {push: open_door}}"
     namespace: Annotated[
         str, _in_ros(NAMESPACE, "Prefix of its topics. Default: / and its name.")
     ] = ""
@@ -98,7 +101,9 @@ class Station(Part, frozen=True):
     ] = None
     tf: TfUse | None = None
     follow: FollowUse | None = None
-    act: dict[str, RosName] = key("The service that performs each action.", default={})
+    act: dict[str, RosName] = key(
+        "The service that performs each action.", default={}, example="{push: open_door}"
+    )
 
     @property
     def pose_topic(self) -> str:
@@ -156,9 +161,13 @@ class FleetKeys(Item, frozen=True):
     network: Network = key(default=Network())
     simulation: SimulationUse = key(default=SimulationUse())
     failures: Failures = key(default=Failures())
-    inputs: dict[Scalar, RosName] | None = key("ROS: the topic (std_msgs/Bool) of each input.")
+    inputs: dict[Scalar, RosName] | None = key(
+        "ROS: the topic (std_msgs/Bool) of each input.", example="{alarm: /building/alarm}"
+    )
     defaults: Station | None = key("Default values for all robots.")
-    robots: dict[Scalar, Station] | None = key("By name; robots not listed have the defaults.")
+    robots: dict[Scalar, Station] | None = key(
+        "By name; robots not listed have the defaults.", example="{quad: {speed: 1.0}}"
+    )
 
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
@@ -186,11 +195,25 @@ def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
     kind = item.transport or TransportKind.ROS2
     if kind is TransportKind.ROS2:
         _check_apart(stations, item.at("robots") or item.node, findings)
+    for robot in scenario.robots:
+        if stations[robot.name].follow is not None and (why := cannot_follow(robot)) is not None:
+            own_place = below(item.at("robots"), robot.name, "follow")
+            findings.add(own_place or below(item.at("defaults"), "follow"), *why)
     inputs = _inputs(item, kind, scenario, findings)
     pace, true = item.simulation.pace, scenario.obstacles
     if (listed := item.simulation.obstacles) is not None:
         true = (*obstacles_of(listed, findings), *(each for each in true if each.ordered))
     return FleetFile(kind, item.network, pace, true, stations, inputs, item.failures)
+
+
+def cannot_follow(robot: Robot) -> tuple[str, str] | None:
+    """Return why a robot cannot follow references, with a hint; None if it can."""
+    figures = robot.model.figures
+    if figures is not None and figures.kind != "walker":
+        return None
+    why = "has no motion" if figures is None else "walks"
+    found = f"{robot.name} cannot follow references: the model '{robot.model.name}' {why}"
+    return found, "only a flyer, a rover or a disc can; leave out its 'follow'"
 
 
 def _check_apart(stations: Mapping[str, Station], node: Node, findings: Findings) -> None:

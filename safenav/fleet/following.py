@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.fleet import transport
-from safenav.fleet.file import Station
+from safenav.fleet.file import Station, cannot_follow
 from safenav.fleet.setpoints import Setpoints, reference_of
 from safenav.motion.file import Moving
 from safenav.motion.geometry import MetricFloor
@@ -206,16 +206,11 @@ class Following:
 def mover_of(robot: Robot, places: transport.Places) -> Glider:
     """Return the mover of a robot at rest in its start region. Raises UsageError if its model
     cannot follow references."""
-    model, start = robot.model, robot.start
-    figures = model.figures
-    if figures is None or figures.kind == "walker":
-        why = "has no motion" if figures is None else "walks"
-        raise UsageError(
-            f"{robot.name} cannot follow references: the model '{model.name}' {why}\n"
-            "    only a flyer, a rover or a disc can; leave out its 'follow'"
-        )
+    figures = robot.model.figures
+    if (why := cannot_follow(robot)) is not None or figures is None:
+        raise UsageError("\n    ".join(why or ()))
     floor = MetricFloor(places.world.rows, places.world.cols, places.frame.resolution)
-    found = mover(robot.name, floor, *start.place, figures)
+    found = mover(robot.name, floor, *robot.start.place, figures)
     assert isinstance(found, Glider)
     return found
 

@@ -133,7 +133,7 @@ def test_keys_of_a_robot_override_the_defaults_of_the_fleet(tmp_path: Path) -> N
 def test_default_tolerances_end_inside_the_region(side: float, tmp_path: Path) -> None:
     """By default, messages stay on the machine."""
     text = CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
-    fleet = loaded(HEAD + "defaults: {follow: {}}\n", tmp_path, load_scenario_text(text))
+    fleet = loaded(HEAD + "robots: {quad: {follow: {}}}\n", tmp_path, load_scenario_text(text))
     assert fleet.network == fleet_file.Network(0, "lo", ("127.0.0.1",))
     assert fleet.stations["quad"].tolerance == pytest.approx(min(0.3, 0.3 * side))
 
