@@ -103,7 +103,7 @@ def foreign_character(text: str) -> tuple[int, int, str] | None:
 
 _SECTION = r"\[\s*[A-Za-z_]+\s*\]"
 _DRAW = "draw it with: safenav draw {0}; 'map' of a scenario names it (docs/maps.md)"
-PICTURE = "picture"
+PICTURE, ARCHIVE = "picture", "zip file"
 ROS_MAP = "map of ROS map_server"
 _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     "specification": (
@@ -125,6 +125,7 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
         "check it with: safenav verify SPECIFICATION {0}",
     ),
     "matrix file": ((r"(?m)^batch[ \t]*:",), "run it with: safenav batch {0}"),
+    ARCHIVE: ((r"\APK\x03\x04",), "if it is a bundle, check it with: safenav check {0}"),
     PICTURE: (
         (r"\A(?:.PNG|P[25]\s|GIF8|.{3,8}(?:JFIF|Exif))",),
         "name it by 'image' of map, or the YAML file of its ROS map by 'ros'; to see it: safenav "
@@ -188,7 +189,7 @@ def decoded(data: bytes, file: str) -> str:
         place, hint = (before.count(b"\n") + 1, column), "save it as UTF-8"
         found = f"not UTF-8: byte 0x{data[error.start]:02X}"
     beginning = data[:100].decode("utf-8", "replace")
-    if kind_of(beginning) == PICTURE:
+    if kind_of(beginning) in (PICTURE, ARCHIVE):
         check_kind(beginning, "text", file)
     raise InputError([Diagnostic(file, *place, found, hint)])
 
