@@ -24,7 +24,7 @@ class Hindrance(Enum):
     INSIDE = "one robot alone cannot enter that region; 'at' of the need can name other regions"
     WALLS = "no path leads there"
     RULES = "rules of the objective leave no path there"
-    CUT_OFF = "no path leads to where the load is put down"
+    CUT_OFF = "no allowed path leads to where the load is put down"
     LADEN = "the load on board cannot be put down"
     OUT_OF_SERVICE = "it is out of service"
     FAILED = "too many attempts have failed"
