@@ -128,8 +128,11 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
     told, tick = run_of(replace(trace, records=begun.lines[1:])), begun.kept.memory.tick
     if plan.clock is Clock.LOCKSTEP and told.last != tick:
         raise UsageError(f"{trace.source}: a checkpoint of tick {tick} follows tick {told.last}")
-    if plan.clock is Clock.LOCKSTEP and tick >= (most := plan.limits.ticks):
-        raise UsageError(f"{trace.source}: at its limit of {most} ticks; give a higher --max-ticks")
+    reached, end = tick, trace.outcome  # a checkpoint precedes the last tick
+    if end is not None and end.outcome is Outcome.TICK_LIMIT:
+        reached = end.tick
+    if plan.clock is Clock.LOCKSTEP and reached >= (most := plan.limits.ticks):
+        raise UsageError(f"{trace.source}: at its limit, tick {most}; give a higher --max-ticks")
     for track, robot in zip(told.robots, begun.standing(plan).robots, strict=True):
         if track.regions[-1] != robot.start.region:
             where = f"in region {robot.start.region}, but it was last in {track.regions[-1]}"
