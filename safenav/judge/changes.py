@@ -27,7 +27,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
     only when obstacles appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
-        if not one.open or one.blocks or not one.ordered:
+        caused = (e.cause == "scenario") is (one.since < 0)
+        if not one.open or one.blocks or not (one.ordered and caused):
             yield f"{one.name} is not an order of the scenario"
         return
     if e.kind == "truth":

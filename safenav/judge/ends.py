@@ -73,13 +73,16 @@ def goal(e: Line, s: State) -> Iterator[str]:
     goals in turn. A robot that a strategy drives to another objective meets no own goal."""
     robot = s.robots[e.robot]
     own, here = robot.own, robot.pose[0]
-    if e.duty:
-        return  # the goals of duties are not judged
-    if not (s.keeps(e.robot) or robot.given.serves(own)):
-        yield f"{e.robot} counts goal {e.goal} of its own while it has another objective"
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
         return
+    if e.duty:
+        there = (k for k, target in enumerate(robot.given.targets) if here in target)
+        if robot.given.targets and e.goal not in there:
+            yield f"{s.show(here)} is not target {e.goal} of the duty of {e.robot}"
+        return
+    if not (s.keeps(e.robot) or robot.given.serves(own)):
+        yield f"{e.robot} counts goal {e.goal} of its own while it has another objective"
     if robot.lost or robot.bound is not None or (robot.out and not robot.finishes(e, s.now(e))):
         yield f"{e.robot} is lost, in transit or out of service"
     if not counts(e, robot, s):
@@ -90,10 +93,12 @@ def goal(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} counts goal {e.goal} twice for one step"
     if own.in_turn and after is robot.progress and not (own.strict or after.ended(own)):
         yield f"target {e.goal} of {e.robot} is out of turn"
-    elif not (own.settles or again) and e.round != after.rounds(own, e.tick):
-        yield f"{e.robot} has completed {after.rounds(own, e.tick)} rounds, not {e.round}"
-    most = robot.progress.rounds(own, e.tick) + 1
-    if not (s.live and own.settles) and e.round > most:
+    rounds = (robot.progress if again else after).rounds(own, e.tick)
+    if not own.settles and e.round != rounds:
+        yield f"{e.robot} has completed {rounds} rounds, not {e.round}"
+    more = s.scenario.until.rounds if s.live and own.settles else 1
+    most = robot.progress.rounds(own, e.tick) + more
+    if e.round > most:
         yield f"{e.robot} has completed at most {most} rounds, not {e.round}"
 
 
@@ -102,13 +107,13 @@ def deadline(e: Line, s: State) -> Iterator[str]:
     """`kept` is recorded by the due tick, `late` after it, `lost` only if no behaviour can meet the
     deadline. An obstacle's deadline is excused once the obstacle need not be resolved, a
     round's deadline if the robot pursued something else in this or the previous round."""
-    due = (s.kept if e.verdict == "kept" else s.dues).get(e.of)
+    due = {"kept": s.kept, "excused": s.dues | s.excused}.get(e.verdict, s.dues).get(e.of)
     robot, one = s.robots.get(e.of), s.obstacles.get(e.of)
     excused = bool(robot.away or robot.was_away if robot else one and (one.shut or not one.open))
     late = e.due < e.tick and not (robot and excused)
     if (s.by if e.of == "mission" else getattr(robot or one, "within", None)) is None:
         yield f"{e.of} has no deadline"
-    elif e.due != due and e.verdict != "excused":
+    elif e.due != due:
         yield f"{e.of} is due in {'no tick' if due is None else f'tick {due}'}, not {e.due}"
     elif e.verdict in ("lost", "set"):
         yield from _proven(bound_problems(e, s))
@@ -158,9 +163,10 @@ def end(e: Line, s: State) -> Iterator[str]:
         yield f"a {e.outcome} run lists no robots as unrealizable"
     for name, _ in sorted(stated - s.unrealizable):
         yield f"no synthesis of {name} has failed"
-    if e.makespan is not None and not s.external and e.makespan != s.worked:
+    if e.makespan is not None and e.makespan != s.worked:
         yield f"the last command ends at {s.worked:g} s, not {e.makespan:g} s"
-    if e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
+    moved = max(robot.moved for robot in s.robots.values())
+    if e.ticks != (moved if e.outcome in ("error", "interrupted") and not s.live else e.tick):
         yield f"the run ends in tick {e.tick}, not {e.ticks}"
     if e.outcome == "tick_limit" and (s.live or e.tick != s.limit):
         yield f"the limit of {s.limit} ticks is not reached"

@@ -266,7 +266,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 _due(e, one, s)
         case "gone":
             one.there = one.known = one.shut = False
-            s.dues.pop(one.name, None)
+            _excuse(one, s)
             if one.name in s.flat:
                 drained = s.robots[s.flat.pop(one.name)]
                 drained.filled = drained.out
@@ -293,7 +293,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.truth = e.traversable
         case "blocked":
             one.shut = one.known = True
-            s.dues.pop(one.name, None)
+            _excuse(one, s)
         case "reopened":
             one.shut = False
             _due(e, one, s)
@@ -310,6 +310,12 @@ def _due(e: Line, one: Obstacle, s: State) -> None:
     """Begin the deadline of an obstacle when it is requested for the first time."""
     if one.within is not None:
         s.dues.setdefault(one.name, e.tick + one.within)
+
+
+def _excuse(one: Obstacle, s: State) -> None:
+    """End the deadline of an obstacle that need not be resolved."""
+    if one.name in s.dues:
+        s.excused[one.name] = s.dues.pop(one.name)
 
 
 def _restart_rounds(e: Line, s: State) -> None:

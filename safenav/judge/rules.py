@@ -230,9 +230,10 @@ def charge(e: Line, s: State) -> Iterator[str]:
 
 @rule("act", "acted", "part", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
-    """Robots that begin an action are in service, and neither in transit nor in another action. In
-    a simulated world, only robots in service (live: that have just acted) resolve obstacles, and no
-    action fails."""
+    """Robots that begin an action are in service, and neither in transit nor in another action. It
+    ends with results for obstacles on which the robot can act there; in lockstep only failures are
+    recorded. In a simulated world, only robots in service (live: that have just acted) resolve
+    obstacles, with the recorded result, and no action fails."""
     robot = s.robots[e.robot]
     if e.kind == "act":
         for name in e.robots:
@@ -243,13 +244,22 @@ def actions(e: Line, s: State) -> Iterator[str]:
     elif e.kind == "acted":
         if s.live and robot.acts is None:
             yield f"{e.robot} ends an action that it has not begun"
-        if not s.external and ("failed" in e.results.values() or e.barred):
+        failed = {name for name, result in e.results.items() if result == "failed"}
+        if not s.external and (failed or e.barred):
             yield f"an action of {e.robot} fails, in a simulated world"
+        if {*(e.barred or ())} - failed or not (s.live or failed == e.results.keys() != {*()}):
+            yield f"the action of {e.robot} has not failed"
+        for one in map(s.obstacles.get, e.results):
+            left = one.rest.left if one and one.open else ()
+            acts = (e.robot in x.able and robot.pose[0] in x.regions for x in left)
+            if one is None or (left and not any(acts)):
+                yield f"{e.robot} cannot act on each of {', '.join(e.results)}"
     elif s.live and not s.external:
+        result = "untraversable" if e.traversable is False else "done"
         if robot.acted.tick != e.tick:
             yield f"{e.robot} has not ended an action"
-        elif robot.acted.results.get(e.obstacle) == "nothing":
-            yield f"the action of {e.robot} has no effect on {e.obstacle}"
+        elif (stated := robot.acted.results.get(e.obstacle, result)) != result:
+            yield f"the action of {e.robot} on {e.obstacle} ends as {result}, not {stated}"
     elif s.rests(robot, s.now(e)) and not (s.live or s.external):
         yield f"{e.robot} acts, but is out of service"
 

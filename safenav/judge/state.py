@@ -300,6 +300,7 @@ class State:
         self.by = h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
         self.kept = dict(self.dues)
+        self.excused: dict[str, int] = {}  # deadlines of obstacles that need not be resolved
         self.switched: dict[str, int] = {}
         self.missed: set[str] = set()
         self.orders: set[str] = set()
@@ -482,9 +483,9 @@ class State:
         """Return how many rounds of its objective a robot has met. In a live run, a robot at its
         last target has met at least as many as the outcome states."""
         own, stated = self.robots[name].own, (e.rounds or {}).get(name, 0)
-        rounds = self.robots[name].progress.rounds(own, e.tick)
+        rounds, wanted = self.robots[name].progress.rounds(own, e.tick), self.scenario.until.rounds
         stays = self.live and own.settles and rounds
-        return max(rounds, self.scenario.until.rounds, stated) if stays else rounds
+        return min(max(wanted, stated), rounds + wanted) if stays else rounds
 
     def behind(self, name: str, e: Line) -> str:
         """Return, in words, why a robot has not met its objective yet; '' if it has."""
