@@ -269,7 +269,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             _excuse(one, s)
             if one.name in s.flat:
                 drained = s.robots[s.flat.pop(one.name)]
-                drained.filled = drained.out
+                drained.filled = e.tick * drained.out
             for robot in s.robots.values() if one.type.startswith("lost_") else ():
                 if one.type == f"lost_{robot.name}" and robot.lost:
                     robot.holds -= {one.region}
@@ -284,7 +284,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             s.kept |= {one.name: s.dues.pop(one.name)} if one.name in s.dues else {}
             if one.name in s.flat:
                 drained = s.robots[s.flat.pop(one.name)]
-                drained.filled = True
+                drained.filled = e.tick
                 if not drained.out:  # an operator has already put it back
                     _fill(e, drained, s)
             if one.type != s.flat_type:
@@ -302,7 +302,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
 
 
 def _fill(e: Line, robot: Robot, s: State) -> None:
-    robot.charge, robot.filled = float(robot.data.battery.capacity), False
+    robot.charge, robot.filled = float(robot.data.battery.capacity), 0
     robot.stands = s.now(e) if s.live else robot.moved
 
 

@@ -216,7 +216,7 @@ def charge(e: Line, s: State) -> Iterator[str]:
         return
     first = not s.live and e.robot == s.names[0]
     for name in s.names if first and not s.external else ():
-        if s.robots[name].filled and s.robots[name].out:
+        if 0 < s.robots[name].filled < e.tick and s.robots[name].out:
             yield f"{name} has a new battery, but is not in service"
     battery, steps = robot.data.battery, e.to != e.start
     if steps and battery and (charge := s.charge(robot, s.now(e))) < battery.move - MARGIN:

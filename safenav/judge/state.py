@@ -36,8 +36,9 @@ class Robot:
     in the previous one, so that there is no deadline; ``memories``: those that its formulas may
     have (None: not followed); ``recalled``: those before its last step; ``heard``: those with the
     inputs since that step began; ``stands``: the time since which it uses ``charge`` without a step
-    (None: in a step); ``filled``: whether its battery was replaced; ``kept``: its progress with the
-    objective that it resumes after an input; ``first``: the target with which its strategy begins;
+    (None: in a step); ``filled``: the tick in which its battery was replaced (0: it was not);
+    ``kept``: its progress with the objective that it resumes after an input; ``first``: the target
+    with which its strategy begins;
     ``told``: whether a user gave it its objective; ``since``: the tick in which it got it;
     ``acts``: the action in which it takes part; ``acted``: the last action that ended, with its
     end; ``knew``: the obstacles that the team knew when the action began, each with its stage;
@@ -62,7 +63,7 @@ class Robot:
     moved: int = 0
     charge: float | None = None
     stands: float | None = 0.0
-    filled: bool = False
+    filled: int = 0
     out: bool = False
     lost: bool = False
     memories: set[int] | None = None
