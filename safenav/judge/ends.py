@@ -315,7 +315,8 @@ def meeting(e: Line, robot: Robot, s: State) -> set[int]:
     formulas, here, live = robot.own.formulas, robot.pose, s.live
     known = robot.memories or set()
     known = formulas.lasting(known, here, robot.heard) if live else known
-    known = known & robot.hears(s.inputs) if live else known
+    fresh = any(s.switched.get(name) == e.tick for name in formulas.inputs)
+    known = known & robot.hears(s.inputs) if live and not fresh else known
     rests = live or robot.before == here
     each = [(robot.recalled, robot.before)] * (not live or e.goal not in robot.met)
     each += [(known, here)] * rests
