@@ -48,7 +48,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     completed rounds must still be able to move; ``laden``: robots that carry loads of other
     obstacles; ``left``: the time until each gate is due, if any gate is; ``ends``: the poses where
     each robot has to end, if that does not follow from its objective; ``keeping``: robots whose
-    rounds a resolution does not restart (in searches for rounds before it)."""
+    rounds a resolution does not restart (in searches for rounds before it); ``resting``: robots
+    that do not pursue their objectives."""
 
     team: Team
     gates: tuple[int, ...]
@@ -64,18 +65,14 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     ready: bool = False
     ends: tuple[Mask, ...] = ()
     keeping: frozenset[int] = frozenset()
+    resting: frozenset[int] = frozenset()
     laden: frozenset[int] = frozenset()
     left: tuple[float, ...] = ()
 
     def while_resting(self, robots: frozenset[int]) -> "Floor":
-        """Return the floor on which some robots do not pursue their objectives yet: obstacles that
-        the team cannot resolve will no longer be in their way."""
-        if not robots:
-            return self
+        """Return the floor on which some robots do not pursue their objectives."""
         rounds = tuple(0 if i in robots else each for i, each in enumerate(self.wanted))
-        pairs = enumerate(zip(self.graphs, self.away or (0,) * len(self.graphs), strict=True))
-        away = tuple(graph.everywhere if i in robots else each for i, (graph, each) in pairs)
-        return replace(self, rounds=rounds, away=away)
+        return replace(self, rounds=rounds, resting=robots) if robots else self
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]
@@ -131,6 +128,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def live(self, i: int, allowed: Mask) -> Mask:
         """Return the ``allowed`` poses from which a robot can continue forever if robots out of
         service block none."""
+        if i in self.resting:
+            return allowed
         more = self.away[i] if self.away else 0
         return self.graphs[i].live(self.team.members[i].aims, allowed | more) & allowed
 

@@ -111,7 +111,7 @@ class Answers:
         unknown). ``state``: the team's state, with charges; ``better``: return only a plan for
         which the charges suffice."""
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
-        more = floor.helping, floor.laden, floor.away
+        more = floor.helping, floor.laden, floor.away, floor.resting
         key = floor.team, *about, *more, joint, served, len(state.over)
         asked, charges = (floor, joint, served, len(state.over)), charges_now(floor.team, state)
         plain: Search = partial(ask, *asked)

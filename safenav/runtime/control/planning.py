@@ -168,7 +168,7 @@ class Planning(Struct, frozen=True, dict=True):
                 answer = replace(first, plan=replace(first.plan, part=True))
         empty = tuple(g for g in served if g in floor.flat.values())
         for gates in dict.fromkeys((served, empty)) if self.out or self.waits else ():
-            # What is in the way of rounds, such as robots out of service, may not be in that of
+            # Robots out of service, or a deadlock, are in the way of rounds, but perhaps not of
             # requests; robots that get a battery return.
             left = answer.gates if isinstance(answer, Unserved) else ()
             if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):

@@ -301,11 +301,12 @@ class Run(Situation):
             if self.world.truth is not None:
                 self.world.truth.follow(self.team)
         self.recorder.record(before, event, self.state)
-        waits = self.control.end is not None or bool(self.control.resting)
-        if _helps(before, event, ended=waits):
+        rests = bool(self.control.resting)
+        if _helps(before, event, ended=rests or self.control.end is not None):
             self.control = replace(self.control, question=None, new=(), end=None)
             waited, self.recorder.waited = self.recorder.waited, None
-            last = waited not in (None, (None,)) and self.world.coming(self) is None
+            last = rests or waited not in (None, (None,))
+            last = last and self.world.coming(self) is None
             if last or self.may_resolve():
                 self.happens(now.Reopened())
 
