@@ -295,10 +295,10 @@ class Backtrack(Note, frozen=True, tag="backtrack"):
 
 
 class Request(Record, frozen=True, tag="request"):
-    """A request for help. ``bids``: robot with the action -> ticks (live: seconds) to reach this
-    need and later ones of the ``same`` robots (null: no path); ``helpers``: perhaps with the
-    requester; ``need``: its number, from 0, if the obstacle has several; ``because``: the reason,
-    in words, why no robot helps, or not the nearest one. An order has no ``requester``."""
+    """A request for help. ``bids``: robot in service with the action -> ticks (live: seconds) to
+    reach this need and later ones of the ``same`` robots (null: no path); ``helpers``: perhaps with
+    the requester; ``need``: its number, from 0, if the obstacle has several; ``because``: why no
+    robot helps, or not the nearest one, in words. An order has no ``requester``."""
 
     obstacle: str
     requester: str | None

@@ -286,13 +286,12 @@ class Request:
         self.now = Sets(self.floor, tuple(1 << robot.next for robot in state.robots), self.stages)
 
     def bids(self) -> dict[str, float | None]:
-        """Return the bid of each robot with the actions of the next need (None: it has no path), as
-        if robots out of service blocked no robot."""
+        """Return the bid of each robot in service with the actions of the next need (None: it has
+        no path), as if robots out of service blocked no robot."""
         now = replace(self.now, floor=hopeful(self.team, self.state, given_up=False).floor)
         found = dict[str, float | None]()
-        for i in now.floor.skilled(self.g, self.stages):
-            there = now.spots(i, self.need.regions) if self.state.robots[i].active else 0
-            time = time_of(self.g, i, there, now, now)
+        for i in (i for i in now.floor.skilled(self.g, self.stages) if self.state.robots[i].active):
+            time = time_of(self.g, i, now.spots(i, self.need.regions), now, now)
             found[self.team.members[i].name] = None if time >= FAR else round(time, 1)
         return found
 
@@ -343,7 +342,7 @@ class Request:
             elif not self.state.robots[i].active:
                 why = "is out of service"
             elif i in self.need.strays:
-                why = "has no path to where the load is put down"
+                why = "cannot go to where the load is put down"
             elif ticks is None or ticks >= last:
                 continue
             elif duty is not None and duty.g != self.g:
