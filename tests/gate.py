@@ -2,13 +2,12 @@
 
     python -m gate --record 5
     python -m gate safenav/ --count 300 --at-once 2
-    python -m gate safenav/judge/ judge lies
 
 The second draws errors in the modules whose path begins so, and runs, for each, the tests that run
 its line, the shortest first, until one fails; the first records which tests these are (all tests
-once, in 5 processes; needs the package coverage). The third runs the test folders that are named.
-Prints what kills each error, or that it survived. Not part of ``make test``. Each run sees its
-error in a mount namespace of its own (Linux), so this tree never changes.
+once, in 5 processes; needs the package coverage). Prints what kills each error, or that it
+survived. Not part of ``make test``. Each run sees its error in a mount namespace of its own
+(Linux), so this tree never changes.
 """
 
 import argparse
@@ -33,30 +32,11 @@ from zlib import crc32
 import pytest
 
 ROOT = Path(__file__).parents[1]
-OTHERS: dict[type[ast.AST], type[ast.AST]] = {
-    ast.Lt: ast.LtE,
-    ast.LtE: ast.Lt,
-    ast.Gt: ast.GtE,
-    ast.GtE: ast.Gt,
-    ast.Eq: ast.NotEq,
-    ast.NotEq: ast.Eq,
-    ast.In: ast.NotIn,
-    ast.NotIn: ast.In,
-    ast.Is: ast.IsNot,
-    ast.IsNot: ast.Is,
-    ast.Add: ast.Sub,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Add,
-    ast.Div: ast.Mult,
-    ast.FloorDiv: ast.Mult,
-    ast.Mod: ast.FloorDiv,
-    ast.BitAnd: ast.BitOr,
-    ast.BitOr: ast.BitAnd,
-    ast.LShift: ast.RShift,
-    ast.RShift: ast.LShift,
-    ast.And: ast.Or,
-    ast.Or: ast.And,
-}
+COMPARED = ["Lt LtE", "Gt GtE", "Eq NotEq", "In NotIn", "Is IsNot"]
+SWAPPED = [*COMPARED, "Add Sub", "And Or", "BitAnd BitOr", "LShift RShift"]
+REPLACED = ["Mult Add", "Div Mult", "FloorDiv Mult", "Mod FloorDiv"]
+PAIRS = [pair.split() for pair in (*SWAPPED, *REPLACED)] + [pair.split()[::-1] for pair in SWAPPED]
+OTHERS: dict[type[ast.AST], type[ast.AST]] = {getattr(ast, a): getattr(ast, b) for a, b in PAIRS}
 """Operators, each with the one that takes its place."""
 UNCHANGED = (ast.JoinedStr, ast.pattern, ast.arguments)
 TYPES = ("annotation", "returns")
@@ -283,7 +263,6 @@ def main() -> int:
     """Play the mutants; 1 if fewer than 85 % are killed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("modules", nargs="?", help="beginning of the paths, from the root")
-    parser.add_argument("folders", nargs="*", help="of tests, the cheapest first")
     parser.add_argument("--record", type=int, metavar="PROCESSES")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
@@ -292,14 +271,13 @@ def main() -> int:
     asked = parser.parse_args()
     if asked.record:
         return record(asked.record)
-    folders = [[f"tests/{folder}" for folder in asked.folders]]
-    running = recorded(asked.seconds) if not asked.folders else lambda _: []
+    running = recorded(asked.seconds)
     paths = sorted((ROOT / "safenav").rglob("*.py"))
     chosen = [path for path in paths if str(path.relative_to(ROOT)).startswith(asked.modules)]
     every = [mutant for path in chosen for mutant in mutants(path)]
     drawn = Random(asked.seed).sample(every, min(asked.count, len(every)))
     tests = [running(mutant) for mutant in drawn]
-    rounds = [folders if asked.folders else [own[:FIRST], own[FIRST:]] for own in tests]
+    rounds = [[own[:FIRST], own[FIRST:]] for own in tests]
     with ThreadPoolExecutor(asked.at_once) as pool:
         kills = [*pool.map(killer, drawn, rounds, repeat(600.0))]
     print(f"{sum(map(bool, kills))} of {len(kills)} killed")
