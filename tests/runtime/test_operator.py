@@ -38,7 +38,7 @@ def test_the_terminal_prints_the_reason_of_a_wait_and_of_refusals(tmp_path: Path
     run = ("run", scenario, "--operator", "--no-map", "--trace", trace)
     done = warm.safenav(*run, text=f"{typed}\n\nmore than needed\n")
     assert done.returncode == 0, done.stderr
-    assert "gate@doorway needs a robot with 'push'" in done.stderr
+    assert "gate@doorway needs a robot with 'push'" in done.stdout
     assert all(words in done.stderr for words in told.values()), done.stderr
     assert "an operator intervenes: resolved gate@doorway" in done.stdout
     done = warm.safenav("certify", trace, "-o", tmp_path / "bundle")

@@ -188,6 +188,7 @@ def test_a_page_that_stops_reading_is_left(editor: Served) -> None:
     with editor.request(head) as stopped, editor.opened() as page:
         for number in range(10):
             page.say("text", text=f"# {number}" + '"' * 3_900_000)
+            page.document(f"# {number}")  # this page reads all
         while stopped.recv(1_000_000):
             pass
         page.say("text", text="safenav: 1\n# read\n")
