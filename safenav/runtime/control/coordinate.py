@@ -33,7 +33,9 @@ class Control(Struct, frozen=True):
     that wait for a strategy, given the data ``asked``; ``thinks``: whether a plan is still being
     computed; ``vain``: obstacles that are set aside, since a robot has no strategy for its part
     (``failed`` syntheses); ``left``: obstacles left to robots with strategies, although others had
-    to help; ``waits``: whether the plan is only for the time until a change."""
+    to help; ``waits``: whether the plan is only for the time until a change; ``resting``: robots
+    that can only continue after a change or an operator's help, so that the team waits for that
+    (``instead``) once it has served all requests that it can."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -49,6 +51,7 @@ class Control(Struct, frozen=True):
     left: frozenset[int] = frozenset()
     waits: bool = False
     resting: frozenset[int] = frozenset()
+    instead: ends.End | None = None
 
 
 class Situation:
@@ -106,7 +109,8 @@ class Decision:
             end = ends.out_of_service(self.team, self.state, control.found)
             if end is None and (left := _left(self.team, self.state, control)):
                 return self._again(replace(control, question=None, left=control.left | left))
-            control = replace(control, end=end or self._planned(control))
+            end = end or self._planned(control)
+            control = replace(control, end=end and (control.instead or end))
         except Pending:
             return replace(control, thinks=True)
         aside = self.decided and _question(self.team, self.state) != control.question
@@ -114,14 +118,18 @@ class Decision:
         return self._again(control) if again else self._waiting(control, before)
 
     def _serving(self, control: Control, before: Control) -> Control:
-        """Return the intentions in which, if some robots need a change or an operator to
-        continue, the others serve requests first; the given ones if they cannot. Raises Pending."""
+        """Return the intentions in which the team serves requests before it waits; the given ones
+        if it need not wait, or can serve none. Raises Pending."""
         stuck = {} if control.end is None else {*control.end.stuck}
         resting = frozenset(i for i, m in enumerate(self.team.members) if m.name in stuck)
         if not (self.waits and resting) or any(drains(self.team, self.state, i) for i in resting):
             return control
-        serving = self._settled(before, resting)
-        return serving if serving.end is None and serving.found.served else control
+        try:
+            serving = self._settled(before, resting)
+        except solve.BudgetError:
+            return control
+        serves = serving.end is None and serving.found.served
+        return replace(serving, instead=control.end) if serves else control
 
     def _again(self, control: Control) -> Control:
         """Decide again. Return the intentions, with the results of both parts of the decision."""
