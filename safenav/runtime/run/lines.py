@@ -16,6 +16,7 @@ from safenav.team.state import Plan, State
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import MovedBy, MoveEnd
+from safenav.trace.words import listed
 from safenav.world.map import RegionMap
 
 
@@ -109,6 +110,8 @@ def request_line(
         because = ASIDE
     elif because is None:
         because = request.why_others(helping, bids) if helping else request.why_nobody()
+    if because is None and helping and k in control.left:
+        because = f"the joint plan relies on {listed(helpers)}"
     return records.Request(
         tick,
         team.obstacles[k].name,
