@@ -185,9 +185,12 @@ def recorded(seconds: float) -> Callable[[Mutant], list[str]]:
     """Return which tests run the line of a mutant, the shortest first, as many as take ``seconds``.
 
     Lines of a module's own level run once in a process, for whatever test comes first: any test
-    that runs a line of the module may find an error there.
+    that runs a line of the module may find an error there. Tests of a file share the results of
+    commands, which one of them runs: those without lines may find an error in its lines, too.
     """
     data, times = read()
+    seen = {label.rpartition("|")[2] for label in data.measured_contexts()}
+    shared = [timed for label, timed in times.items() if label not in seen]
 
     def tests(mutant: Mutant) -> list[str]:
         runs = data.contexts_by_lineno(str(mutant.path))
@@ -195,7 +198,9 @@ def recorded(seconds: float) -> Callable[[Mutant], list[str]]:
         if (inner := function(mutant)) is not None:
             lines = sorted(line for line in runs if inner < line <= mutant.line)[-1:]
         labels = {label.rpartition("|")[2] for line in lines for label in runs[line]}
-        found = sorted(times[label] for label in labels & times.keys())
+        own = [times[label] for label in labels & times.keys()]
+        files = {test.partition("::")[0] for _, test in own}
+        found = sorted([*own, *(each for each in shared if each[1].partition("::")[0] in files)])
         ends = accumulate(time for time, _ in found)
         return [test for (_, test), end in zip(found, ends, strict=True) if end <= seconds]
 
