@@ -236,7 +236,7 @@ def charging_ends(team: Team, state: State) -> float | None:
             least = max((_leaving(team, state, energy, waypoint) for waypoint in way), default=full)
             waits = [waypoint.tick - state.time for waypoint in way]
             left = max([(least - charge) / energy.battery.charge, *waits])
-            if low and (more := min(low) + AMPLE * full - charge) > 0:
+            if low and (more := energy.yields(min(low)) - charge) > 0:
                 left = min(left, more / (energy.battery.charge + energy.battery.stay))
         elif energy.battery.stay:
             spare = _spare(team, state, i)

@@ -45,6 +45,10 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         pose."""
         return charge < self.battery.move - ROUNDING and not self.charging(pose)
 
+    def yields(self, least: float) -> float:
+        """Return the charge with which a robot leaves its charger to one with charge ``least``."""
+        return min(self.battery.capacity, least + AMPLE * self.battery.capacity)
+
     # The least charge from which it can continue.
 
     def turn(self, number: int) -> int:

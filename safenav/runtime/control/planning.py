@@ -15,7 +15,6 @@ from safenav.solve.solve import Settlement
 from safenav.team import state as now
 from safenav.team.acts import driven
 from safenav.team.apply import done, stands
-from safenav.team.battery import AMPLE
 from safenav.team.floor import Floor, Joint
 from safenav.team.known import charged, floor_now, floor_with
 from safenav.team.state import State
@@ -208,9 +207,10 @@ def to_chargers(team: Team, state: State, low: Sequence[int]) -> now.Plan | None
     robots, standing = state.robots, dict[int, int]()
     least = min((robots[i].charge for i in low), default=0)
     for i, (member, robot) in enumerate(zip(team.members, robots, strict=True)):
-        full = 0 if member.energy is None else member.energy.battery.capacity
-        charges = member.energy is not None and member.energy.charging(robot.next)
-        if not robot.active or (charges and robot.charge < min(full, least + AMPLE * full)):
+        energy = member.energy
+        if not robot.active or (
+            energy and energy.charging(robot.next) and robot.charge < energy.yields(least)
+        ):
             standing[i] = robot.next
     every, sealed = hearing(team, state.inputs), state.sealed.union(state.gates)
     floor = floor_with(every, state, (), sealed, frozenset(standing.items()))
