@@ -34,6 +34,7 @@ from traces.test_reader import CASES, NOT_TRACES
         ("region = 1 | region = 3 & region' != 3", True),
         ("region = 3 ^ region = 3 | TRUE", False),
         ("region = 3 <-> region < 7 && TRUE", True),
+        ("FALSE <-> TRUE -> TRUE", False),
         ("region + 1 = region'", True),
         ("region + 1 + 1 <= region'", False),
         ("~(region >= 4) /\\ region < 4 --> X(region > 3)", True),
