@@ -262,7 +262,7 @@ def scheduled_words(clock: Clock, at: int) -> str:
 
 def synthesis_words(line: records.Synthesis) -> str:
     """Return the result of a synthesis in words: ``21 states in 3 ms, verified``."""
-    found = line.verdict.value.replace("_", " ")
+    found = line.verdict.value
     if line.verdict is Verdict.REALIZABLE and line.states is not None:
         found = counted(line.states, "state")
     spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
