@@ -196,7 +196,7 @@ def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
     if kind is TransportKind.ROS2:
         _check_apart(stations, item.at("robots") or item.node, findings)
     for robot in scenario.robots:
-        if stations[robot.name].follow is not None and (why := cannot_follow(robot)) is not None:
+        if stations[robot.name].follow is not None and (why := _unfollowing(robot)) is not None:
             own_place = below(item.at("robots"), robot.name, "follow")
             findings.add(own_place or below(item.at("defaults"), "follow"), *why)
     inputs = _inputs(item, kind, scenario, findings)
@@ -206,7 +206,7 @@ def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
     return FleetFile(kind, item.network, pace, true, stations, inputs, item.failures)
 
 
-def cannot_follow(robot: Robot) -> tuple[str, str] | None:
+def _unfollowing(robot: Robot) -> tuple[str, str] | None:
     """Return why a robot cannot follow references, with a hint; None if it can."""
     figures = robot.model.figures
     if figures is not None and figures.kind != "walker":

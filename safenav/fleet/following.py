@@ -12,9 +12,8 @@ from threading import RLock
 
 from msgspec import Struct
 
-from safenav.errors import UsageError
 from safenav.fleet import transport
-from safenav.fleet.file import Station, cannot_follow
+from safenav.fleet.file import Station
 from safenav.fleet.setpoints import Setpoints, reference_of
 from safenav.motion.file import Moving
 from safenav.motion.geometry import MetricFloor
@@ -204,11 +203,9 @@ class Following:
 
 
 def mover_of(robot: Robot, places: transport.Places) -> Glider:
-    """Return the mover of a robot at rest in its start region. Raises UsageError if its model
-    cannot follow references."""
+    """Return the mover of a robot at rest in its start region."""
     figures = robot.model.figures
-    if (why := cannot_follow(robot)) is not None or figures is None:
-        raise UsageError("\n    ".join(why or ()))
+    assert figures is not None, "`load_fleet` refuses robots that cannot follow references"
     floor = MetricFloor(places.world.rows, places.world.cols, places.frame.resolution)
     found = mover(robot.name, floor, *robot.start.place, figures)
     assert isinstance(found, Glider)

@@ -315,13 +315,12 @@ def awaited(team: Team, state: State) -> frozenset[int]:
     plan = state.plan
     assert plan is not None
     found = set[int]()
-    known = enumerate(zip(team.obstacles, state.obstacles, strict=True))
-    shut = [(k, obstacle, each) for k, (obstacle, each) in known if k in plan.foreseen]
     for i in team.sharing:
         for waypoint in plan.ways[i][state.robots[i].at + 1 : state.robots[i].at + 2]:
             found |= {k for k, n in waypoint.needs if state.obstacles[k].stage.need < n}
             there = waypoint.pose % team.size
-            found |= {k for k, one, each in shut if one.region == there and one.closes(i, each)}
+            here = (k for k in plan.foreseen if team.obstacles[k].region == there)
+            found |= {k for k in here if team.obstacles[k].closes(i, state.obstacles[k])}
     return frozenset(found)
 
 

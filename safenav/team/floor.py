@@ -127,7 +127,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
         """Return the ``allowed`` poses from which a robot can continue forever if robots out of
-        service block none."""
+        service block none; all of them for a robot that rests."""
         if i in self.resting:
             return allowed
         more = self.away[i] if self.away else 0

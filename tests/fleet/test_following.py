@@ -1,5 +1,6 @@
 """Robots that follow references: the references sent, and the end of their goals."""
 
+from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
@@ -10,9 +11,9 @@ pytest.importorskip("numpy", reason="references need the extra 'motion'")
 import numpy as np
 
 from once import beside
-from safenav import ActResult, UsageError, load_scenario_text
-from safenav.fleet.file import FollowUse, Station
-from safenav.fleet.following import Follower, Following, mover_of
+from safenav import ActResult, InputError, load_scenario_text
+from safenav.fleet.file import FollowUse, Station, load_fleet
+from safenav.fleet.following import Follower, Following
 from safenav.fleet.setpoints import HORIZON, PERIOD, Setpoints
 from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Located, Performed, Places
 
@@ -174,10 +175,10 @@ def test_a_cancelled_follower_ends_its_step_and_others_get_goals(hall: Hall) -> 
     assert hall.passes("quad", 6.0) == [GoalEnded("quad", 2, GoalEnd.SUCCEEDED)]
 
 
-def test_a_robot_that_cannot_follow_references_is_refused(hall: Hall) -> None:
+def test_a_robot_without_motion_cannot_follow_references(tmp_path: Path) -> None:
     box = "catalogue: {robots: {box: {mobility: free, layer: ground, capabilities: []}}}\n"
     scenario = load_scenario_text(TEXT.replace("model: spot", "model: box") + box, "hall.yaml")
-    with pytest.raises(UsageError, match="'box' has no motion"):
-        mover_of(scenario.robots[3], hall.places)
-    with pytest.raises(UsageError, match="digit cannot follow references"):
-        mover_of(scenario.robots[0], hall.places)
+    fleet = tmp_path / "fleet.yaml"
+    fleet.write_text("safenav-fleet: 1\ntransport: simulation\ndefaults: {follow: {}}\n")
+    with pytest.raises(InputError, match="'box' has no motion"):
+        load_fleet(fleet, scenario)

@@ -69,14 +69,14 @@ Decided = tuple[State, now.Event]
 
 class Decision:
     """A decision of the team. ``decided``: its events, in order; ``state``: the state after them.
-    ``coming``: whether a change of the scenario will come, for which an idle team waits;
-    ``attended``: whether it waits for an operator."""
+    ``coming``: whether a change of the scenario will come, for which an idle team waits; ``hopes``:
+    whether that or an operator may help, so that the team waits instead of ending the run."""
 
     def __init__(
-        self, team: Team, state: State, answers: Answers, *, coming: bool, attended: bool
+        self, team: Team, state: State, answers: Answers, *, coming: bool, hopes: bool
     ) -> None:
         self.team, self.state, self.answers = team, state, answers
-        self.coming, self.waits = coming, coming or attended
+        self.coming, self.hopes = coming, hopes
         self.decided: list[Decided] = []
 
     def control(self, before: Control) -> Control:
@@ -122,7 +122,7 @@ class Decision:
         if it need not wait, or can serve none. Raises Pending."""
         stuck = {} if control.end is None else {*control.end.stuck}
         resting = frozenset(i for i, m in enumerate(self.team.members) if m.name in stuck)
-        if not (self.waits and resting) or any(drains(self.team, self.state, i) for i in resting):
+        if not (self.hopes and resting) or any(drains(self.team, self.state, i) for i in resting):
             return control
         try:
             serving = self._settled(before, resting)
@@ -334,7 +334,7 @@ class Decision:
         else None. Raises Pending."""
         about = self.team, self.state, self.answers, control.found, control.roles
         complete = is_complete(self.team, self.state, control)
-        events = Planning(*about, complete, self.waits, control.resting).events()
+        events = Planning(*about, complete, self.hopes, control.resting).events()
         if isinstance(events, ends.End):
             return events
         for event in events:

@@ -26,8 +26,8 @@ Answer = Found | Deadlock | Unserved | None
 
 class Planning(Struct, frozen=True, dict=True):
     """A decision on the joint plan. ``found``: the duties and the served requests; ``roles``: the
-    role of each robot; ``complete``: whether the mission is complete; ``waits``: whether the team
-    waits for a change or an operator if no plan exists; ``resting``: robots that only bring help
+    role of each robot; ``complete``: whether the mission is complete; ``hopes``: whether a
+    change or an operator may help if no plan exists; ``resting``: robots that only bring help
     until then."""
 
     team: Team
@@ -36,7 +36,7 @@ class Planning(Struct, frozen=True, dict=True):
     found: Settlement
     roles: Sequence[Role]
     complete: bool
-    waits: bool
+    hopes: bool
     resting: frozenset[int]
 
     @cached_property
@@ -166,7 +166,7 @@ class Planning(Struct, frozen=True, dict=True):
             elif isinstance(first := answers.plan(brings, joint, served, state), Found):
                 answer = replace(first, plan=replace(first.plan, part=True))
         empty = tuple(g for g in served if g in floor.flat.values())
-        for gates in dict.fromkeys((served, empty)) if self.out or self.waits else ():
+        for gates in dict.fromkeys((served, empty)) if self.out or self.hopes else ():
             # Robots out of service, or a deadlock, are in the way of rounds, but perhaps not of
             # requests; robots that get a battery return.
             left = answer.gates if isinstance(answer, Unserved) else ()

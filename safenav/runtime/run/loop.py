@@ -305,9 +305,8 @@ class Run(Situation):
         if _helps(before, event, ended=rests or self.control.end is not None):
             self.control = replace(self.control, question=None, new=(), end=None)
             waited, self.recorder.waited = self.recorder.waited, None
-            last = rests or waited not in (None, (None,))
-            last = last and self.world.coming(self) is None
-            if last or self.may_resolve():
+            waits = rests or waited not in (None, (None,))
+            if (waits and self.world.coming(self) is None) or self.may_resolve():
                 self.happens(now.Reopened())
 
     def settle(self) -> None:
@@ -315,8 +314,9 @@ class Run(Situation):
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
-        hopes = {"coming": self.world.awaited(self) is not None, "attended": self.world.attended}
-        decision = Decision(self.team, before, self.answers, **hopes)
+        awaited = self.world.awaited(self) is not None
+        hopes = awaited or self.world.attended
+        decision = Decision(self.team, before, self.answers, coming=awaited, hopes=hopes)
         self.control = decision.control(intended)
         decided, self.state = decision.decided, decision.state
         if self.control.new or self.control.question != intended.question:
