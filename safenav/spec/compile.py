@@ -230,8 +230,11 @@ def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Con
     recur += ", beginning with the next" if objective.in_turn and last and not goal else ""
     if settles:
         recur = "at the last one" if goal else "there"
-    first = 0 if goal else (first + (region in targets[first])) % len(targets)
-    for index in (*range(first, len(targets)), *range(first)):
+    first = 0 if goal else first
+    order = [*range(first, len(targets)), *range(first)] if objective.in_turn else task.tour(world)
+    if not goal and region in targets[order[0]]:
+        order.append(order.pop(0))  # where the robot begins, it has met its target
+    for index in order:
         target = targets[index]
         if index == last or not settles:
             there = one_of("region", target, "'")

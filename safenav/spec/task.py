@@ -18,15 +18,16 @@ from msgspec import Struct, field
 
 from safenav.scenario.model import Input, Robot
 from safenav.scenario.objective import Ltl, Objective, Target, Word, number_word
-from safenav.world.map import Cells, Region
-from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, plain_graph, region_mask
+from safenav.world.map import Cells, Region, RegionMap
+from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph, region_mask
 
 
 class Memory(Struct, frozen=True):
     """A robot's progress in its objective when it is resynthesized.
 
-    ``index``: the target that comes next. ``values``: the memory variables
-    of an ``ltl`` objective, empty at the start of a run.
+    ``index``: the target that comes next; without an order, one more than the target that counted
+    last (0: none has). ``values``: the memory variables of an ``ltl`` objective, empty at the start
+    of a run.
     """
 
     index: int = 0
@@ -91,6 +92,20 @@ class Task(Struct, frozen=True):
     def item(self) -> str:
         """The name of the robot's item in the scenario, for origins."""
         return f"robots.{self.robot.name}"
+
+    def tour(self, world: RegionMap) -> list[int]:
+        """Return the targets of an objective without an order in that of a short round: each is the
+        nearest one to the one before, the first to the robot's start. They begin after the target
+        that counted last."""
+        start, avoid = self.robot.start, self.objective.avoid
+        graph, found = plain_graph(world, self.robot.model.mobility), list[int]()
+        left, at = dict(enumerate(graph.on_each(self.targets))), graph.number(start)
+        while left:
+            there = graph.nearest(at, reduce(or_, left.values()), graph.outside(avoid))
+            found.append(next(k for k in left if left[k] & there))
+            at = next(bits(there & left.pop(found[-1])))
+        first = found.index(self.memory.index - 1) + 1 if self.memory.index else 0
+        return found[first:] + found[:first]
 
     @property
     def remembers(self) -> bool:

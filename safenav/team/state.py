@@ -30,9 +30,9 @@ class Count(NamedTuple):
     last: int = -1
 
     def turn(self, pursuit: Pursuit) -> int:
-        """Return the index of the target that a strategy meets first: the next one if targets are
-        met in turn, else the one after the target that counted last."""
-        return self.memory if pursuit.in_turn else (self.last + 1) % max(1, pursuit.targets)
+        """Return the index of the target that a strategy meets first if targets are met in turn;
+        else one more than that of the target that counted last (0: none has)."""
+        return self.memory if pursuit.in_turn else self.last + 1
 
 
 class Is(StrEnum):

@@ -48,7 +48,7 @@ OBJECTIVES: list[dict[str, Any]] = [
     {"visit": [4]},
     {"visit": [0, 8, 4]},
     {"visit": [anyof(0, 3), anyof(3, 6)]},
-    {"cover": [0, 8, 4]},
+    {"cover": [0, 4, 8]},
     {"hold": 4},
     {"hold": anyof(4, 5)},
     {"once": [0, 8, 4]},

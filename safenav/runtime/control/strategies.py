@@ -125,10 +125,9 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
         role = Role(member.objective)  # the strategy serves all assignments
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
     walls = walls_of(team, state, i, role.avoid)
-    turn = robot.own.turn(role.objective.pursuit) if own else 0
     for rung in tasks.forms(
         role.objective,
-        robot.own.memory if role.objective.strict else turn,
+        robot.own.turn(role.objective.pursuit) if own else 0,
         pose,
         member.graph,
         region_mask(known.region for known in walls),
@@ -137,7 +136,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
     ):
         kept, names = dict(robot.values), role.objective.memory
         values = {name: kept[name] for name in names if names.keys() <= kept.keys()}
-        memory = tasks.Memory(rung.turn if role.objective.strict else turn, values)
+        memory = tasks.Memory(rung.turn, values)
         inputs = (each for each in team.scenario.inputs if each.name in role.objective.inputs)
         yield (
             tasks.Task(
