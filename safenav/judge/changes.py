@@ -216,7 +216,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
 
 @rule("duty", "synthesis", "objective", "move", "depart")
 def duties(e: Line, s: State) -> Iterator[str]:
-    """A robot has another objective than its own only while the team knows an unresolved obstacle
+    """A robot has an objective other than its own only while the team knows an unresolved obstacle
     that the robot has encountered, that needs its action, or that represents its empty battery. Its
     strategy pursues the present objective."""
     if e.kind in ("move", "depart"):

@@ -191,8 +191,8 @@ class Reopened(Record, frozen=True, tag="reopened"):
 
 
 class Waiting(Record, frozen=True, tag="waiting"):
-    """The run waits instead of ending with ``outcome`` and its fields: in a live run for an
-    operator, or ``until`` the tick or second of a change in the scenario."""
+    """The run waits instead of ending with this ``outcome``: in a live run for an operator, or
+    ``until`` the tick or second of a change in the scenario."""
 
     outcome: vocabulary.AvertedEnd
     explanation: str
@@ -277,8 +277,8 @@ class Service(Record, frozen=True, tag="service"):
 
 
 class Violation(Record, frozen=True, tag="violation"):
-    """The robot would have entered ``proposed`` (``at``: the obstacle is in its own region);
-    ``action`` is that of the obstacle's next need."""
+    """The robot would have entered ``proposed`` (equal to ``at`` if the obstacle is in its own
+    region); ``action`` is that of the obstacle's next need."""
 
     robot: str
     at: Region
@@ -296,7 +296,7 @@ class Backtrack(Note, frozen=True, tag="backtrack"):
 
 class Request(Record, frozen=True, tag="request"):
     """A request for help. ``bids``: robot in service with the action -> ticks (live: seconds) to
-    reach this need and later ones of the ``same`` robots (null: no path); ``helpers``: perhaps with
+    reach this need and later ones of the ``same`` robots (null: no path); ``helpers``: may include
     the requester; ``need``: its number, from 0, if the obstacle has several; ``because``: why no
     robot helps, or not the nearest one, in words. An order has no ``requester``."""
 
