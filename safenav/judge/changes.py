@@ -125,7 +125,7 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
     for name, robot in s.robots.items() if s.live else ():
         new = any(s.switched.get(one) == e.tick for one, _ in robot.data.when)
         if s.disobeys(robot) and not new:
-            yield f"{name} has another objective than the inputs give it"
+            yield f"{name} lacks the objective that the inputs give it"
     for change in s.changes:
         if due(change.at) and change.objective is not None:
             yield f"{change.robot} does not get its objective at {change.at}"

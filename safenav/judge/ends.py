@@ -246,7 +246,7 @@ def negative(e: Line, s: State) -> Iterator[str]:
         yield f"the run ends, but the scenario changes something at {later:g}"
     for name, robot in s.robots.items():
         if s.disobeys(robot):
-            yield f"{name} has another objective than the inputs give it"
+            yield f"{name} lacks the objective that the inputs give it"
     out = any(robot.out and robot.own.settles for robot in s.robots.values())
     # The rounds of a robot out of service may not have counted.
     if not out and next(_unmet(e, s), None) is None:

@@ -176,7 +176,7 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
     it."""
     robot, step = s.robots[e.robot], e.step
     if s.disobeys(robot):
-        yield f"{e.robot} has another objective than the inputs give it"
+        yield f"{e.robot} lacks the objective that the inputs give it"
     if step.strays and s.external:
         return
     for region in (step.holds - robot.holds) & robot.own.avoid:

@@ -471,7 +471,7 @@ class State:
         return next((own for name, own in robot.data.when if self.inputs.get(name)), None)
 
     def disobeys(self, robot: Robot) -> bool:
-        """Return whether a robot has another objective than the inputs give it."""
+        """Return whether a robot lacks the objective that the inputs give it."""
         if robot.told or not robot.data.when:
             return False
         return bool(robot.own != (self.by_inputs(robot) or robot.data.objective))

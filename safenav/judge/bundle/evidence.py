@@ -219,7 +219,7 @@ class Evidence:
         serves = any(e.objective.serves(one) for one in (s.robots[name].given, own))
         helps = s.tick or any(one.open for one in known)  # of strategies, the rule `duties` decides
         helps = helps or (e.objective.count == 1 and s.robots[name].data.battery)  # to charge
-        require(serves or helps, f"{name} was not given the objective of its strategy")
+        require(serves or helps, f"{name} was not assigned the objective of its strategy")
         weaker = e.objective.serves(own) and own.literal and not task.objective.strict
         require(not weaker, f"the strategy of {name} may cross a target out of turn")
         walls = [one for one in known if name in one.blocks]
@@ -229,9 +229,9 @@ class Evidence:
         shut = (own.avoid | {one.region for one in walls if one.shut}) - closed
         require(not shut, f"{name} does not know that {sorted(shut)} are closed")
         mine, rules = (own.avoid, own.always), (e.objective.avoid, e.objective.always)
-        require(rules == mine, f"the strategy of {name} has other rules than the robot")
+        require(rules == mine, f"the strategy of {name} has rules other than the robot's")
         same = all(s.inputs.get(name) is bool(on) for name, on in (e.inputs or {}).items())
-        require(same, f"{name} assumes other inputs than those of the run")
+        require(same, f"{name} assumes inputs that differ from the run's")
         view, there = {*(e.sight_closed or ())}, {one.region for one in known}
         blind = not e.knowledge or view == there
         require(blind, f"{name} assumes that {sorted(view)} block the view, not {sorted(there)}")
