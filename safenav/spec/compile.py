@@ -104,7 +104,7 @@ def _environment(task: Task) -> Iterator[Constraint]:
 
 
 def _beginning(task: Task) -> Iterator[Constraint]:
-    origin = Origin(f"{task.item}.start", "where it begins")
+    origin = Origin(f"{task.item}.start", "initial pose")
     pose = task.pose
     yield Constraint(Section.SYS_INIT, f"region = {pose.region}", origin, (pose.region,))
     if task.robot.model.mobility is Mobility.HEADING and pose.heading is not None:
