@@ -179,7 +179,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
         line = f"without hidden obstacles: {result.outcome.value} {when}"
         _, more, left = result.explanation.partition("; ")  # the open orders
         done = result.outcome == "completed"
-        line += f"{more}{left}" if done else f": {result.explanation}"
+        line += f"{more}{left}" if done else f" ({result.explanation})"
         late = [obstacle_words(name, plan.map.word) for name in result.late or ()]
         lines.append(f"{line}; late: {listed(late)}" if late else line)
     if refusal is not None:
