@@ -128,7 +128,7 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     ARCHIVE: ((r"\APK\x03\x04",), "if it is a bundle, check it with: safenav check {0}"),
     PICTURE: (
         (r"\A(?:.PNG|P[25]\s|GIF8|.{3,8}(?:JFIF|Exif))",),
-        "name it by 'image' of map, or the YAML file of its ROS map by 'ros'; to see it: safenav "
+        "use it as 'image' of map, or the YAML file of its ROS map as 'ros'; to see it: safenav "
         "draw {0}",
     ),
     "fleet file": (

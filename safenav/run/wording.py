@@ -24,7 +24,7 @@ _SENTENCES = {
     "push": "objectives pushed, depth {depth}",
     "pop": "objectives restored after {obstacle}, depth {depth}",
     "plan_end": "the joint plan has ended: {reason}",
-    "resumed": "the run was interrupted and continues",
+    "resumed": "the run is resumed",
 }
 """Sentences of lines by type, with placeholders for their fields in words."""
 
@@ -227,7 +227,7 @@ class Wording(Struct, frozen=True):
 
     def _bid(self, bid: float | None) -> str:
         if bid is None:
-            return "has no free way now"
+            return "has no free path now"
         return f"needs {bid:.1f} s" if self.live else f"needs {counted(round(bid), 'tick')}"
 
     def _resolved(self, line: records.Resolved) -> str:

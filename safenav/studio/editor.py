@@ -53,7 +53,7 @@ class ScenarioFolder(Struct, frozen=True):
             raise UsageError(f"expected a name in {self.folder}, such as lab.yaml")
         path = self.folder / pure
         if path.is_symlink() or not path.resolve().is_relative_to(self.folder.resolve()):
-            raise UsageError(f"{name} is a link to a place outside {self.folder}")
+            raise UsageError(f"{name} is a link, or leads outside {self.folder}")
         if not path.parent.is_dir():
             raise UsageError(f"no folder {path.parent}: create it, or choose another name")
         return path

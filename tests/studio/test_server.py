@@ -134,7 +134,7 @@ def test_a_file_that_does_not_exist_yet_is_unsaved_and_a_blank_text_is_not(
         *((f"{outside}out.yaml", "a name in") for outside in ("/tmp/", "../", ".")),
         ("sub/out.yaml", "no folder"),
         ("out.py", "a name in"),
-        ("link.yaml", "is a link to a place outside"),
+        ("link.yaml", "is a link, or leads outside"),
         (f"{'n' * 5000}.yaml", "too long"),
     ],
     ids=lambda words: words[:12],

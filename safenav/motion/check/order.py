@@ -183,7 +183,7 @@ def _performed(case: Examination, action: Action, at: int | None) -> None:
     if at is not None:
         off = float(case.grid.distance(path[:1], case.grid.place(at))[0])
         if off > STILL:
-            wrong(f"acts on {action.obstacle} {off:.3f} m outside region {at}")
+            wrong(f"is {off:.3f} m outside region {at} while it acts on {action.obstacle}")
     if (past := _past(case, region, action)) > STILL:
         wrong(f"passes {action.obstacle} by {past:.3f} m before it is resolved", "obstacle")
 
