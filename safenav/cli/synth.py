@@ -134,7 +134,7 @@ def synth(
                 rung = replace(rung, weakening=Weakening.SHARED)
             answers[name] = replace(answer, task=task, rung=rung, result=result)
     if refused is not None and all(answer.realizable for answer in answers.values()):
-        raise refused  # for another reason than an unreachable target
+        raise refused  # not because of an unreachable target
     made, data, notes = list[Synthesized](), list[dict[str, Any]](), list[str]()
     for name, answer in answers.items():
         spec, result = compile_task(answer.task, plan.map), answer.result
@@ -321,7 +321,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
             echo_lines(["", *lines][not data :])
         data.append({"says": [*map(click.unstyle, lines)], **texts.data_of(explanation)})
     if refused is not None and not data and robot is None:
-        raise refused  # for another reason than an unreachable target
+        raise refused  # not because of an unreachable target
     if not data and robot is None:
         from safenav.report.terminal.explanation_text import postmortem_lines
         from safenav.review.postmortem import explain_run

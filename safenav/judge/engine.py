@@ -103,7 +103,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             if e.cause == "scenario":
                 s.told[e.robot, e.active] = s.told.get((e.robot, e.active), 0) + 1
             s.drained.discard(robot.name)
-            again = robot.first is None and not s.keeps(e.robot)  # it counts, and again in its turn
+            again = robot.first is None and not s.keeps(e.robot)  # also counts in its turn
             robot.progress.stayed += (s.live or again) and robot.stays
             if e.active:
                 robot.given = robot.own  # until a line gives the robot a duty

@@ -250,7 +250,7 @@ def _apart(
     return found
 
 
-# Dead ends, also without collisions: the closure, and irreversible choices.
+# Dead ends even without collisions: the closure, and irreversible choices.
 
 
 class Closure(Struct, frozen=True):

@@ -173,7 +173,7 @@ def _png(data: bytes) -> Image:
     except ImportError:
         hint = install_command("maps")
         raise InputError([flaw("a PNG needs Pillow, which is not installed", hint)]) from None
-    if len(data) >= 24:  # first, since Pillow warns of other sizes
+    if len(data) >= 24:  # before Pillow applies its own limits
         _check_size(int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"))
     try:
         with Pillow.open(BytesIO(data), formats=["PNG"]) as picture:

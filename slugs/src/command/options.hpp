@@ -25,7 +25,7 @@ struct Options {
   bool version = false;
   std::optional<double> timeout_seconds;
   std::optional<std::size_t> memory_megabytes;
-  std::optional<std::size_t> most_nodes; // of a listed strategy
+  std::optional<std::size_t> most_nodes; // of an explicit strategy
   std::string file;                      // "-" for standard input
   std::string outfile;                   // empty for standard output
 };

@@ -46,8 +46,8 @@ struct Lexeme {
   Token token;
   std::string_view text;
   Place place;
-  const char *hint = nullptr; // an operator of other languages: what to write
-                              // instead; the token is then the one meant
+  const char *hint = nullptr; // for an operator of another language: what to write
+                              // instead; `token` is then the intended one
 };
 
 enum class Words : std::uint8_t {
