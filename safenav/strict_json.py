@@ -78,7 +78,7 @@ NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""
 ROBOT = re.compile(r"(?!mission\b)[A-Za-z_][A-Za-z0-9_]{0,99}")
 TYPE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
-"""Names of types of obstacles, regions and areas."""
+"""Names of obstacle types, regions and areas."""
 _TEXTS = {
     *("allows", "always", "assumptions", "because", "event", "explanation", "grid", "init"),
     *("liveness", "name", "notes", "reason", "requirements", "safenav", "safety", "source"),

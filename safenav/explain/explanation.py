@@ -52,7 +52,7 @@ class NoStrategyCause(StrEnum):
     FORBIDDEN_WAY = "forbidden_way"
     """The objective forbids the moves that the map requires."""
     CORNERED = "cornered"
-    """Other robots or inputs can force it where each move, and staying, breaks a guarantee."""
+    """Other robots or inputs can force it into a state where every move breaks a guarantee."""
     KEPT_AWAY = "kept_away"
     """Other robots or inputs can keep it from a target forever."""
     CONFLICT = "conflict"

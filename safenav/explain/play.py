@@ -25,7 +25,7 @@ from safenav.verify.automaton import Automaton, clauses, openings, rounds
 from safenav.verify.completions import Clause
 
 BUDGET_SECONDS = 60.0
-"""Wall time of one explanation, in seconds, without its repairs."""
+"""Limit of one explanation without its repairs, in seconds of wall time."""
 LISTED_MB = 64
 """Memory limit, in MiB, of the synthesis of a counterstrategy that is shown as a play, and limit of
 its text."""

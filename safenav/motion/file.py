@@ -26,8 +26,8 @@ State = tuple[float, float, float, float]
 """x, y, vx, vy."""
 Numbers = tuple[float, ...]
 Polynomial = Annotated[Numbers, Meta(max_length=8)]
-"""Coefficients of a polynomial. Their number is limited, since a check samples a curve the more
-often, the more there are."""
+"""Coefficients of a polynomial. Their number is limited, since each one adds samples to a
+check."""
 SOME = Meta(min_length=1)
 Positive = Annotated[float, Meta(gt=0)]
 LONGEST = 2_000_000

@@ -32,7 +32,7 @@ AHEAD, MOST_AHEAD, AHEAD_CHARGED = 2, 6, 4
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time, with
 batteries ``AHEAD_CHARGED``, for fewer stops."""
 DETOUR = 4
-"""Maximum number of steps beyond those to the nearest charger; rather a robot waits for that."""
+"""Maximum number of steps beyond those to the nearest charger; else a robot waits for that one."""
 READY, TRIES, LITTLE, CROWD = 3, 3, 10_000, 20
 """Rounds, number and work (of a robot) of searches for a plan after which the team can continue,
 with at most ``CROWD`` robots."""

@@ -407,7 +407,7 @@ class ObstacleType(Struct, frozen=True):
 
 
 FAILURES = ("lost_", "unknown_")
-"""Prefixes of the types of obstacles that represent a failure: ``unknown_ground``,
+"""Prefixes of the obstacle types that represent a failure: ``unknown_ground``,
 ``lost_digit``."""
 
 

@@ -271,7 +271,7 @@ def _stepped(
 
 
 def _undone(team: Team, state: State, i: int, pose: int) -> dict[str, object]:
-    """Return the changed fields of a robot whose step ended in another pose than intended. Its
+    """Return the changed fields of a robot whose step did not end in the intended pose. Its
     formulas return to the memory before the step, unless the actual step requires another one."""
     robot, graph = state.robots[i], team.members[i].graph
     formulas = robot.objective.formulas

@@ -278,9 +278,9 @@ def obligations(automaton: Automaton, counter: bool) -> list[Obligation]:
 
 def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[str, Any]:
     """Return the measures of a strategy, one for each goal, or those of a ``counter``strategy: one
-    for each assumption, which each path meets infinitely often, and one whose excuses are the
-    goals, not all of which a path meets infinitely often. ``start``: the counterstrategy's initial
-    inputs; ``chosen``: its next inputs in each node.
+    for each assumption, and one whose excuses are the goals. Each path of a counterstrategy meets
+    all assumptions infinitely often, but not all goals. ``start``: its initial inputs; ``chosen``:
+    its next inputs in each node.
 
     Raises NoMeasureError if the automaton does not satisfy (or refute) its specification."""
     size = len(automaton.states)

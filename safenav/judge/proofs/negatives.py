@@ -159,7 +159,7 @@ class Enumeration:
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
         """Return the obstacles after all robots have acted where they stand. Robots take loads
-        last, those that are begun before others, and only as many as they can carry."""
+        last, begun ones before others, and only as many as they can carry."""
         flat = {one.name for one in opened}.intersection(self.case.flat.values())
         pairs = zip(self.robots, places, strict=True)
         at = {name: place for name, place in pairs if self.case.flat.get(name) not in flat}

@@ -304,8 +304,8 @@ def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
 ) -> Step | None:
     """Return the step of a robot's strategy under the first command that leads the robot toward its
-    goal; None if it needs another strategy (a new one waits instead). ``safe``: the poses in which
-    the team can continue (None: any)."""
+    goal. If there is none, a strategy that has just begun waits; else None: the robot needs another
+    one. ``safe``: the poses in which the team can continue (None: any)."""
     robot, member, task = state.robots[i], team.members[i], found.task
     node, strategy = robot.node, found.result.strategy
     assert node is not None and strategy is not None

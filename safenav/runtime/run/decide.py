@@ -159,7 +159,7 @@ def broken(run: Situation, i: int) -> tuple[str, ...]:
 
 def closing(run: Situation, i: int, pose: int) -> int | None:
     """Return the known obstacle that forbids a move to a pose: the robot would enter it, or would
-    leave it on another side than it entered; None if there is none."""
+    leave it by a side that it did not enter by; None if there is none."""
     team, state = run.team, run.state
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size

@@ -157,8 +157,8 @@ class Mission:
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
-        """Abort a running computation by an exception if the run must end. In other threads than
-        the run's own, this has no effect."""
+        """Abort a running computation by an exception if the run must end. In threads other
+        than the run's own, this has no effect."""
         if self._run.answers.busy and get_ident() == self._thread:
             self._check()
 
