@@ -88,7 +88,7 @@ def test_an_interruption_ends_the_wait_for_the_page_of_an_ended_drive(tmp_path: 
     assert done.returncode == 0 and "completed" in done.stdout
 
 
-def test_a_terminal_that_is_closed_ends_the_program_as_interrupted() -> None:
+def test_closing_the_terminal_interrupts_the_program() -> None:
     controller, terminal = pty.openpty()
     command = program(*CATALOGUE, before="; input()")
     asked = subprocess.PIPE

@@ -171,7 +171,7 @@ def test_a_run_ends_at_its_time_limit(scenario: Path, before: str, trace: Path) 
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_a_run_with_its_outcome(number: int, trace: Path) -> None:
+def test_a_signal_ends_a_run_as_interrupted(number: int, trace: Path) -> None:
     words = ("run", WAREHOUSE, "--no-map", "--trace", trace)
     status, said = ended(*words, ready=trace, signals=[number])
     assert (status, outcome(trace)) == (INTERRUPTED, "interrupted")

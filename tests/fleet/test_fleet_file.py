@@ -130,7 +130,7 @@ def test_keys_of_a_robot_override_the_defaults_of_the_fleet(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("side", [0.4, 1.0, 2.0])
-def test_default_tolerances_end_inside_the_region(side: float, tmp_path: Path) -> None:
+def test_default_tolerances_fit_the_region(side: float, tmp_path: Path) -> None:
     """By default, messages stay on the machine."""
     text = CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
     fleet = loaded(HEAD + "robots: {quad: {follow: {}}}\n", tmp_path, load_scenario_text(text))

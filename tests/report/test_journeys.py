@@ -52,7 +52,7 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser) -> None:
     assert browser.errors() == []
 
 
-def test_a_page_shows_each_tick_in_the_state_of_the_trace(browser: Browser) -> None:
+def test_a_page_shows_the_state_of_the_trace_at_each_tick(browser: Browser) -> None:
     """It is readable in both themes."""
     run, page = run_of("chain"), page_of("chain")
     for tick in (0, 6, run.last):

@@ -61,7 +61,7 @@ def test_a_page_stores_each_set_of_regions_once() -> None:
     assert len([*chain(*told)]) > len(data["sets"]) == len({*data["sets"]}) > 1
 
 
-def test_every_obstacle_has_a_silhouette_also_under_a_longer_name() -> None:
+def test_every_obstacle_has_a_silhouette_even_under_a_longer_name() -> None:
     for name in built_in().obstacles:
         own, *longer = map(obstacle_pictogram, (name, f"my_{name}", f"my-{name}"))
         assert longer == [own, own] and own

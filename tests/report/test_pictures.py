@@ -78,7 +78,7 @@ robots:
 )
 
 
-def test_robots_over_one_another_and_the_name_of_a_narrow_area_are_drawn_apart(
+def test_robots_in_one_region_are_drawn_apart_and_a_narrow_area_name_is_shortened(
     tmp_path: Path,
 ) -> None:
     text, svg = drawn(LABORATORY, tmp_path)

@@ -204,7 +204,7 @@ def test_a_defect_of_the_simulation_is_not_a_failure_of_a_robot() -> None:
         Mission(scenario, world=world).run()
 
 
-def test_a_robot_is_lost_although_its_world_cannot_cancel_the_command() -> None:
+def test_a_robot_is_lost_even_if_its_world_cannot_cancel_the_command() -> None:
     class Deaf(Faulty):
         def cancel(self, robot: Robot) -> None:
             raise OSError(f"no connection to {robot.name}")
@@ -392,7 +392,7 @@ def uncached(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("uncached")
-def test_a_run_continues_although_an_obsolete_synthesis_never_ends(tmp_path: Path) -> None:
+def test_a_run_continues_even_if_an_obsolete_synthesis_never_ends(tmp_path: Path) -> None:
     """The synthesizer does not answer from when a robot has seen the door that a person opens."""
     flag, slow = tmp_path / "flag", tmp_path / "slugs"
     slow.write_text(

@@ -183,7 +183,7 @@ def test_an_impossible_request_is_refused_with_the_reason(
 
 
 @pytest.mark.slow
-def test_a_page_that_stops_reading_is_left(editor: Served) -> None:
+def test_a_page_that_stops_reading_is_disconnected(editor: Served) -> None:
     head = f"GET /{editor.token}/events HTTP/1.1\r\nHost: 127.0.0.1:{editor.port}\r\n\r\n"
     with editor.request(head) as stopped, editor.opened() as page:
         for number in range(10):
