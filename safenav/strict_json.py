@@ -24,7 +24,7 @@ _SHOWN = 40
 
 
 def read_json(text: str | bytes) -> Any:
-    """Return the value of a JSON text in UTF-8. Raises ValueError, also for a text that is JSON to
+    """Return the value of a JSON text in UTF-8. Raises ValueError even for a text that is JSON to
     some programs only: a repeated key, a number beyond 2**53 - 1, half of a character."""
     text = text.decode("utf-8") if isinstance(text, bytes) else text
     try:

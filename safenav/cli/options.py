@@ -239,7 +239,7 @@ MaxTicks = Annotated[
     int | None, click.IntRange(1, 2**31 - 1), "--max-ticks N", "Maximum number of ticks."
 ]
 NoMap = Annotated[bool, "Do not print the initial map."]
-Operator = Annotated[bool, "Prompt for interventions in a live run, also without a terminal."]
+Operator = Annotated[bool, "Prompt for interventions in a live run, even without a terminal."]
 Robot = Annotated[str | None, "--robot NAME", "Only this robot."]
 Rows = Annotated[int | None, COUNT, "--rows N", "Rows of a map file."]
 Share = Annotated[float | None, range_of("x", 0, 1), "Blocked share that makes a wall."]

@@ -449,7 +449,7 @@ class State:
         return bool(self.mates[robot] or self.robots[robot].data.battery)
 
     def keeps(self, robot: str) -> bool:
-        """Return whether a robot meets its own goals also while it pursues something else."""
+        """Return whether a robot meets its own goals even while it pursues something else."""
         return self.is_planned(robot) or self.scenario.coordination == "assignable"
 
     def memories(self, robot: Robot) -> set[int]:

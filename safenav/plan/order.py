@@ -190,7 +190,7 @@ def _foreseen(state: State, i: int) -> float:
 
 
 def drains(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot uses charge where it is, also while it waits."""
+    """Return whether a robot uses charge where it is, even while it waits."""
     energy = team.members[i].energy
     return (
         energy is not None and energy.battery.stay > 0 and not energy.charging(state.robots[i].next)

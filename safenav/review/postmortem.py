@@ -115,7 +115,7 @@ class TeamRepair(Struct, frozen=True):
 
 class Postmortem(Struct, frozen=True):
     """The end of a run, with its ``stuck`` robots, the chain of reasons, and repairs. ``tried``:
-    the number of runs; ``missing``: all actions that the team lacks, also for obstacles that the
+    the number of runs; ``missing``: all actions that the team lacks, even for obstacles that the
     run did not reach."""
 
     result: RunResult

@@ -56,7 +56,7 @@ class RobotTrack(Struct):
 
     @property
     def pose(self) -> tuple[Region, Heading | None]:
-        """The robot's last pose, also in an incomplete tick."""
+        """The robot's last pose, even in an incomplete tick."""
         return self.regions[-1], self.headings[-1]
 
     def transit(self, tick: int) -> LongStep | None:

@@ -83,7 +83,7 @@ class Pursuit(NamedTuple):
 class Objective:
     """An objective of a robot; a class for each kind. Its targets are numbered in its own order.
     ``avoid``: regions that the robot never enters; ``always``: formulas over ``region`` and
-    ``heading`` that each of its steps keeps. Both always hold, also while the robot helps another.
+    ``heading`` that each of its steps keeps. Both always hold, even while the robot helps another.
     ``literal``: whether no weaker form of a ``strict`` kind is accepted.
 
     ``kind``: its key in a scenario; ``meaning``: a short description, for editors; ``drawing``: its

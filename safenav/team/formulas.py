@@ -137,7 +137,7 @@ class StateGraph(PoseGraph):
 
     def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
         """Return this graph without the steps into a pose, whatever the memory. All steps from the
-        pose remain, also for a robot that has to back out to ``behind``."""
+        pose remain, even for a robot that has to back out to ``behind``."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, self._on, shut)
 

@@ -17,7 +17,7 @@ struct FileError : InputOutputError {
 };
 
 // Return a whole file, or standard input as "-".  Throws FileError with a message
-// that names the file and the reason, LimitReached also while it waits for a pipe
+// that names the file and the reason, LimitReached even while it waits for a pipe
 // and for a text larger than the memory limit.
 std::string read_file(const std::string &path, const Budget &budget);
 

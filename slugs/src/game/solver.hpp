@@ -44,7 +44,7 @@ public:
   Verdict verdict();                        // solves the game on the first call
   void strategy(StrategySink &sink);        // only if realizable and not verdict_only
   void counterstrategy(StrategySink &sink); // only if unrealizable
-  std::string progress() const;             // one line, also after LimitReached
+  std::string progress() const;             // one line, even after LimitReached
 
 private:
   struct Implementation;
