@@ -146,7 +146,7 @@ def test_an_interrupt_ends_the_run_cleanly(
     words: tuple[str, ...],
     said: str,
 ) -> None:
-    """An older strategy stays as it was, and no temporary file remains; also while it waits for
+    """An older strategy stays as it was, and no temporary file remains, even while it waits for
     standard input that never comes."""
     (folder / "out.json").write_text("older")
     before = sorted(folder.iterdir())

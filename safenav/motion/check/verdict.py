@@ -64,7 +64,7 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
     if header.trace != trace.digest:
         return "the motion is of another trace, whose header has another sha256"
     if (header.rows, header.cols) != (world.rows, world.cols):
-        return f"a map of {header.rows} x {header.cols} regions"
+        return f"its map of {header.rows} x {header.cols} regions is not that of the trace"
     if set(header.robots) != set(trace.robots):
         return f"the robots {', '.join(sorted(header.robots))[:80]} are not those of the trace"
     if header.origin != world.placement:
