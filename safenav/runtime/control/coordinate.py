@@ -33,7 +33,7 @@ class Control(Struct, frozen=True):
     that wait for a strategy, given the data ``asked``; ``thinks``: whether a plan is still being
     computed; ``vain``: obstacles that are set aside, since a robot has no strategy for its part
     (``failed`` syntheses); ``left``: obstacles left to robots with strategies, although others had
-    to help; ``waits``: whether the plan is only for the time until a change; ``resting``: robots
+    to help; ``waits``: whether the plan is only for the time of a wait; ``resting``: robots
     that can only continue after a change or an operator's help, so that the team waits for that
     (``instead``) once it has served all requests that it can."""
 
@@ -69,14 +69,11 @@ Decided = tuple[State, now.Event]
 
 class Decision:
     """A decision of the team. ``decided``: its events, in order; ``state``: the state after them.
-    ``coming``: whether a change of the scenario will come, for which an idle team waits; ``hopes``:
-    whether that or an operator may help, so that the team waits instead of ending the run."""
+    ``hopes``: whether a change of the scenario or an operator may help, so that the team waits
+    instead of ending the run."""
 
-    def __init__(
-        self, team: Team, state: State, answers: Answers, *, coming: bool, hopes: bool
-    ) -> None:
-        self.team, self.state, self.answers = team, state, answers
-        self.coming, self.hopes = coming, hopes
+    def __init__(self, team: Team, state: State, answers: Answers, *, hopes: bool) -> None:
+        self.team, self.state, self.answers, self.hopes = team, state, answers, hopes
         self.decided: list[Decided] = []
 
     def control(self, before: Control) -> Control:
@@ -230,7 +227,7 @@ class Decision:
             stands = Control(None, found, roles, before.controllers, (), never)
             anywhere = replace(found, safe=(None,) * len(poses))
             others = Roles(plain, here, floor, stages, anywhere)
-            return self._meanwhile(stands, others) if self.coming else stands
+            return self._meanwhile(stands, others) if self.hopes else stands
         held, asked = before.controllers, dict[int, Role]()
         for i, (role, mine) in enumerate(zip(roles, held, strict=True)):
             if i in lone:
@@ -288,12 +285,15 @@ class Decision:
         )
 
     def _waiting(self, control: Control, before: Control) -> Control:
-        """Give robots a plan until a change, if the team begins to wait. Return the intentions."""
-        end = control.end
-        if end is None or (end == before.end and not starving(self.team, self.state)):
+        """Give robots a plan for that time, if the team begins to wait. Return the intentions."""
+        end, told = control.end, not before.thinks and control.end == before.end
+        if end is None or (told and not starving(self.team, self.state)):
             return replace(control, waits=control.waits and end is not None)
-        waits = self.coming and end.outcome == "operator_needed"
-        plan = self._meantime() if waits else None
+        waits = self.hopes and end.outcome == "operator_needed"
+        try:
+            plan = self._meantime() if waits else None
+        except Pending:
+            return replace(control, thinks=True)
         if waits and (plan is not None or self.state.plan is not None):
             self._decide(now.Planned(plan))
         return replace(control, waits=plan is not None)
@@ -303,7 +303,7 @@ class Decision:
         still and obstacles stay open, and can undo each of their steps; with batteries, a plan that
         only brings robots to chargers. None if there is none."""
         team, state = self.team, self.state
-        if team.charged or self.answers.background:
+        if team.charged:
             low = [i for i in team.charged if state.robots[i].active and drains(team, state, i)]
             return to_chargers(team, state, sorted(low, key=lambda i: state.robots[i].charge))
 

@@ -231,14 +231,14 @@ class Run(Situation):
             return not rests or self.control.roles[i].helps is not None
         pause = self.world.pause(self)
         if self.team.members[i].planned:  # by its plan for that time
-            return pause is not None and pause[1] is not None and self.control.waits
+            return pause is not None and self.control.waits
         return pause is not None and decide.continues(self, i)
 
     def action(self, i: int) -> Action | None:
         """Return the action of a robot where it stands; None if the action changes nothing, or if
         the team waits for an operator and this robot may not continue."""
         pause = self.world.pause(self)
-        may = pause is None or pause[1] is not None or decide.continues(self, i)
+        may = pause is None or pause[1] is not None or self.moves(i)
         return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:
@@ -314,9 +314,8 @@ class Run(Situation):
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed since
-        awaited = self.world.awaited(self) is not None
-        hopes = awaited or self.world.attended
-        decision = Decision(self.team, before, self.answers, coming=awaited, hopes=hopes)
+        hopes = self.world.attended or self.world.awaited(self) is not None
+        decision = Decision(self.team, before, self.answers, hopes=hopes)
         self.control = decision.control(intended)
         decided, self.state = decision.decided, decision.state
         if self.control.new or self.control.question != intended.question:
