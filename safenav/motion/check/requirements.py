@@ -1,7 +1,7 @@
 """The requirements of a scenario, evaluated on the motion of a run (docs/motion.md)."""
 
 from collections.abc import Mapping
-from math import ceil, inf, isfinite
+from math import ceil, isfinite
 
 import numpy as np
 from msgspec import Struct
@@ -177,11 +177,11 @@ def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
         verdict = SATISFIED
     elif high < -error:
         verdict = VIOLATED
-    elif low != high and (low == -inf or high == inf or low < -error or high > error):
+    elif low < -error or high > error:
         advice = "its window extends past the end of the run"
     else:
-        least = min(abs(low), abs(high))
-        wanted = ceil(recording.rate * error / least * 1.1) if least > 1e-9 else inf
-        advice = "raise the sampling rate"
-        advice += f": --rate {wanted}" if wanted <= MOST_RATE else ", or change its bound a little"
+        least, wanted = min(abs(low), abs(high)), recording.rate * error * 1.1
+        near = wanted >= MOST_RATE * least
+        rate = ", or change its bound a little" if near else f": --rate {ceil(wanted / least)}"
+        advice = f"raise the sampling rate{rate}"
     return Judgement(name, text, verdict, low, high, error, advice)
