@@ -25,7 +25,6 @@ from contextlib import suppress
 from http import HTTPStatus
 from http.client import HTTPException, parse_headers
 from io import BytesIO
-from pathlib import PurePath
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -216,7 +215,7 @@ class Server:
         file, content, kind = made
         if path == "save/3d":  # shown as a page of its own
             return Answer(200, content, kind, {"Content-Security-Policy": APART})
-        name = re.sub(r"[^ !#-~]", "_", PurePath(file).name)
+        name = re.sub(r"[^ !#-~]", "_", file)
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return Answer(200, content, kind, headers)
 
@@ -288,8 +287,7 @@ def serve(studio: Studio, port: int | None = None, *, browser: bool = True) -> N
         server = Server(studio, port=port)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             asyncio.get_running_loop().add_signal_handler(number, server.stop)
-        click.echo(f"studio: {server.guard.address}")
-        click.echo("    Ctrl-C ends it", err=True)
+        click.echo(f"studio: {server.guard.address}\n    Ctrl-C ends it")
         await server.serve(browser=browser)
 
     asyncio.run(served())

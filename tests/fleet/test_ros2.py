@@ -221,12 +221,12 @@ def test_a_stream_is_the_reference_sample_by_sample() -> None:
     ros = streams.Ros2Transport(Network(), {}, {})
     ros._references["digit"] = Message(write=sent.append)
     ros._send("digit", Setpoints(4.0, PERIOD, numpy.arange(30, dtype=float).reshape(3, 10)))
-    points = sent[0].points
-    assert [p.time_from_start.nanosec / 1e9 for p in points] == [0.0, PERIOD, 2 * PERIOD]
-    place, point = points[1].transforms[0], points[1]
+    assert [p.time_from_start.nanosec / 1e9 for p in sent[0].points] == [0.0, PERIOD, 2 * PERIOD]
+    place, point = sent[0].points[1].transforms[0], sent[0].points[1]
     assert [place.translation.x, place.translation.y, place.translation.z] == [10.0, 11.0, 12.0]
-    assert (place.rotation.z, place.rotation.w) == streams.facing(19.0)
-    assert [rates[0].linear.x for rates in (point.velocities, point.accelerations)] == [13.0, 16.0]
+    assert [*vars(place.rotation).values()] == [0.0, 0.0, *streams.facing(19.0)]
+    for of, x in ((point.velocities, 13.0), (point.accelerations, 16.0)):
+        assert (of[0].linear.x, *vars(of[0].angular).values()) == (x, 0.0, 0.0, 0.0)
 
 
 class Ideal(streams.Ros2Transport):

@@ -22,7 +22,7 @@ def served() -> Iterator[Served]:
         yield found
 
 
-OURS = "Host: 127.0.0.1:PORT"
+OURS, ELSEWHERE = "Host: 127.0.0.1:PORT", ("http://evil.example", "null", "http://localhost:PORT")
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,7 @@ OURS = "Host: 127.0.0.1:PORT"
     [
         *((f"/TOKEN/{name}", [OURS], 200) for name in ("", "page.js", "studio.js", "page.css")),
         ("/TOKEN/schema.json", [OURS], 200),
+        ("/TOKEN/save/scenario", [OURS], 200),
         ("/TOKEN/", ["Host: localhost:PORT"], 200),
         ("/TOKEN/", [OURS, "Origin: http://127.0.0.1:PORT"], 200),
         ("/TOKEN/", [OURS, "Sec-Fetch-Site: same-origin"], 200),
@@ -43,9 +44,7 @@ OURS = "Host: 127.0.0.1:PORT"
         ("/TOKEN/", ["Host: 127.0.0.1:80"], 421),
         ("/TOKEN/", ["Host: rebound.example"], 421),
         ("/TOKEN/", [], 421),
-        ("/TOKEN/events", [OURS, "Origin: http://evil.example"], 403),
-        ("/TOKEN/events", [OURS, "Origin: null"], 403),
-        ("/TOKEN/events", [OURS, "Origin: http://localhost:PORT"], 403),
+        *(("/TOKEN/events", [OURS, f"Origin: {name}"], 403) for name in ELSEWHERE),
         ("/TOKEN/", [OURS, "Sec-Fetch-Site: cross-site"], 403),
         ("/TOKEN/say", [OURS, f"Content-Length: {LARGEST + 1}"], 413),
         ("/TOKEN/say", [OURS, "Content-Length: \xb2"], 413),
@@ -57,16 +56,17 @@ OURS = "Host: 127.0.0.1:PORT"
     ids=lambda part: str(part)[:40],
 )
 def test_each_request_has_its_status_and_each_answer_a_strict_policy(
-    target: str, lines: list[str], status: int, served: Served
+    target: str, lines: list[str], status: int, editor: Served
 ) -> None:
     """With a policy that forbids the page everything else, and before its body is read."""
     head = "\r\n".join((f"GET {target} HTTP/1.1", *lines, "", ""))
-    head = head.replace("PORT", str(served.port)).replace("TOKEN", served.token)
-    with served.request(head) as connection, connection.makefile("rb") as answer:
+    head = head.replace("PORT", str(editor.port)).replace("TOKEN", editor.token)
+    with editor.request(head) as connection, connection.makefile("rb") as answer:
         assert int(answer.readline().split()[1]) == status
         said = answer.read().partition(b"\r\n\r\n")[0].decode()
     assert "Cross-Origin-Resource-Policy: same-origin" in said
     assert "frame-ancestors 'none'" in said and "Access-Control-Allow-Origin" not in said
+    assert ('; filename="__.yaml"' in said) is ("save/s" in target)
 
 
 def test_a_studio_listens_on_the_loopback_interface_only(served: Served) -> None:
@@ -113,7 +113,7 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def editor(home: Path) -> Iterator[Served]:
-    with Served("studio", home / "mine.yaml", "--folder", home / "lab", "--no-browser") as found:
+    with Served("studio", home / '"\u00e9.yaml', "--folder", home / "lab", "--no-browser") as found:
         yield found
 
 
