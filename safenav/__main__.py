@@ -31,11 +31,11 @@ def _leave(ended: list[int]) -> None:
     """End the process with its exit status, after its threads and exit handlers have ended. Freeing
     every module first would take 5 ms. If the output cannot be written, the interpreter ends the
     process and reports the error."""
-    if ended:
+    for status in ended:
         with suppress(OSError, ValueError):
             sys.stdout.flush()
             sys.stderr.flush()
-            os._exit(ended[0])
+            os._exit(status)
 
 
 if __name__ == "__main__":

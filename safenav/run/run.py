@@ -163,11 +163,11 @@ class Run(Struct):
     ) -> tuple[float, float, float | None]:
         """Return a robot's row, column and heading in degrees (None: it has no heading)."""
         region, heading = track.regions[tick], track.headings[tick]
-        goal, after, part = region, heading, 0.0
+        goal, after, part = region, heading, fraction
         step = track.transit(tick)
         if step is None and self.seconds is None and tick < self.last:
             step = track.transit(tick + 1)  # the robot departs in the next tick
-            goal, after, part = track.regions[tick + 1], track.headings[tick + 1], fraction
+            goal, after = track.regions[tick + 1], track.headings[tick + 1]
         if step is not None:
             there = min(step.last + 1, self.last)
             goal, after = step.toward, track.headings[there]
