@@ -6,9 +6,8 @@ memory. A lone robot follows its strategy, so poses suffice as its states.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache, reduce
+from functools import cached_property, lru_cache
 from itertools import combinations, product
-from operator import or_
 
 from safenav.data import cached_method
 from safenav.errors import UsageError
@@ -159,7 +158,7 @@ class StateGraph(PoseGraph):
         return region_mask(step for state in bits(poses) for step in self.steps(state))
 
     def backward(self, poses: Mask) -> Mask:
-        return reduce(or_, (self._before.get(state, 0) for state in bits(poses)), 0)
+        return region_mask(state for step in bits(poses) for state in self._before.get(step, ()))
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
@@ -190,11 +189,11 @@ class StateGraph(PoseGraph):
         return frozenset(g for g in met if not (stays[g] >> pose | stays[g] >> step) & 1)
 
     @cached_property
-    def _before(self) -> dict[int, Mask]:
-        found: dict[int, Mask] = {}
+    def _before(self) -> dict[int, list[int]]:
+        found: dict[int, list[int]] = {}
         for state in bits(self.everywhere):
             for step in self.steps(state):
-                found[step] = found.get(step, 0) | 1 << state
+                found.setdefault(step, []).append(state)
         return found
 
 
