@@ -124,7 +124,7 @@ class Bound:
                 fields[name], _ = self.ticks(name, seeds)
                 there = [tick for pose, tick in fields[name].items() if pose[0] in need.regions]
                 turn = max(min(there) * self.count + index, before) if there else NEVER
-                if there and not need.together:
+                if not need.together:
                     turn += (index - turn) % self.count
                 arrivals += [min(turn, self._leaving(name, need, before))] * (name not in done)
             begun, arrivals = before, sorted(turn for turn in arrivals if turn < NEVER)
