@@ -297,9 +297,7 @@ def _earliest(
                         cells[t][k + 1] |= poses & free & vias[k][0]
         for k, (via, least, stop) in enumerate(vias):
             if t >= least and not stop:
-                met = cells[t][k] & via
-                cells[t][k] ^= met
-                cells[t][k + 1] |= met
+                cells[t][k + 1] |= cells[t][k] & via
         if end := cells[t][-1] & final & ~later[t]:
             return _back(floor, cells, vias, t, next(bits(end)), i, taken, ticks)
     return None
