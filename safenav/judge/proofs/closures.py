@@ -306,7 +306,8 @@ def _options(
     full = case.full(opened)
     for k, one in enumerate(opened):
         at, alone = case.actors(one, sets, full), one.left[0].together or one.left[0].robots == 1
-        free = one.left[0].same or not one.chain()  # no robot is chosen for a later need
+        chosen = one.left[0].same and len(one.left[0].able) <= one.left[0].robots
+        free = chosen or not one.chain()
         parts = () if alone else ((name,) for name in at)
         for group in dict.fromkeys((*case.groups(one, at), *parts)):
             rest = one.acted(group)
