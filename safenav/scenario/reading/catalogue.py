@@ -5,7 +5,7 @@ place or from a file. Code contains no model and no type.
 """
 
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -25,7 +25,7 @@ FILES = (_BUILT_IN / "robots.yaml", _BUILT_IN / "obstacles.yaml")
 """The built-in catalogue."""
 
 
-@lru_cache(maxsize=1)
+@cache
 def built_in() -> Catalogue:
     """Return the catalogue that is shipped with the package."""
     catalogue = Catalogue()
