@@ -295,9 +295,9 @@ class Request:
             found[self.team.members[i].name] = None if time >= FAR else round(time, 1)
         return found
 
-    def why_nobody(self) -> str | None:
+    def why_nobody(self, *, aside: bool = False) -> str | None:
         """Return the reason why no robot helps now although some could get there; None if the bids
-        show it."""
+        show it. ``aside``: whether no joint plan for the request was found."""
         floor, g = self.floor, self.g
         missing = floor.missing(g, self.stages)
         able = floor.able(g, self.stages)
@@ -307,6 +307,8 @@ class Request:
             return self._loads()
         if len(able) < missing:
             return self._absent(out)
+        if aside:
+            return ASIDE
         duties, members = self.found.duties, self.team.members
         busy = [i for i in able if i in duties and duties[i].g != g]
         if busy:

@@ -4,7 +4,7 @@ specifications."""
 from itertools import accumulate, pairwise
 
 from safenav.runtime.control.coordinate import Control
-from safenav.runtime.control.ends import ASIDE, Request
+from safenav.runtime.control.ends import Request
 from safenav.runtime.control.roles import helpers_of
 from safenav.runtime.control.strategies import Controller
 from safenav.spec.assignable import assignable_regions
@@ -106,10 +106,10 @@ def request_line(
     """Return the line of a request with its helpers. ``because``: why they help, if it is known."""
     request, there = Request(team, state, control.found, k), state.obstacles[k]
     bids, helping = request.bids(), helpers_of(control.roles, k)
-    if because is None and there.aside and k not in control.vain:
-        because = ASIDE
+    if because is None and helping:
+        because = request.why_others(helping, bids)
     elif because is None:
-        because = request.why_others(helping, bids) if helping else request.why_nobody()
+        because = request.why_nobody(aside=there.aside and k not in control.vain)
     if because is None and helping and k in control.left:
         because = f"the joint plan relies on {listed(helpers)}"
     return records.Request(
