@@ -359,8 +359,8 @@ def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | Non
 
 def _crowded(floor: Floor) -> Deadlock | None:
     """Return a deadlock if robots outnumber the regions of their last targets, else None."""
-    team = floor.team
-    group = next(without_room([team.members[i].robot for i in floor.robots]), None)
+    team, every = floor.team, (i for i in floor.robots if floor.wanted[i])
+    group = next(without_room([team.members[i].robot for i in every]), None)
     if group is None:
         return None
     who = tuple(i for i in floor.robots if team.members[i].robot in group)

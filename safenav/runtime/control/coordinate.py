@@ -11,11 +11,11 @@ from math import inf
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.ask import Found, lost
+from safenav.plan.ask import Deadlock, Unserved, lost
 from safenav.plan.order import awaited, drains, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers, Pending
-from safenav.runtime.control.planning import Planning, beyond, helped, to_chargers, with_all
+from safenav.runtime.control.planning import Answer, Planning, beyond, helped, to_chargers, with_all
 from safenav.runtime.control.roles import Role, Roles, helpers_of
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.solve import solve
@@ -319,11 +319,13 @@ class Decision:
             floor, left = among(going), going
             able = (i for i in going if not floor.graphs[i].one_way)
             going = [i for i in able if _meets(floor, state, i)]
-        floor = among(going)
-        if not floor.robots:
-            return None
-        answer = self.answers.plan(floor, joint_now(state, floor), (), state)
-        if not isinstance(answer, Found) or answer.first:
+        answer: Answer = Deadlock(())
+        while isinstance(answer, Deadlock):
+            floor = among(going := [i for i in going if i not in answer.robots])
+            if not floor.robots:
+                return None
+            answer = self.answers.plan(floor, joint_now(state, floor), (), state)
+        if answer is None or isinstance(answer, Unserved) or answer.first:
             return None
         if all(len(way) < 2 for way in answer.plan.ways):
             return None
