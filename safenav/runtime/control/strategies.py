@@ -334,12 +334,16 @@ def commanded(
             step = under(place, step[1])
         return False
 
-    def near(region: Region) -> tuple[int, Region]:
-        """Return the sort key of a region: its number of steps to the goal, and its index."""
-        return min(field[pose] for pose in bits(graph.on({region}))), region
-
     if not 0 < field[robot.pose] < FAR:
         return under(here, node)
+    nearest = graph.regions_of(graph.nearest(robot.pose, goal, free_or_here))
+
+    def near(region: Region) -> tuple[int, bool, Region]:
+        """Return the sort key of a region: its number of steps to the goal, whether others of the
+        goal are nearer, and its index."""
+        steps = min(field[pose] for pose in bits(graph.on({region})))
+        return steps, not nearest >> region & 1, region
+
     places, now = [before["assigned"]], (graph.pose(robot.pose), robot.values)
     if places[0] in (none, here):
         places = [
