@@ -16,7 +16,6 @@ from safenav.solve import solve
 def test_a_result_that_arrives_while_it_is_looked_up_is_not_lost(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A result arrives between two look-ups: the next one reports it."""
     looks = iter([False, *[True] * 9])
     monkeypatch.setattr(Answers, "ready", property(lambda _: next(looks)))
     answers = Answers(Synthesizer())
@@ -35,8 +34,7 @@ def test_an_exhausted_search_budget_names_the_robot_out_of_service(
 
     monkeypatch.setattr(Answers, "plan", spent)
     ring = case("failures/ring")
-    world = Faulty(loaded(ring), [["a", 1, "fatal"]])
-    outcome = play(ring, world=world, lies=True).outcome
+    outcome = play(ring, world=Faulty(loaded(ring), [["a", 1, "fatal"]]), lies=True).outcome
     assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "out_of_service")
     assert outcome["explanation"].startswith("a (its steps fail) is out of service; search budget")
 
@@ -49,7 +47,9 @@ def test_a_search_that_exceeds_its_budget_is_not_a_verdict(
 ) -> None:
     for module, budget in budgets:
         monkeypatch.setattr(module, budget, 1)
-    assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"
+    text = case("objectives/once_with_a_trapped_helper")
+    gone = text.replace("region: 10}", "region: 10, until: 20}")
+    assert [play(each).outcome["outcome"] for each in (text, gone)] == ["search_limit", "completed"]
 
 
 def test_an_expensive_request_does_not_end_a_mission_that_does_not_need_it(

@@ -439,7 +439,7 @@ class World:
         end = run.control.end
         if end is None or end.outcome not in HELPED:
             return None
-        until = self.awaited(run) if end.outcome == "operator_needed" else None
+        until = self.awaited(run)
         return (end, until) if self.attended or until is not None else None
 
     def awaited(self, run: Situation) -> float | None:
@@ -452,8 +452,7 @@ class World:
         """Return the end of the run if an operator gives up now. While a change of the scenario may
         still help, nothing proves that an operator is needed."""
         end = run.control.end
-        coming = end is not None and end.outcome == "operator_needed" and self.coming(run)
-        return end if end is not None and not coming else GIVEN_UP
+        return GIVEN_UP if end is None or self.coming(run) is not None else end
 
     def coming(self, run: Situation) -> float | None:
         """Return the time of the scenario's next change before the limit that may help; None if
