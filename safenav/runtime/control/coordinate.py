@@ -264,11 +264,14 @@ class Decision:
 
     def _meanwhile(self, control: Control, roles: Roles) -> Control:
         """Return the intentions in which, while the team waits, robots that wait for help pursue
-        other objectives, and robots that have served a request their own."""
-        state, members = self.state, self.team.members
+        other objectives, and robots that have served a request, or whose objective has changed,
+        their own."""
+        state, members, asked = self.state, self.team.members, _asked(self.state)
         helps = ((i, role.helps) for i, role in enumerate(control.roles))
         served = {i for i, k in helps if k is not None and k not in state.requests}
-        every = [i for i in sorted(served | _asked(state)) if state.robots[i].active]
+        others = (i for i in self.team.lone if i not in asked and control.roles[i].helps is None)
+        served |= {i for i in others if control.roles[i].objective != members[i].objective}
+        every = [i for i in sorted(served | asked) if state.robots[i].active]
         own = {i: Role(members[i].objective) for i in served if members[i].planned}
         own |= {i: role for i in served.difference(own) if (role := roles.own(i)) is not None}
         pairs = ((i, own.get(i) or roles.meanwhile(i)) for i in every)
