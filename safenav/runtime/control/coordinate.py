@@ -269,8 +269,9 @@ class Decision:
         state, members, asked = self.state, self.team.members, _asked(self.state)
         helps = ((i, role.helps) for i, role in enumerate(control.roles))
         served = {i for i, k in helps if k is not None and k not in state.requests}
-        others = (i for i in self.team.lone if i not in asked and control.roles[i].helps is None)
+        others = [i for i in self.team.lone if i not in asked and control.roles[i].helps is None]
         served |= {i for i in others if control.roles[i].objective != members[i].objective}
+        served |= {i for i in others if control.controllers[i] is None}  # the run was resumed
         every = [i for i in sorted(served | asked) if state.robots[i].active]
         own = {i: Role(members[i].objective) for i in served if members[i].planned}
         own |= {i: role for i in served.difference(own) if (role := roles.own(i)) is not None}
