@@ -321,7 +321,7 @@ class Run(Situation):
         if self.control.new or self.control.question != intended.question:
             coming = self.world.coming(self) is not None
             self.recorder.settled(decided, self.state, self.control, coming=coming)
-        self.recorder.tell_plan(self.state)
+        self.recorder.tell_plan(decided, self.state)
         if (pause := self.world.pause(self)) is not None and not self.is_complete():
             self.recorder.waiting(*pause)
         thinks = self.control.thinks or self.control.pending or self.control.question is None

@@ -220,8 +220,12 @@ class Recorder:
     def _robot(self, i: int) -> str:
         return self.team.members[i].name
 
-    def tell_plan(self, state: State) -> None:
-        """Record a new joint plan."""
+    def tell_plan(self, decided: Sequence[Decided], state: State) -> None:
+        """Record a new joint plan, and that one is given up for a wait."""
+        for before, event in decided:
+            if isinstance(event, now.Planned) and event.plan is None:
+                self._plan_reached(before)
+                self._plan_ends(PlanEndReason.CHANGED)
         plan = state.plan
         if plan is not None and plan is not self.plan:
             self._plan_ends(PlanEndReason.CHANGED)
