@@ -30,9 +30,10 @@ class Count(NamedTuple):
     last: int = -1
 
     def turn(self, pursuit: Pursuit) -> int:
-        """Return the index of the target that a strategy meets first if targets are met in turn;
-        else one more than that of the target that counted last (0: none has)."""
-        return self.memory if pursuit.in_turn else self.last + 1
+        """Return the index of the target that a strategy meets first if targets are met in turn, or
+        the objective settles; else one more than that of the target that counted last (0: none
+        has)."""
+        return self.memory if pursuit.in_turn else 0 if pursuit.settles else self.last + 1
 
 
 class Is(StrEnum):
