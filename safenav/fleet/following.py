@@ -52,9 +52,8 @@ class Following:
         places: transport.Places,
         stations: Mapping[str, Station],
     ) -> None:
-        self._inner = inner
+        self._inner, self._places = inner, places
         self.now, self.step = inner.now, inner.step
-        self._places = places
         self._lock = RLock()
         self._post: Callable[[transport.Message], None] = print  # set by ``open``
         self.followers = {
@@ -73,12 +72,11 @@ class Following:
         return self._inner.missing()
 
     def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
-        follower = self.followers.get(robot)
-        if follower is None:
+        if robot not in self.followers:
             self._inner.navigate(robot, goal)
             return
         with self._lock:
-            self._go(follower, goal)
+            self._go(self.followers[robot], goal)
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         if robot in self.followers:
@@ -137,9 +135,8 @@ class Following:
         at = follower.place
         assert at is not None
         off = _off(self._places.frame.in_world(*follower.mover.place), at)
-        if off <= follower.tolerance:
-            return ""
-        return self._reset(follower, at, f"{off:.2f} m away from its position at rest")
+        why = f"{off:.2f} m away from its position at rest"
+        return "" if off <= follower.tolerance else self._reset(follower, at, why)
 
     def _reset(self, follower: Follower, at: transport.Located, reason: str) -> str:
         """Restart the plan at the measured position, at rest; return why that is impossible, or an

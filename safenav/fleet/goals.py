@@ -201,21 +201,17 @@ class Goals:
         (self._came_back if task.back else self._arrive)(body, task)
 
     def _arrive(self, body: DrivenRobot, task: FleetTask) -> None:
-        pose = self.pose_now(body)
+        pose, region = self.pose_now(body), task.to.region
         if pose is None:
             self.lose(body, task)
-        elif pose == task.to and self._near(body, pose.region):
+        elif pose == task.to and self._near(body, region):
             body.pose = pose
             self.end(body, protocol.Arrived, task.reason)
-        elif (
-            pose.region == task.to.region
-            and pose != task.to
-            and self._is_well_inside(body, pose.region)
-        ):
+        elif pose != task.to and pose.region == region and self._is_well_inside(body, region):
             self.end(body, protocol.Elsewhere, pose)
         else:
-            off = self._metres_to(body, task.to.region)
-            far = f"it reported its arrival {off:.2f} m from the centre of {task.to.region}"
+            off = self._metres_to(body, region)
+            far = f"it reported its arrival {off:.2f} m from the centre of {region}"
             self._go_back(body, task, far)
 
     def _near(self, body: DrivenRobot, region: Region, least: float = 0.0) -> bool:

@@ -43,7 +43,6 @@ class FleetWorld:
         self._progress = robots.FleetProgress(scenario, begun)
         self._untold: dict[str, robots.FleetTask] = {}
         self._inputs: dict[str, bool] = {}
-
         self.pauses = middleware.step is not None
 
     # The protocol
@@ -96,11 +95,8 @@ class FleetWorld:
         if pose is None or view in (None, robots.View.DOUBT, robots.View.BEFORE):
             return
         known = known or self._sensing.stray(body.robot, region)
-        if (
-            known is None
-            and view is robots.View.ROBOT
-            and not self._sensing.is_shared(body, region)
-        ):
+        meets = view is robots.View.ROBOT and not self._sensing.is_shared(body, region)
+        if known is None and meets:
             return
         if known is not None and known is not task.known:
             self.goals.end(body, Blocked, task.start, known)
@@ -197,10 +193,8 @@ class FleetWorld:
         for body in self._bodies.values():
             if (astray := self.goals.begins_elsewhere(body)) is not None:
                 raise UsageError(astray)
-        end = self.now() + FRESH
-        while self.now() < end and any(
-            body.station.scan is not None and body.looked == -inf for body in self._bodies.values()
-        ):
+        end, see = self.now() + FRESH, [b for b in self._bodies.values() if b.station.scan]
+        while self.now() < end and any(body.looked == -inf for body in see):
             self._take_next(0.1)
 
     def _silent(self) -> list[str]:
@@ -274,15 +268,14 @@ class FleetWorld:
         at = body.place
         if body.task is not None or at is None or not self._sensing.is_astray(body):
             return
-        region, name = self._places.region(at.x, at.y), body.robot.name
+        region = self._places.region(at.x, at.y)
+        why = f"{body.robot.name} is in region {region}, to which it was not sent"
         for other in self._bodies.values():
             task = other.task
             if task is None or task.phase is not robots.Phase.GOING or task.to.region != region:
                 continue
             if other.robot.conflicts(body.robot):
-                self.goals.stop(
-                    other, task, f"{name} is in region {region}, to which it was not sent"
-                )
+                self.goals.stop(other, task, why)
 
     # Steps
 

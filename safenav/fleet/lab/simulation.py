@@ -53,8 +53,7 @@ class SimulationTransport:
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         kind, region, which = name_parts(obstacle)
-        brought = Obstacle(self._types[kind], int(region), number=which)
-        self.physics.bring(brought)
+        self.physics.bring(Obstacle(self._types[kind], int(region), number=which))
         # One service may perform several actions.
         actions = [name for name, one in self._stations[robot].act.items() if one == action]
         due = self.physics.due(obstacle)

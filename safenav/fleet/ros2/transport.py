@@ -304,8 +304,7 @@ class Ros2Transport:
         if self._answers(robot):
             self._robots[robot].navigate(goal)
         else:
-            end = GoalEnd.UNREACHABLE
-            self._post(GoalEnded(robot, goal.number, end, "no action server"))
+            self._post(GoalEnded(robot, goal.number, GoalEnd.UNREACHABLE, "no action server"))
 
     def follow(self, robot: str, reference: Setpoints) -> None:
         self._streams.follow(robot, reference)
