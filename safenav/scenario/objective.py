@@ -73,12 +73,6 @@ class Pursuit(NamedTuple):
         """Return the number of complete rounds after ``met`` counts (see ``step``)."""
         return met // self.targets if self.in_turn and not self.settles else met
 
-    def reached(self, memory: int, met: int) -> int:
-        """Return the total number of targets met, from the memory and the counts ``met``."""
-        if self.in_turn:
-            return met + memory * self.settles
-        return met * self.targets + memory.bit_count()
-
 
 class Objective:
     """An objective of a robot; a class for each kind. Its targets are numbered in its own order.
