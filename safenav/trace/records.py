@@ -44,9 +44,6 @@ class Record(TickLine, frozen=True, kw_only=True):
             if name != "line"
         )
 
-    def __hash__(self) -> int:
-        return hash((type(self), self.tick))
-
 
 class Note(Record, frozen=True):
     """A line that explains: the judge skips it, and it changes nothing. All others are facts."""

@@ -147,7 +147,7 @@ def test_a_png_has_the_requested_width_and_shows_the_robots(tmp_path: Path) -> N
 
 
 def test_a_gif_pauses_at_events_and_has_the_plain_colours_of_the_picture(tmp_path: Path) -> None:
-    more = ("--speed", "4", "--width", "400")
+    more = ("--width", "400")
     durations = []
     with Image.open(picture_of("door", tmp_path, *more, form="gif")) as gif:
         assert gif.size[0] == 400

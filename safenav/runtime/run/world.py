@@ -93,7 +93,7 @@ class World:
         """Yield the next events and turns; none if nothing will ever happen. An event is read after
         earlier ones were applied. ``still``: the end of the run if no robot will ever move."""
         commands = self.commands
-        if self.live:
+        if isinstance(commands, Commands):
             if self.truth is not None:
                 self.truth.excuse(run.state.robots)
             robots = run.state.robots
@@ -106,7 +106,7 @@ class World:
             news = here not in self._stood
             self._stood += [here] if news else []
             changed = news or run.answers.fresh() or bool(self.operator.asked)
-            marks = self._next(run, self.commands.times()), charging_ends(run.team, run.state)
+            marks = self._next(run, commands.times()), charging_ends(run.team, run.state)
             due = min((t for t in marks if t is not None), default=None)
             idle = commands.simulated and commands.idle and not changed
             self.still = idle and due is None

@@ -55,10 +55,6 @@ class Lockstep:
         del poses, last
         self._tick = int(time)
 
-    def times(self) -> Sequence[float]:
-        """Return the ticks at which a simulation changes something by itself."""
-        return [] if self._simulated is None else [float(t) for t in self._simulated.times()]
-
     def now(self) -> float:
         return float(self._tick)
 
