@@ -19,6 +19,8 @@ from safenav.team.team import Team
 from safenav.world.poses import FAR
 
 EARLY = 1e-5
+AGAIN = 0.1
+"""Seconds after which a robot with less charge than its new plan foresees needs another one."""
 UNKNOWN = -1
 """The charge at the end of a plan that only brings robots to chargers."""
 
@@ -242,7 +244,8 @@ def charging_ends(team: Team, state: State) -> float | None:
             spare = _spare(team, state, i)
             marks = [charge - move, *(() if spare is None else (spare, spare + EARLY))]
             if state.plan is not None and state.plan.charges:
-                marks.append(charge - _foreseen(state, i) + 2 * EARLY)  # then it is late
+                late = charge - _foreseen(state, i) + 2 * EARLY
+                marks += [max(late, AGAIN * energy.battery.stay)] if late > EARLY else []
             left = min((m for m in marks if m > EARLY), default=0) / energy.battery.stay
         else:
             continue
