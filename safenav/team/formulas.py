@@ -51,7 +51,7 @@ def targets_of(
     ``graph_of``."""
     if objective.formulas is None:
         return graph.on_each(objective.targets)
-    if isinstance(graph, StateGraph):
+    if graph.remembers:
         return graph.goals
     found = guarantees_of(objective.formulas, on)
 

@@ -124,6 +124,11 @@ class PoseGraph:
         return self.blocks > 1 or bool(self._closed)
 
     @property
+    def goals(self) -> tuple[Mask, ...]:
+        """For each goal of the remembered formulas, the poses in which it is met."""
+        return ()
+
+    @property
     def stays(self) -> tuple[Mask, ...]:
         """For each goal of the remembered formulas, the poses in which staying meets it."""
         return ()
