@@ -76,6 +76,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 s.robots[name].acts, s.robots[name].knew = e, knew
         case "acted":
             _acted(e, robot, s)
+            robot.progress.stayed += s.live and robot.stays
         case "goal":
             _goal(e, robot, s)
         case "objective":
