@@ -321,12 +321,12 @@ def test_a_motion_of_another_trace_or_with_wrong_times_is_refused(
         assert done.returncode == 2 and "recompute it: safenav export" in done.stderr
 
 
-def test_a_walker_that_goes_backwards_is_refused(tmp_path: Path) -> None:
+def test_a_walker_that_faces_beside_its_direction_is_refused(tmp_path: Path) -> None:
     trace, whole = good("case_study_1")
     lines = lines_of(whole)
     for line in lines:
         turning = line.get("turning", [])
-        turning[:2] = [yaw + np.pi for yaw in turning[:2]]
+        turning[:2] = [yaw + 0.02 for yaw in turning[:2]]
     (said,) = findings(trace, written(lines, tmp_path / "m.jsonl"))
     assert {finding["rule"] for finding in said["findings"]} == {"turning"}
 

@@ -12,6 +12,7 @@ from msgspec.structs import astuple
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
+from safenav.motion.columns import body_yaw
 from safenav.motion.file import Foothold, Segment
 from safenav.motion.geometry import Mass, between, mass, transformed
 
@@ -30,7 +31,8 @@ ALIKE = 9
 """Decimals (metres, seconds, radians) in which segments of one shape are equal."""
 GRAVITY = 9.81
 TURNED = pi / 4
-"""Maximum angle between the feet when one lands, in radians."""
+"""Maximum angle between the feet when one lands, and between the body and a foot on the ground, in
+radians."""
 INNER = 0.6
 """Share of a sole, around its centre, in which the centre of pressure stays."""
 Limits = Mapping[str, float]
@@ -129,6 +131,7 @@ def _broken(walked: Walked, limits: Limits) -> Iterator[Broken]:
         off = next(_support(segment, limits), None)
         yield from _double(segment, limits) if off is None else (off,)
         yield from _stance(segment, path, limits)
+        yield from _facing(segment, path.times)
         yield from _steps(segment, limits)
         yield from _swings(segment, walked.speeds, limits)
         yield from _grounded(segment)
@@ -188,6 +191,15 @@ def _stance(segment: Segment, path: Mass, limits: Limits) -> Iterator[Broken]:
         far = f"the mass is {off.max():.3f} m from a foot that carries it"
         t = float(path.times[int(off.max(axis=0).argmax())])
         yield t, "stance", f"{far}, more than {limits['stance']:g}"
+
+
+def _facing(segment: Segment, times: Array) -> Iterator[Broken]:
+    """Check that the body never turns far from the direction of a foot on the ground."""
+    yaw = body_yaw(segment, times)
+    for foot in segment.feet:
+        turned = np.abs(yaw[(times >= foot.down) & (times <= foot.up)] - foot.yaw)
+        if (most := np.minimum(turned % tau, -turned % tau).max(initial=0.0)) > TURNED + NEAR:
+            yield foot.down, "feet", f"the body turns {most:.2f} rad from a foot on the ground"
 
 
 def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) -> float:
