@@ -9,6 +9,8 @@ graph (Hoenig et al., RA-L 2019).
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 
+from msgspec.structs import replace
+
 from safenav.team.acts import acts_on, standing
 from safenav.team.apply import will_count
 from safenav.team.battery import AMPLE, NEVER, Energy
@@ -102,6 +104,17 @@ def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, t
         member = floor.team.members[j]
         if joint.counts[j] != restarted(member, Count(*before.counts[j]))[:2]:
             yield from ((j, what) for what in _whole(floor, over))
+
+
+def acting_first(floor: Floor, state: State, plan: Plan) -> Plan:
+    """Return a plan from ``joint_now`` in which no robot leaves before the actions are completed
+    that the robots can do where they are: the plan presumes them."""
+    joint, ways = joint_now(state, floor), [*plan.ways]
+    for j, need in _because(floor, joint._replace(stages=stages_of(floor, state)), joint):
+        for leaving in ways[j][1:2]:
+            later = leaving._replace(needs=leaving.needs | {need})
+            ways[j] = (ways[j][0], later, *ways[j][2:])
+    return replace(plan, ways=tuple(ways))
 
 
 def _whole(floor: Floor, over: Iterable[int]) -> set[tuple[int, int]]:
