@@ -322,7 +322,7 @@ class Run(Situation):
             coming = self.world.coming(self) is not None
             self.recorder.settled(decided, self.state, self.control, coming=coming)
         self.recorder.tell_plan(decided, self.state)
-        if (pause := self.world.pause(self)) is not None and not self.is_complete():
+        if (pause := self.world.pause(self)) is not None and not self.is_met():
             self.recorder.waiting(*pause)
         thinks = self.control.thinks or self.control.pending or self.control.question is None
         final = not (decided or thinks or self.control.end)
@@ -374,9 +374,13 @@ class Run(Situation):
         return None
 
     def is_complete(self) -> bool:
-        """Return whether the mission is complete and nothing is under way. An order that no robot
-        can serve yet waits for a change if enough robots have its actions."""
-        if self.acts() or not is_complete(self.team, self.state, self.control):
+        """Return whether the mission is complete and nothing is under way."""
+        return not self.acts() and self.is_met()
+
+    def is_met(self) -> bool:
+        """Return whether the mission is complete unless an action restarts rounds. An order that no
+        robot can serve yet waits for a change if enough robots have its actions."""
+        if not is_complete(self.team, self.state, self.control):
             return False
         known = (k for k, each in enumerate(self.state.obstacles) if each.known)
         undone = any(self.team.obstacles[k].ordered and enough(self.team, k) for k in known)
