@@ -321,14 +321,14 @@ def test_a_motion_of_another_trace_or_with_wrong_times_is_refused(
         assert done.returncode == 2 and "recompute it: safenav export" in done.stderr
 
 
-def test_a_walker_that_faces_beside_its_direction_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("by", "rule"), [(0.02, "turning"), (np.pi, "feet")])
+def test_a_walker_that_faces_off_its_path_is_refused(by: float, rule: str, tmp_path: Path) -> None:
     trace, whole = good("case_study_1")
     lines = lines_of(whole)
-    for line in lines:
-        turning = line.get("turning", [])
-        turning[:2] = [yaw + 0.02 for yaw in turning[:2]]
+    for turning in (line.get("turning", []) for line in lines):
+        turning[:2] = [yaw + by for yaw in turning[:2]]
     (said,) = findings(trace, written(lines, tmp_path / "m.jsonl"))
-    assert {finding["rule"] for finding in said["findings"]} == {"turning"}
+    assert {finding["rule"] for finding in said["findings"]} == {rule}
 
 
 def test_feet_that_point_apart_are_refused(tmp_path: Path) -> None:

@@ -197,8 +197,8 @@ def _facing(segment: Segment, times: Array) -> Iterator[Broken]:
     """Check that the body never turns far from the direction of a foot on the ground."""
     yaw = body_yaw(segment, times)
     for foot in segment.feet:
-        turned = np.abs(yaw[(times >= foot.down) & (times <= foot.up)] - foot.yaw)
-        if (most := np.minimum(turned % tau, -turned % tau).max(initial=0.0)) > TURNED + NEAR:
+        turned = (yaw[(times >= foot.down) & (times <= foot.up)] - foot.yaw) % tau
+        if (most := np.minimum(turned, tau - turned).max(initial=0.0)) > TURNED + NEAR:
             yield foot.down, "feet", f"the body turns {most:.2f} rad from a foot on the ground"
 
 
