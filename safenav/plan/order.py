@@ -106,11 +106,11 @@ def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, t
             yield from ((j, what) for what in _whole(floor, over))
 
 
-def acting_first(floor: Floor, state: State, plan: Plan) -> Plan:
-    """Return a plan from ``joint_now`` in which no robot leaves before the actions are completed
-    that the robots can do where they are: the plan presumes them."""
-    joint, ways = joint_now(state, floor), [*plan.ways]
-    for j, need in _because(floor, joint._replace(stages=stages_of(floor, state)), joint):
+def acting_first(floor: Floor, joint: Joint, state: State, plan: Plan) -> Plan:
+    """Return a plan from ``joint`` (``joint_now``) in which no robot leaves before the actions are
+    completed that the robots can do where they are: the plan presumes them."""
+    before, ways = joint._replace(stages=stages_of(floor, state)), [*plan.ways]
+    for j, need in _because(floor, before, joint):
         for leaving in ways[j][1:2]:
             later = leaving._replace(needs=leaving.needs | {need})
             ways[j] = (ways[j][0], later, *ways[j][2:])

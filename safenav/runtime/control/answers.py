@@ -12,10 +12,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.errors import ResourceLimitError, Verdict
 from safenav.plan.ask import Deadlock, Found, Unserved, ask, ask_charged
-from safenav.plan.order import charges_now
+from safenav.plan.order import acting_first, charges_now
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Listener, SynthesisProgress, SynthesisResult, Synthesizer
 from safenav.team.apply import orders_ahead
@@ -110,6 +111,14 @@ class Answers:
         """Return a joint plan for the remaining mission, or the proof that there is none (None:
         unknown). ``state``: the team's state, with charges; ``better``: return only a plan for
         which the charges suffice."""
+        found = self._plan(floor, joint, served, state, better=better)
+        if not isinstance(found, Found):
+            return found
+        return replace(found, plan=acting_first(floor, joint, state, found.plan))
+
+    def _plan(
+        self, floor: Floor, joint: Joint, served: tuple[int, ...], state: State, *, better: bool
+    ) -> Found | Deadlock | Unserved | None:
         about = floor.gates, floor.floors, floor.robots, floor.rounds, floor.barred, floor.inside
         more = floor.helping, floor.laden, floor.away, floor.resting
         key = floor.team, *about, *more, joint, served, len(state.over)

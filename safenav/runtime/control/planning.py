@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock, Found, Unserved, homeward
-from safenav.plan.order import acting_first, at_end, blind, joint_now, starving, stuck
+from safenav.plan.order import at_end, blind, joint_now, starving, stuck
 from safenav.runtime.control import ends
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.roles import Role, helpers_of
@@ -186,7 +186,6 @@ class Planning(Struct, frozen=True, dict=True):
         team, state, gone = self.team, self.state, self.out
         match answer:
             case Found(plan, turned):
-                plan = acting_first(floor, state, plan)
                 plan = replace(plan, part=plan.part or bool(self.resting))
                 return (*(now.Turned(i, memory) for i, memory in turned), now.Planned(plan))
             case Unserved(gates):
