@@ -48,11 +48,17 @@ def shortened(
     """Return the cheapest plan with these states or with another sequence of ``kinds``. It has
     fewer ticks and steps than its states where shortening succeeds soon."""
     best = _shortened(floor, states, served)
+    known = {_paths(states)}
     for each in kinds:
         draft = _shown(floor, each[0], [one.poses for one in each], served)
-        if draft.cost[0] < MUCH * best.cost[0]:
+        if draft.cost[0] < MUCH * best.cost[0] and (paths := _paths(draft.ticks)) not in known:
+            known.add(paths)
             best = min(best, _shortened(floor, draft.ticks, served), key=lambda one: one.cost)
     return best.plan
+
+
+def _paths(ticks: Sequence[Joint]) -> tuple[tuple[int, ...], ...]:
+    return tuple(joint.poses for joint in ticks)
 
 
 def _ways(ticks: Sequence[Joint]) -> list[list[int]]:

@@ -6,7 +6,7 @@ simulated world and the execution share its methods. ``stages`` are the stages o
 their order.
 """
 
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
 from functools import cached_property, reduce
 from operator import or_
 from typing import NamedTuple, TypeVar
@@ -352,13 +352,14 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         counts: tuple[tuple[int, int], ...],
         stages: Stages,
         moved: Container[int] = (),
-        who: Iterable[int] | None = None,
+        who: Collection[int] | None = None,
     ) -> Joint:
         """Return the joint state after all robots have acted where they are, and the robots ``who``
-        (default: all) have counted goals. ``moved``: robots that got there by a step."""
+        (default: all) have counted goals. The other robots have acted and counted before.
+        ``moved``: robots that got there by a step."""
         who = self.robots if who is None else who
         acting, size = self.acting(stages), self.team.size
-        if acting and any(acting >> poses[i] % size & 1 for i in self.robots):
+        if acting and any(acting >> poses[i] % size & 1 for i in who):
             before, stages = stages, self.performed(stages, poses)
             if stages != before and self.restarts(before, stages):
                 pairs = zip(self.team.members, counts, strict=True)

@@ -122,6 +122,8 @@ class Search:
         self.graphs = [Poses(mission, robot) for robot in self.robots]
         self.ways = [[each.distances(t) for t in each.robot.targets] for each in self.graphs]
         self._closed_at: dict[Stages, list[frozenset[int]]] = {}
+        needs = (need for one in mission.obstacles.values() for need in one.needs)
+        self._sites = frozenset[int]().union(*(need.at for need in needs))
 
     def starts(self) -> Iterator[State]:
         """The state itself, and where a patrol has met nothing yet, its other order, too."""
@@ -143,7 +145,7 @@ class Search:
             back = self.begin.came.get(robot.name) if inside else None
             for pose in self.mission.steps(robot, poses[k]):
                 if pose[0] not in taken | closed[k] and back in (None, pose[0]):
-                    yield self._settled((*poses[:k], pose, *poses[k + 1 :]), progress, stages)
+                    yield self._settled((*poses[:k], pose, *poses[k + 1 :]), progress, stages, k)
 
     def is_complete(self, state: State) -> bool:
         """Whether all robots have met their objectives ``rounds`` times since the last resolution,
@@ -179,9 +181,17 @@ class Search:
         return self._closed_at[stages]
 
     def _settled(
-        self, poses: tuple[Pose, ...], progress: tuple[Progress, ...], stages: Stages
+        self,
+        poses: tuple[Pose, ...],
+        progress: tuple[Progress, ...],
+        stages: Stages,
+        moved: int | None = None,
     ) -> State:
-        """Return a state after all that robots do at their poses: actions, then goals."""
+        """Return a state after all that robots do at their poses: actions, then goals. ``moved``:
+        the only robot that has done neither where it is."""
+        if moved is not None and poses[moved][0] not in self._sites:
+            own = self._met(self.robots[moved], poses[moved][0], progress[moved])
+            return poses, (*progress[:moved], own, *progress[moved + 1 :]), stages
         named, where = dict(stages), {r.name: p[0] for r, p in zip(self.robots, poses, strict=True)}
         for name, stage in stages:
             obstacle = self.mission.obstacles[name]
