@@ -189,8 +189,11 @@ def _found(search: Search, states: Answer, check: Callable[[], None], *, brief: 
     floor, served, members = search.floor, search.served, search.floor.team.members
     careful = floor.one_way and len(floor.robots) <= CROWD
     ready, found = replace(floor, ready=True), list[Found]()
-    rounds = (n + (not m.pursuit.settles) for n, m in zip(floor.wanted, members, strict=True))
-    more, work = replace(floor, rounds=tuple(rounds)), LITTLE * len(floor.robots)
+    rounds, work = [*floor.wanted], LITTLE * len(floor.robots)
+    for i in floor.robots if careful else ():  # without those that cannot reach their targets now
+        able = floor.graphs[i].live(members[i].aims, floor.floors[i]) >> search.start.poses[i] & 1
+        rounds[i] += able and not members[i].pursuit.settles
+    more = replace(floor, rounds=tuple(rounds))
     while states is not None and not isinstance(states, Exhausted):
         moves = careful and not jammed(ready, states[-1])
         kinds = () if brief else search.alternatives(len(states))
