@@ -210,12 +210,13 @@ class Decision:
             all_, rest = (
                 ends.hopeful(plain, here, given_up=False, serving=n) for n in (False, True)
             )
+            now_ = solve.around(floor, poses, stages)
             if not out:
-                never = ends.infeasible(plain, here, solve.around(floor, poses, stages))
+                never = ends.infeasible(plain, here, now_)
             elif len(out) == len(poses) or any(
                 solve.Solver(each.floor).feasible(each) for each in (all_, rest)
             ):
-                never = ends.without(team, state, out)  # only absent robots stop the others
+                never = ends.without(team, state, out, now=now_)  # only absent robots stop others
             else:  # proven with the whole team, or without those out of service
                 lives = enumerate(solve.closure_of(all_).live)
                 lame = any(not live and i not in out for i, live in lives)
@@ -267,20 +268,21 @@ class Decision:
         other objectives, and robots that have served a request, or whose objective has changed,
         their own."""
         state, members, asked = self.state, self.team.members, _asked(self.state)
-        helps = ((i, role.helps) for i, role in enumerate(control.roles))
+        helps = [(i, role.helps) for i, role in enumerate(control.roles)]
         served = {i for i, k in helps if k is not None and k not in state.requests}
-        others = [i for i in self.team.lone if i not in asked and control.roles[i].helps is None]
+        others = [i for i, helped in helps if i not in asked and helped is None]
         served |= {i for i in others if control.roles[i].objective != members[i].objective}
-        served |= {i for i in others if control.controllers[i] is None}  # the run was resumed
+        lone = {i for i in others if not members[i].planned}
+        served |= {i for i in lone if control.controllers[i] is None}  # the run was resumed
         every = [i for i in sorted(served | asked) if state.robots[i].active]
         own = {i: Role(members[i].objective) for i in served if members[i].planned}
         own |= {i: role for i in served.difference(own) if (role := roles.own(i)) is not None}
         pairs = ((i, own.get(i) or roles.meanwhile(i)) for i in every)
         found = {i: role for i, role in pairs if role is not None}
-        lone = {i: role for i, role in found.items() if not members[i].planned}
-        made = synthesized(self.team, state, lone, self.answers)
+        asks = {i: role for i, role in found.items() if not members[i].planned}
+        made = synthesized(self.team, state, asks, self.answers)
         made = {i: each for i, each in made.items() if each.realizable}
-        kept = {i: role for i, role in found.items() if i in made or i not in lone}
+        kept = {i: role for i, role in found.items() if i in made or i not in asks}
         return replace(
             control,
             roles=tuple(kept.get(i, each) for i, each in enumerate(control.roles)),

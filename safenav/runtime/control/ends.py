@@ -15,6 +15,7 @@ from safenav.runtime.control.strategies import Controller, walls_of
 from safenav.scenario.objective import Word, describe
 from safenav.solve import reasons
 from safenav.solve.solve import (
+    Closure,
     Sets,
     Settlement,
     Step,
@@ -94,8 +95,7 @@ def infeasible(team: Team, state: State, now: Sets) -> End:
     closure, steps = dead_end(now)
     sentences, stuck = _after_choices(now, steps, word, left=closure is not None), list[int]()
     if closure is not None:
-        active = (i for i, robot in enumerate(state.robots) if robot.active)
-        stuck = [i for i in active if not closure.live[i]]
+        stuck = _stuck(state, closure)
         sentences += [_why_stuck(team, state, i, chosen=bool(steps)) for i in stuck]
         missed += reasons.shortfalls(now, closure)
     links = tuple(
@@ -104,6 +104,12 @@ def infeasible(team: Team, state: State, now: Sets) -> End:
     cause = reasons.cause_of(missed) if missed and not steps else OperatorCause.UNREALIZABLE
     stuck_names = tuple(team.members[i].name for i in stuck)
     return End("operator_needed", "; ".join(links), cause.value, None, (), links, stuck_names)
+
+
+def _stuck(state: State, closure: Closure) -> list[int]:
+    """Return the robots in service that can never continue."""
+    live = zip(state.robots, closure.live, strict=True)
+    return [i for i, (robot, lives) in enumerate(live) if robot.active and not lives]
 
 
 def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) -> list[str]:
@@ -210,12 +216,16 @@ def out_of_service(team: Team, state: State, found: Settlement) -> End | None:
     return without(team, state, left)
 
 
-def without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
+def without(
+    team: Team, state: State, robots: Sequence[int], left: str = "", now: Sets | None = None
+) -> End:
     """Return the end of a run that cannot continue without the robots out of service. ``left``: the
-    reason why the mission is not complete, if known."""
+    reason why the mission is not complete, if known; ``now``: what the other robots can do."""
     who = [f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots]
     why = f"{' and '.join(who)} {'is' if len(who) == 1 else 'are'} out of service; "
-    return End("operator_needed", why + (left or what_is_left(team, state, ())), "out_of_service")
+    stuck = () if now is None else (team.members[i].name for i in _stuck(state, closure_of(now)))
+    why += left or what_is_left(team, state, ())
+    return End("operator_needed", why, "out_of_service", stuck=tuple(stuck))
 
 
 def _why_out(team: Team, state: State, i: int) -> str:
