@@ -1,4 +1,4 @@
-"""Search for a plan or a proof: whether the team can complete its mission from a state.
+"""Search for a plan that completes the mission from a state, or for a proof of infeasibility.
 
 ``ask`` returns a plan, a proof, or None if its budget is exhausted. The result depends only on the
 floor, the joint state, the served requests and the seed, by which it is cached.
@@ -25,17 +25,17 @@ from safenav.team.state import Plan, Stage
 from safenav.world.poses import FAR, Mask
 
 WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 20_000
-"""Work of a search at least, and for each robot; with charges; with charges while obstacles are
-open, since the question will soon change."""
+"""Work of a search: minimum; for each robot; with charges; with charges while obstacles are open,
+since the request will soon change."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD, AHEAD_CHARGED = 2, 6, 4
-"""A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time, with
-batteries ``AHEAD_CHARGED``, for fewer stops."""
+"""A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time; with
+batteries ``AHEAD_CHARGED``, which saves stops."""
 DETOUR = 4
-"""Maximum number of steps beyond those to the nearest charger; else a robot waits for that one."""
+"""Maximum detour, in steps, to a free charger; a robot waits for the nearest one otherwise."""
 READY, TRIES, LITTLE, CROWD = 3, 3, 10_000, 20
-"""Rounds, number and work (of a robot) of searches for a plan after which the team can continue,
-with at most ``CROWD`` robots."""
+"""Limits of searches for a plan after which the team can continue: rounds, number of searches, work
+for each robot, and robots."""
 
 
 class Found(Struct, frozen=True):
@@ -68,10 +68,10 @@ def ask(
     seed: int,
     check: Callable[[], None] = lambda: None,
 ) -> Found | Deadlock | Unserved | None:
-    """Return a plan for the whole remaining mission with all ``served`` gates resolved (for a long
-    mission, for its next rounds), a proof that there is none, or None if the budget is exhausted.
-    In a plan, robots whose rounds have deadlines continue, if possible, until all rounds are
-    completed. ``check`` raises if the search must end."""
+    """Return a plan that completes the mission and resolves all ``served`` obstacles, a proof that
+    there is none, or None if the budget is exhausted. A long mission gets a plan of its next
+    rounds. Robots with deadlines continue, if possible, until all rounds are completed. ``check``
+    raises if the search must end."""
     if (none := _crowded(floor)) is not None:
         return none
     sharing = [i for i in floor.robots if i in floor.team.sharing] or floor.robots
@@ -90,10 +90,10 @@ def ask(
 def _continued(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
-    """Return the result of a search. In a plan, robots whose rounds have a deadline continue after
-    their last round until all robots have completed theirs, but delay no other robot. If they would
-    long wait for resolutions, which restart rounds, they also complete rounds before these, and
-    delay the end by at most a round."""
+    """Return the result of a search. In a plan, robots with deadlines continue after their last
+    round until all robots have completed theirs, but delay no other robot. Resolutions restart
+    rounds. Robots that wait long for them complete rounds before, and delay the end by at most a
+    round."""
     found = _ask(floor, joint, served, seed, check)
     timed = [i for i in floor.robots if floor.team.members[i].robot.within is not None]
     if not timed or not isinstance(found, Found) or found.first:
@@ -130,8 +130,8 @@ def _continued(
 def _goes_on(
     more: Floor, joint: Joint, found: Found, seed: int, check: Callable[[], None], work: int = 0
 ) -> bool:
-    """Return whether the team can complete the rounds of ``more`` after a plan. It might not, since
-    a robot that cannot turn back may end where it has no room to turn around."""
+    """Return whether the team can complete the rounds of ``more`` after a plan. A robot that cannot
+    turn back may end the plan where it has no room to turn around."""
     if not more.one_way:
         return True
     ticks = None if found.first else preview(more, found.plan, joint)
@@ -176,7 +176,7 @@ def _ask(
     assert isinstance(reached, Exhausted)
     stages = {each.stages for each in reached if floor.completed(each, frozenset())}
     ends, possible = [{*served}.difference(floor.open(each)) for each in stages], set[int]()
-    for g in served:  # in order: each is kept if it can be served with those kept before
+    for g in served:  # keep each, in order, that can be served with those kept
         possible |= {g} if any({*possible, g} <= end for end in ends) else set()
     if ends:
         return Unserved(tuple(g for g in served if g not in possible))
@@ -208,8 +208,8 @@ def _found(search: Search, states: Answer, check: Callable[[], None], *, brief: 
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
-    """Return the result of a short search, or a proof for a few robots, or else the result of a
-    long search."""
+    """Return the result of a short search, then a proof for a few robots, then the result of a long
+    search: the first that exists."""
     answer = search.run(1)
     if answer is not None:
         return answer
@@ -226,9 +226,9 @@ def ask_charged(
     further: bool,
     check: Callable[[], None] = lambda: None,
 ) -> Found | None:
-    """Return a plan for which the charges suffice: forever, or at least until its end. For a long
-    mission it is a plan of the next rounds. ``further``: whether the mission continues with orders.
-    None if no plan is found."""
+    """Return a plan for which the charges suffice, forever or at least until its end; None if none
+    is found. A long mission gets a plan of its next rounds. ``further``: whether the mission
+    continues with orders."""
     if _crowded(floor) is not None:
         return None
     sharing = [i for i in floor.robots if i in floor.team.sharing]
@@ -250,7 +250,7 @@ def ask_charged(
 
 def _hopeful(floor: Floor, joint: Joint, charges: Charges) -> Floor:
     """Return the floor without the batteries of robots whose charge cannot suffice, so that plans
-    spare the other batteries; or the same floor if all or none of the charges suffice."""
+    spare the other batteries. Return the same floor if all or none of the charges suffice."""
     members = [*floor.team.members]
     having = [i for i in floor.robots if members[i].energy is not None]
     least = {i: least_of(floor, i, joint.poses[i], joint.counts[i]) for i in having}
@@ -290,11 +290,11 @@ def _charged(
         search = _search(more, last, wanted, seed, check, LITTLE * len(floor.robots))
         return not isinstance(search.run(), Exhausted | None)
 
-    # Charges that suffice only until the end of a plan lose robots if the mission continues.
+    # If charges suffice only until a plan's end, a mission that continues loses robots.
     weaker = () if further and not floor.team.scenario.flat else ((False, charges),)
     for lasting, begins in ((True, late), (True, charges), *weaker):
         start = joint._replace(charges=begins)
-        # If a charger is near, short stops cost least; if it is far, few stops.
+        # Short stops cost least if a charger is near; few stops cost least if it is far.
         ways = (False, True) if begins is late else (False,)
         searches = [
             ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full), further, check)
@@ -331,8 +331,8 @@ def homeward(floor: Floor, joint: Joint, low: Sequence[int]) -> Plan | None:
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
-    """Return a proof that these robots cannot complete the mission, even with the help of all
-    robots that may help them; None if it is not found soon."""
+    """Return a proof that these robots cannot complete the mission, even with the help of all their
+    possible helpers; None if it is not found soon."""
     helpers = (_helpers(floor, joint, g) for g in floor.open(joint.stages))
     return _proof(floor, joint, tuple(sorted({*robots}.union(*helpers))))
 
@@ -345,8 +345,8 @@ def _helpers(floor: Floor, joint: Joint, g: int) -> frozenset[int]:
 
 
 def _proof(floor: Floor, joint: Joint, group: tuple[int, ...]) -> Deadlock | None:
-    """Return a proof that a few robots cannot complete the mission even without all other robots
-    and without the open obstacles that those may resolve; None if it is not found soon."""
+    """Return a proof that a group cannot complete the mission, even without the other robots and
+    the open obstacles that those may resolve; None if it is not found soon."""
     alone = [g for g in floor.open(joint.stages) if _helpers(floor, joint, g) <= {*group}]
     gates, stages = tuple(floor.gates[g] for g in alone), tuple(joint.stages[g] for g in alone)
     few = replace(floor, gates=gates, robots=group, either=True)
@@ -383,7 +383,7 @@ def _search(
 
 
 def _guide(floor: Floor, served: frozenset[int]) -> Guide:
-    """Return a function from stages and poses to the goal of each robot's duty (None: no duty)."""
+    """Return a function that maps stages and poses to each robot's duty goal (None: no duty)."""
     solver = Solver(floor)
 
     def guide(stages: Stages, poses: tuple[int, ...]) -> Sequence[Mask | None]:
@@ -395,7 +395,7 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
             for i, duty in duties.items():
                 goals[i] = duty.goal
             taken: dict[tuple[int, ...], Mask] = {}
-            for i, duty in duties.items():  # robots that act together: each in its own region
+            for i, duty in duties.items():  # robots that act together need different regions
                 graph, left = floor.graphs[i], taken.get(duty.group, 0)
                 free = duty.goal & ~graph.poses_on(left) if len(duty.group) > 1 else 0
                 if free:

@@ -1,10 +1,10 @@
 """Joint plans with sufficient charges: a search in which each transition takes its ticks.
 
 A robot on a charger charges while it stays; other robots use charge while they wait. A transition
-lasts as long as its slowest step. A robot enters a region while another one leaves it only if a run
-allows this: in lockstep, if the other one's turn is earlier and its step takes one tick. So a run
-is never later than these transitions, and no robot has less charge. Most robots need not wait for
-the slowest: ``course`` determines how long the execution of a plan takes.
+lasts as long as its slowest step. A robot enters a region that another robot leaves only if a run
+allows this: in lockstep, if the other robot's turn is earlier and its step takes one tick. So a run
+is never later than these transitions, and its robots have at least these charges. Most robots need
+not wait for the slowest: ``course`` computes the duration of a plan.
 """
 
 from collections import defaultdict
@@ -30,15 +30,15 @@ maximum charge, its gain, and the least charge that it then needs."""
 TURN = 8
 """Ticks that a robot's turn at a shared charger takes, besides those in which it charges."""
 TRIES, BETTER, ENDS = 12, 20_000, 3
-"""Maximum number of searches for a better plan; the minimum work of each; the number of plans
-of which the ends are examined."""
+"""Maximum number of searches for a better plan; minimum work for them; number of plans whose ends
+are examined."""
 
 
 class ChargedSearch(Search):
-    """A search with charges. ``start``: a state with the charges of all robots. ``how``: two flags:
-    whether charges must suffice forever, not only for the plan, and whether robots leave chargers
-    only with a full battery. ``further``: whether robots have more work after the plan, so that
-    those that share chargers must then be able to go there in turn."""
+    """A search with charges. ``start``: a state with the charges of all robots. ``how``: whether
+    charges must suffice forever, not only for the plan; whether robots leave chargers only with a
+    full battery. ``further``: whether robots have more work after the plan; those that share
+    chargers must then be able to charge in turn."""
 
     def __init__(
         self,
@@ -80,8 +80,8 @@ class ChargedSearch(Search):
             yield all(margin >= k // chargers for k, margin in margins)
 
     def _margins(self, joint: Joint) -> Iterator[float]:
-        """Yield, for each robot that uses charge where it is, for how many turns of other robots at
-        a charger its charge suffices."""
+        """Yield, for each robot whose stay uses charge, the number of turns of other robots at a
+        charger for which its charge suffices."""
         for i, energy in self.energies.items():
             battery = energy.battery
             if battery.stay and not energy.charging(joint.poses[i]):
@@ -109,7 +109,7 @@ class ChargedSearch(Search):
         return None if isinstance(found, Exhausted) else found
 
     def singles(self, budget: int) -> Answer:
-        """Return None: a complete search would have to examine each possible charge of a state."""
+        """Return None, since a complete search would need each possible charge of a state."""
         del budget
         return None
 
@@ -129,7 +129,7 @@ class ChargedSearch(Search):
         return after not in before and not dominated(after.charges, best)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """Yield poses that the search may force on a robot; on a charger also the present one."""
+        """Yield poses that the search may force on a robot; on a charger also its own."""
         if i in self.energies and self.energies[i].charging(joint.poses[i]):
             yield joint.poses[i]
         yield from super()._forced(joint, i)
@@ -165,7 +165,7 @@ class ChargedSearch(Search):
         return after[:3], tuple(gains)
 
     def _held(self, joint: Joint, poses: tuple[int, ...]) -> tuple[int, ...]:
-        """Return ``poses``, but the present pose for each robot that would have to wait for another
+        """Return ``poses``, with the present pose of each robot that would have to wait for another
         robot."""
         size, found, there = self.team.size, [*poses], defaultdict[int, list[int]](list)
         for j in self.floor.robots:
@@ -188,7 +188,7 @@ class ChargedSearch(Search):
 
     @cached_method
     def _least(self, i: int, pose: int, count: tuple[int, int]) -> float:
-        """Return the charge that a robot needs if it is alone: other robots only restrict it."""
+        """Return the charge that a robot needs if it is alone, a lower bound for the team."""
         if self.how[0]:
             energy = self.energies[i]
             return energy.need(self.floor.floors[i], pose, energy.turn(count[0]))
@@ -222,7 +222,7 @@ def least_of(floor: Floor, i: int, pose: int, count: tuple[int, int]) -> float:
 def raced(
     searches: Sequence[ChargedSearch], work: int, goes_on: Callable[[Joint], bool]
 ) -> Course | None:
-    """Return the plan that ends first among those of several searches after which the team
+    """Return the plan that ends first among the plans of several searches after which the team
     ``goes_on``; None if there is none. The searches take turns until one turn after the first plan,
     so a search without a plan costs at most as much as the others."""
     left, found, turn, until = [*searches], list[Course](), 0, ROUNDS

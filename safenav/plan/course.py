@@ -1,8 +1,8 @@
-"""The execution of a plan: the times of each robot's steps, and its charges at these times.
+"""The execution of a plan: the times of each robot's steps and the charges then.
 
-Plans state the order of steps, not their times. A robot leaves a charger as soon as it has what it
-needs until its next stop there. If a charge does not suffice, the robot waits on the charger rather
-than elsewhere.
+Plans state the order of steps, not their times. A robot leaves a charger as soon as it has enough
+charge until its next stop. If a charge does not suffice, the robot waits on the charger rather than
+elsewhere.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from safenav.team.state import Plan, Waypoint
 
 COURSES = 4
 MEAN = 0.1
-"""The weight of the mean time of all robots beside that of the last one."""
+"""The weight of the robots' mean time, relative to the time of the last robot."""
 
 
 Leaves = Callable[[int, int, float, float], float]
-"""When a robot takes a step to a place of its path: robot, place, when it came to where it is, and
-when it may step."""
+"""The time of a robot's step to a place of its path. Arguments: robot, place, arrival time at the
+previous place, and earliest time of the step."""
 
 
 def timed(
@@ -49,7 +49,7 @@ def timed(
             place, came = len(arrives[i]), arrives[i][-1]
             waypoint = plan.ways[i][place]
             if any(len(arrives[j]) <= other for j, other in waypoint.after):
-                moved.append(i)  # robot j has to leave first
+                moved.append(i)  # another robot has to leave first
                 continue
             waits = [arrives[j][other] - (j < i and lockstep) for j, other in waypoint.after]
             waits += [met.get(need, 0) for need in waypoint.needs]
@@ -79,7 +79,7 @@ def cost(floor: Floor, ends: Sequence[float]) -> float:
 class Course:
     """An execution of a plan. Each robot leaves a charger with at least the charge ``least`` of
     (robot, waypoint), and no earlier than ``since``. ``failed``: the robots whose charge does not
-    suffice; ``strands``: whether a robot has no charge for a step."""
+    suffice; ``strands``: whether a robot lacks the charge for a step."""
 
     def __init__(
         self,
@@ -124,8 +124,8 @@ class Course:
         return ready
 
     def needs(self) -> Iterator[tuple[tuple[int, int], float, float]]:
-        """Yield, for each step of each robot, the charge that it needs to reach the next charger
-        with the waits of this execution, and when it must leave so as never to wait on the way."""
+        """Yield, for each step of each robot, the charge that it needs to the next charger with the
+        waits of this execution, and the departure time that avoids waits on the way."""
         last = self.states[-1]
         for i, energy in self.energies.items():
             on, way = energy.charging(last.poses[i]), self.plan.ways[i]
@@ -146,8 +146,8 @@ class Course:
         return {place - 1: ticks for place, ticks in found}
 
     def way(self, i: int, begun: float) -> tuple[Waypoint, ...]:
-        """Return the path of a robot that leaves chargers with enough charge. If it needs charge to
-        wait elsewhere, it leaves a charger where it waits no earlier than in this course."""
+        """Return the path of a robot that leaves chargers with enough charge. If waits elsewhere
+        use charge, it leaves chargers where it waits no earlier than in this course."""
         if (energy := self.energies.get(i)) is None:
             return self.plan.ways[i]
         way = [*self.plan.ways[i]]
@@ -162,8 +162,8 @@ class Course:
         return tuple(way)
 
     def planned(self, begun: float) -> Plan:
-        """Return the joint plan. ``begun``: the tick before its first tick; live: the time of its
-        start."""
+        """Return the joint plan. ``begun``: the tick before its first tick (live: its start
+        time)."""
         ways: list[tuple[Waypoint, ...]] = [()] * len(self.charges)
         for i in self.floor.robots:
             ways[i] = self.way(i, begun)
@@ -208,8 +208,8 @@ def _stayed(energy: Energy, charge: float, pose: int, time: float) -> float:
 
 
 def _wanted(floor: Floor, last: Joint, i: int) -> float:
-    """Return the charge that a robot must have at the end of a plan: enough to continue and, off
-    the chargers, an ample part of the battery besides, but at most its charge in the plan."""
+    """Return the charge that a robot must have at the end of a plan: enough to continue, off the
+    chargers with an ample reserve, but at most its charge in the plan."""
     energy = floor.team.members[i].energy
     assert energy is not None
     more = 0 if energy.charging(last.poses[i]) or not energy.battery.stay else AMPLE

@@ -1,9 +1,9 @@
-"""A plan as the path of each robot and the conditions of each step.
+"""Plans as robots' paths with the conditions of each step.
 
 A step into a region waits until the rivals that were there before have arrived elsewhere. A step
-that counts a goal waits for the resolutions that would otherwise reset the count. So every
-execution, for any durations, is a prefix of an order of the plan. This is an action dependency
-graph (Hoenig et al., RA-L 2019).
+that counts a goal waits for the resolutions that would reset the count later. So every execution,
+for any durations, is a prefix of an order of the plan. This is an action dependency graph (Hoenig
+et al., RA-L 2019).
 """
 
 from collections import defaultdict
@@ -22,7 +22,7 @@ from safenav.world.poses import FAR
 
 EARLY = 1e-5
 AGAIN = 0.1
-"""Seconds after which a robot with less charge than its new plan foresees needs another one."""
+"""Seconds after which a robot with less charge than its new plan foresees needs a further plan."""
 UNKNOWN = -1
 """The charge at the end of a plan that only brings robots to chargers."""
 
@@ -32,7 +32,7 @@ def plan_of(floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]) -> tup
     go one at a time, in the plan's order."""
     robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
-    owed = defaultdict[int, set[tuple[int, int]]](set)  # needs to fulfil before the robot leaves
+    owed = defaultdict[int, set[tuple[int, int]]](set)  # needs to fulfil before leaving
     for i in robots:  # earlier resolutions may let its goal count
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
@@ -67,7 +67,7 @@ class _Stays:
     def moved(self, i: int, before: int, pose: int, place: int) -> dict[int, int]:
         """Record the step of a robot to waypoint ``place``. Return the robots that stayed at its
         destination before, each with the index of its next waypoint after that stay. In a crowd
-        (all are rivals) the last visitor suffices, since it came after all others had left."""
+        (all are rivals) the last visitor suffices, since it arrived after all others had left."""
         team, region, found = self.team, pose % self.team.size, dict[int, int]()
         left, entered = team.spaces(i, before % team.size), team.spaces(i, region)
         crowd = team.crowds[i] or frozenset()
@@ -87,7 +87,7 @@ class _Stays:
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
     """Yield each robot that must not leave before a need is fulfilled, and the need: robots that
-    act (for a part: until its need is next), and robots whose goals a resolution makes count."""
+    act (for a part: until its need is next), and robots whose goals then count."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
         stages, met = before.stages, joint.stages[g].need
@@ -107,8 +107,8 @@ def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, t
 
 
 def acting_first(floor: Floor, joint: Joint, state: State, plan: Plan) -> Plan:
-    """Return a plan from ``joint`` (``joint_now``) in which no robot leaves before the actions are
-    completed that the robots can do where they are: the plan presumes them."""
+    """Return a plan from ``joint`` (``joint_now``) in which no robot leaves before it has completed
+    its possible actions where it is, which the plan presumes."""
     before, ways = joint._replace(stages=stages_of(floor, state)), [*plan.ways]
     for j, need in _because(floor, before, joint):
         for leaving in ways[j][1:2]:
@@ -132,7 +132,7 @@ def _are_met(state: State, needs: Iterable[tuple[int, int]]) -> bool:
 
 
 def next_step(team: Team, state: State, i: int) -> int | None:
-    """Return the pose to which the plan lets a robot step now; None: the robot waits, or its path
+    """Return the pose to which the plan lets a robot step now; None if the robot waits or its path
     has ended."""
     plan, robot = state.plan, state.robots[i]
     if plan is None or robot.at + 1 >= len(plan.ways[i]):
@@ -144,15 +144,15 @@ def next_step(team: Team, state: State, i: int) -> int | None:
     ):
         return None
     if over == waypoint.over and not _has_counted(team, i, robot.own, waypoint.progress):
-        return None  # the robot stays, and counts
+        return None  # the robot stays and counts
     if is_charging(team, state, i, waypoint):
         return None
     return waypoint.pose if waypoint.pose % team.size not in closed(team, state, i) else None
 
 
 def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
-    """Return whether a robot waits for charge before its next step, on a charger or without
-    charge."""
+    """Return whether a robot waits for charge before its next step: on a charger, or off the
+    chargers without charge."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None:
         return False
@@ -163,16 +163,16 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 def _leaving(team: Team, state: State, energy: Energy, waypoint: Waypoint) -> float:
     """Return the charge with which a robot leaves a charger: the capacity if its plan ignores
-    charges, and nobody brings batteries."""
+    charges and no robot brings batteries."""
     battery = energy.battery
     alone = blind(state) and not team.scenario.flat
     return battery.capacity if alone else max(battery.move, waypoint.charge)
 
 
 def starving(team: Team, state: State) -> list[int]:
-    """Return the robots off the chargers that must go to one now, that with the least charge to
-    spare first. Each waits and has less charge than its plan foresees, or its plan has ended or
-    ignores charges."""
+    """Return the robots off the chargers that must go to one now, by increasing spare charge. Each
+    is idle, and has less charge than its plan foresees, or its plan has ended or ignores
+    charges."""
     plan, found = state.plan, list[tuple[float, int]]()
     for i in team.charged:
         spare, robot = _spare(team, state, i), state.robots[i]
@@ -213,8 +213,8 @@ def drains(team: Team, state: State, i: int) -> bool:
 
 
 def _spare(team: Team, state: State, i: int) -> float | None:
-    """Return the charge that a robot off the chargers can spare: beyond its path to a charger and a
-    few further steps. None if it needs no charge to wait, or cannot reach a charger."""
+    """Return the spare charge of a robot off the chargers: what remains after its path to a charger
+    and a few further steps. None if its stay uses no charge, or it cannot reach a charger."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None or not drains(team, state, i):
         return None
@@ -225,9 +225,9 @@ def _spare(team: Team, state: State, i: int) -> float | None:
 
 
 def _slack(team: Team, state: State, i: int) -> float:
-    """Return the charge of a few steps, each as long as another robot's step (for a robot alone,
-    one; if its plan ignores charges two, since it may step away from the chargers), and an ample
-    part if robots have to take turns at the chargers."""
+    """Return the charge of a few steps, or waits for other robots' steps, and an ample reserve if
+    robots take turns at the chargers. A robot alone takes one step; two if its plan ignores
+    charges, since it may step away from the chargers."""
     energy = team.members[i].energy
     assert energy is not None
     unit = max(energy.battery.stay * team.step_ticks[i], energy.battery.move)
@@ -237,8 +237,8 @@ def _slack(team: Team, state: State, i: int) -> float:
 
 
 def charging_ends(team: Team, state: State) -> float | None:
-    """Return the next time in a live run at which a robot on a charger has the charge for which it
-    waits, or one off the chargers must go to a charger or runs out of charge; None: never."""
+    """Return the next time in a live run at which a robot on a charger is charged enough, or a
+    robot off the chargers must go to one or runs out of charge; None: never."""
     times, low = [], [state.robots[i].charge for i in starving(team, state)]
     for i, (member, robot) in enumerate(zip(team.members, state.robots, strict=True)):
         energy = member.energy
@@ -247,7 +247,7 @@ def charging_ends(team: Team, state: State) -> float | None:
         charge, move = robot.charge, energy.battery.move
         if energy.charging(robot.pose):
             way = state.plan.ways[i][robot.at + 1 : robot.at + 2] if state.plan else ()
-            full = energy.battery.capacity  # then it makes room, or when it has ample charge
+            full = energy.battery.capacity  # then, or with ample charge, it makes room
             least = max((_leaving(team, state, energy, waypoint) for waypoint in way), default=full)
             waits = [waypoint.tick - state.time for waypoint in way]
             left = max([(least - charge) / energy.battery.charge, *waits])
@@ -268,7 +268,7 @@ def charging_ends(team: Team, state: State) -> float | None:
 
 
 def charges_now(team: Team, state: State) -> tuple[float, ...]:
-    """Return the charge of each robot after its present step; empty if there is no battery."""
+    """Return the charge of each robot after its present step; empty if no robot has a battery."""
     pairs = zip(team.members, state.robots, strict=True) if team.charged else ()
     return tuple(
         r.charge if m.energy is None or r.to is None else m.energy.battery.stepped(r.charge)
@@ -278,7 +278,7 @@ def charges_now(team: Team, state: State) -> tuple[float, ...]:
 
 def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
     pursuit = team.members[i].pursuit
-    if pursuit.settles:  # the robot returns to its last target, and counts there
+    if pursuit.settles:  # the robot returns to its last target and counts there
         return own.memory >= due[0]
     if pursuit.in_turn:
         return own.met >= due[1]
@@ -300,7 +300,7 @@ def at_end(state: State, among: Iterable[int]) -> bool:
 
 def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
     """Return whether a plan cannot continue by itself: none of its robots moves, acts, can act or
-    step, counts by staying, or waits for charge or for a robot with a strategy to act on an
+    step, counts by staying, waits for charge, or waits for a robot with a strategy to resolve an
     obstacle of ``helped``."""
     plan = state.plan
     assert plan is not None
@@ -327,7 +327,7 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
 
 
 def awaited(team: Team, state: State) -> frozenset[int]:
-    """Return the obstacles with needs for which the next steps of a plan wait."""
+    """Return the obstacles for which the next steps of a plan wait."""
     plan = state.plan
     assert plan is not None
     found = set[int]()
@@ -341,8 +341,8 @@ def awaited(team: Team, state: State) -> frozenset[int]:
 
 
 def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
-    """Return the joint state after each tick of an undisturbed execution, in which robots take
-    turns and step as soon as they may; None if this execution does not complete the plan."""
+    """Return the joint state after each tick of an undisturbed execution; None if this does not
+    complete the plan. Robots take turns and step as soon as they may."""
     at, ticks, joint = [0] * len(plan.ways), [first], first
     number = {k: g for g, k in enumerate(floor.gates)}
     while going := [i for i in floor.robots if at[i] + 1 < len(plan.ways[i])]:

@@ -1,9 +1,9 @@
-"""LaCAM (Okumura, AAAI 2023): a plan for the whole remaining mission, or a proof that none exists.
+"""LaCAM (Okumura, AAAI 2023): a plan for the whole remaining mission, or an infeasibility proof.
 
 The search is depth first over joint states. The next state is PIBT's proposal, then PIBT's with one
 robot forced, then each step of a single robot, so the search is complete with few edges per state.
-Many short searches in different orders find short plans where one deep search finds long plans.
-Where the floor is full, chains of legs for one robot find a plan.
+Many short searches in different orders find shorter plans than one deep search. If the floor is
+full, chains of legs for one robot find a plan.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Goal = Callable[[Joint], bool]
 
 ORDERS = FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
 DUTIES = "farthest first; robots without a duty rest until all are fulfilled"
-"""A resolution restarts all rounds, so that goals that were met before it count for nothing."""
+"""Duties first, since a resolution restarts all rounds: goals met before do not count."""
 MANY, ROLLS, MOST_OF_A_ROLL, PACED, SLOWEST = 60, 8, 2, 4, 20
 FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
 FEWEST, SINGLES, PROOF, PROOF_TURN = 4, 4_000, 60_000, 2
@@ -35,7 +35,7 @@ class Exhausted(list[Joint]):
 
 
 Answer = list[Joint] | Exhausted | None
-"""The joint states of a plan; or a proof; None: the budget is exhausted."""
+"""The joint states of a plan; a proof; or None if the budget is exhausted."""
 
 
 class Search:
@@ -65,13 +65,13 @@ class Search:
         return completes(self.floor, joint, self.served)
 
     def run(self, until: int = ROUNDS) -> Answer:
-        """Return the plan or proof that one of several search methods finds, tried from cheap to
-        expensive; None if the budget is exhausted or round ``until`` is reached. A further call
-        continues with the next round."""
+        """Return a plan or proof; None if the budget is exhausted or round ``until`` is reached.
+        Each round tries search methods from cheap to expensive. A further call continues with the
+        next round."""
         if self.goal(self.start):
             return [self.start]
         few = len(self.floor.robots) <= FEWEST
-        # A plan has at least as many states as the steps of the robot that goes farthest.
+        # A plan has at least as many states as the farthest robot has steps.
         far = max(map(_distance, self.fields(self.start), self.start.poses), default=0)
         if not self._turn and len(self.floor.robots) > MANY:
             every = self._rolls([1] * len(self.start.poses), MOST_OF_A_ROLL * self.floor.team.size)
@@ -98,9 +98,9 @@ class Search:
         return self.singles(PROOF) if few and self._turn <= PROOF_TURN else None
 
     def alternatives(self, length: int) -> Iterator[list[Joint]]:
-        """Yield further plans beside a plan with ``length`` states: plans that do not put duties
-        first; for a few robots, plans of other searches; and plans in which fast robots do not wait
-        for the steps of slow robots."""
+        """Yield alternatives to a plan with ``length`` states: plans that do not put duties first;
+        for a few robots, plans of other searches; and plans in which fast robots do not wait for
+        slow ones."""
         times, self.work = self.floor.team.step_times, EXTRA
         # Searches that ignore duties could plan help by robots that follow strategies.
         few = len(self.floor.robots) <= FEWEST and not (self.served and self.floor.team.lone)
@@ -149,8 +149,8 @@ class Search:
                     break
 
     def _aside(self, joint: Joint) -> tuple[int, ...] | None:
-        """Return the next poses if a random half of the robots only tries to leave its poses; None
-        if that is impossible."""
+        """Return the next poses if a random half of the robots only tries to leave its present
+        poses; None if that is impossible."""
         order, fields = self._order(STATIC), list[Field]([None] * len(joint.poses))
         for i in order[: len(order) // 2]:
             away = [0] * (self.floor.team.size * self.floor.graphs[i].blocks)
@@ -165,7 +165,7 @@ class Search:
         return order
 
     def singles(self, budget: int) -> Answer:
-        """Search breadth first, by steps of single robots: for a shortest plan or a proof."""
+        """Search breadth first, by steps of single robots, for a shortest plan or a proof."""
         before: dict[Joint, Joint | None] = {self.start: None}
         queue = deque([self.start])
         if self.goal(self.start):
@@ -226,12 +226,12 @@ class Search:
         return after not in before
 
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
-        """Return the state after all robots have gone to these poses; None if they cannot, or if
+        """Return the state after all robots have gone to these poses; None if they cannot, or
         nothing changes."""
         return None if poses == joint.poses else self.floor.moved(joint, poses)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """Yield next poses that the search may force on a robot, in which it can continue."""
+        """Yield the next poses of a robot that the search may force: it can continue there."""
         for pose in self.floor.steps(i, joint.stages)[joint.poses[i]]:
             if self._alive[i] >> pose & 1:
                 yield pose
@@ -243,8 +243,8 @@ class Search:
                 yield self.floor.after(joint, i, pose)
 
     def fields(self, joint: Joint, *, rest: bool = False) -> list[Field]:
-        """Return, for each robot, the distances to its current goal (None: it has none that it can
-        reach). ``rest``: while some robots have duties, the robots without a duty have no goal."""
+        """Return, for each robot, the distances to its current goal (None: it has no reachable
+        goal). ``rest``: while some robots have duties, the robots without a duty have no goal."""
         guided, found = self._duties(joint), list[Field]([None] * len(joint.poses))
         if rest and any(guided):
             guided = [mine or 0 for mine in guided]
@@ -262,14 +262,13 @@ class Search:
         return self._guided[joint.stages]
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
-        """Return the poses to reach first for a goal. ``own``: it is the robot's own target."""
+        """Return the poses to reach first for a goal. ``own``: whether it is its own target."""
         del joint, i, own
         return goal
 
     def _legs(self, most: int) -> list[Joint] | None:
-        """Return the states of a chain of legs, in each of which all other robots let one robot
-        pass; None if it is not found soon. After a failed leg it drops a random number of the last
-        legs."""
+        """Return the states of a chain of legs; None if it is not found soon. In a leg, all other
+        robots let one robot pass. A failed leg also removes a random number of the last legs."""
         legs: list[list[Joint]] = [[self.start]]
         vain = made = longest = failed = 0
         while not self.goal(legs[-1][-1]):
@@ -324,10 +323,10 @@ def completes(floor: Floor, joint: Joint, served: frozenset[int]) -> bool:
 
 
 def jammed(floor: Floor, joint: Joint) -> bool:
-    """Return whether a robot that has not completed its mission can never move again: all its
-    steps, and those of robots in its way, lead into regions of such robots. If the floor must stay
-    ``ready``, this includes robots that have completed their rounds and do not settle, since a
-    resolution would restart their rounds."""
+    """Return whether a robot that has not completed its mission is immobile: all its steps, and
+    those of robots in its way, lead into regions of such robots. If the floor must stay ``ready``,
+    this includes robots that have completed their rounds and do not settle, since a resolution
+    would restart their rounds."""
     poses, size, members = joint.poses, floor.team.size, floor.team.members
     taken = {poses[i] % size for i in floor.robots}
     stuck = {i for i in floor.robots if taken.issuperset(floor.ahead(i, poses[i]))}
@@ -363,7 +362,7 @@ def path(end: Joint, before: dict[Joint, Joint | None]) -> list[Joint]:
 
 
 Field = Sequence[int] | None
-"""The steps from each pose to a robot's goal poses; None: it has no goal, and may be pushed."""
+"""The steps from each pose to a robot's goal poses; None: it has no goal and may be pushed."""
 
 
 class Proposals:
@@ -385,7 +384,7 @@ class Proposals:
         forced: Sequence[tuple[int, int]] = (),
     ) -> tuple[int, ...] | None:
         """Return the next poses; None if a robot can neither move nor stay. ``order``: the robots
-        in the order in which they choose; ``forced``: poses that some robots must take."""
+        in the order in which they choose; ``forced``: the poses that some robots must take."""
         self._stages, self._poses, self._fields = joint.stages, joint.poses, fields
         self._now: dict[int, list[int]] = {}
         for i in order:
@@ -436,8 +435,8 @@ class Proposals:
         return [1 << pose % size | 1 << after.get(j, pose) % size for j, pose in poses]
 
     def _ranked(self, i: int) -> list[int]:
-        """Return the possible next poses of a robot, the nearest to its goal first and, among
-        equally near ones, free before occupied poses."""
+        """Return the possible next poses of a robot: by distance to its goal, then free before
+        occupied poses."""
         here, field, rivals = self._poses[i], self._fields[i], self._rivals[i]
         now, size, draw = self._now, self._size, self._random.random
         ranks = [((0 if field is None else field[here]) + draw() / 2, here)]

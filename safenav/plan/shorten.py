@@ -1,4 +1,4 @@
-"""Shorter plans: each robot in turn gets the earliest path past the other robots' paths.
+"""Shorter plans, in which each robot in turn gets the earliest path past the others' paths.
 
 Searches count steps; among their plans, the fastest is chosen.
 """
@@ -20,18 +20,18 @@ from safenav.world.poses import Mask, bits, region_mask
 
 REPEATS = 4
 FEW, LITTLE = 12, 0.02
-"""More than ``FEW`` robots end with the first round that saves only a ``LITTLE`` of the ticks."""
+"""More than ``FEW`` robots: stop after a round that saves at most ``LITTLE`` of the ticks."""
 MOST_CELLS = 40_000
 MUCH = 1.5
 
 
 Via = tuple[Mask, int, bool]
-"""Poses through which a robot must go, not before a tick; or in which it stands for a tick."""
+"""Poses through which a robot must go; the first tick for it; whether it stays there for a tick."""
 
 
 class Draft(NamedTuple):
-    """A plan, with the joint state after each tick if all steps take one tick (empty: the plan may
-    not complete the mission). ``cost``: its time, its number of steps, and that of turns that take
+    """A plan and the joint state after each tick if all steps take one tick (empty: the plan may
+    not complete the mission). ``cost``: its time, and its numbers of steps and of turns that take
     time."""
 
     plan: Plan
@@ -45,8 +45,8 @@ def shortened(
     served: frozenset[int],
     kinds: Iterable[Sequence[Joint]] = (),
 ) -> Plan:
-    """Return the cheapest plan with these states or with another sequence of ``kinds``. It has
-    fewer ticks and steps than its states where shortening succeeds soon."""
+    """Return the cheapest plan with these states or those of a sequence of ``kinds``. It has fewer
+    ticks and steps than its states if shortening succeeds soon."""
     best = _shortened(floor, states, served)
     known = {_paths(states)}
     for each in kinds:
@@ -113,8 +113,8 @@ def _without_loops(floor: Floor, best: Draft, served: frozenset[int]) -> Draft |
 
 
 def _waiting(floor: Floor, best: list[Joint], group: Sequence[int]) -> list[list[int]] | None:
-    """Return each robot's pose at each tick after a group's loops are replaced by stays; None if
-    nothing changes. A loop remains where another robot needs a region of the group meanwhile."""
+    """Return each robot's pose at each tick after stays replace a group's loops; None if nothing
+    changes. A loop remains if another robot needs a region of the group meanwhile."""
     states = [
         (joint.stages, tuple((joint.poses[i], joint.counts[i]) for i in group)) for joint in best
     ]
@@ -149,9 +149,9 @@ def _disturbed(
 
 
 def earlier(course: Course) -> Course:
-    """Return a faster execution with the same end, in which all robots in turn, or only one of
-    them, take their earliest paths: in lockstep without stops if the charges suffice, else with the
-    given stops. Return the given execution if no other one is faster."""
+    """Return a faster execution with the same end, or the given one if no other is faster. All
+    robots in turn, or only one, take their earliest paths. In lockstep these omit the stops if the
+    charges suffice."""
     for _ in range(REPEATS):
         before, order = course, sorted(course.floor.robots, key=lambda i: -course.arrives[i][-1])
         groups = (order, *([i] for i in order))
@@ -166,8 +166,8 @@ def earlier(course: Course) -> Course:
 
 
 def _recharged(course: Course, ways: list[list[int]]) -> Course | None:
-    """Return the execution with these poses of each robot at each tick and the same end; None if
-    there is none, an obstacle would open too late, or the charges do not suffice."""
+    """Return the execution with these poses at each tick and the same end; None if there is none,
+    an obstacle opens too late, or the charges do not suffice."""
     states, last, energies = [course.states[0]], course.states[-1], course.energies
     full = [energies[i].battery.capacity if i in energies else 0 for i in range(len(ways))]
     for poses in zip(*(way[1:] for way in ways), strict=True):
@@ -191,9 +191,9 @@ def _rerouted(
     stops: bool = True,
     yields: bool = False,
 ) -> list[list[int]] | None:
-    """Return each robot's pose at each tick after the robots ``who``, one after the other, have
-    taken their earliest paths with the ``stops`` of a ``course``; None if nothing changes.
-    ``yields``: whether each robot ignores later ones, which go around it; None if they cannot."""
+    """Return each robot's pose at each tick after the robots ``who``, one after the other, take
+    their earliest paths with the ``stops`` of a ``course``; None if nothing changes. ``yields``:
+    whether each robot ignores later ones, which avoid it (None if they cannot)."""
     ways, changed, members = _ways(best), False, floor.team.members
     shared: dict[frozenset[int], list[Mask]] = {}  # regions of crowds by tick
     size = floor.team.size
@@ -202,7 +202,7 @@ def _rerouted(
         if crowd is None:
             rivals = members[i].rivals.difference(who[k + 1 :] if yields else ())
             taken = [region_mask(at[j] % size for j in rivals) for at in zip(*ways, strict=True)]
-        else:  # disjoint regions: those of all robots without its own
+        else:  # its rivals' regions: the crowd's without its own
             if crowd not in shared:
                 every = zip(*ways, strict=True)
                 shared[crowd] = [region_mask(at[j] % size for j in crowd) for at in every]
@@ -249,7 +249,7 @@ def _shown(
 
 
 def _pays(floor: Floor, i: int, way: Sequence[int], before: Sequence[int]) -> bool:
-    """Return whether a path has fewer steps, or as many with fewer turns, or ends earlier."""
+    """Return whether a path has fewer steps, equal steps and fewer turns, or an earlier end."""
     *fewer, end = _moves(floor, i, way)
     *most, late = _moves(floor, i, before)
     return fewer < most or end < late
@@ -274,9 +274,9 @@ def _earliest(
     *,
     stops: bool = True,
 ) -> list[int] | None:
-    """Return a robot's pose at each tick on its earliest path through all places where it counts or
-    acts in ``ticks``, with its last pose and the ``stops`` of a ``course``. ``shut``: the regions
-    to avoid at each tick. None if there is none."""
+    """Return a robot's pose at each tick on its earliest path through all poses where it counts or
+    acts in ``ticks``, to the same last pose, with the ``stops`` of a ``course``; None if there is
+    none. ``shut``: the regions to avoid at each tick."""
     graph, last = floor.graphs[i], len(ticks) - 1
     places = course.stops(i) if course is not None and stops else {}
     vias, member = _vias(floor, ticks, i, places), floor.team.members[i]
@@ -319,8 +319,7 @@ def _back(
     taken: list[Mask],
     ticks: Sequence[Joint],
 ) -> list[int]:
-    """Return the path to ``cell`` on which the robot stays wherever it can, and turns little if
-    turns take time."""
+    """Return the path to ``cell`` with the most stays and, if turns take time, few turns."""
     graph, way, k, step = floor.graphs[i], [pose] * (len(ticks) - t), len(vias), 0
     while t:
         free = ~(taken[t - 1] | taken[t])
@@ -379,7 +378,7 @@ def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]
         ):
             if not member.pursuit.in_turn:  # each target that it meets there
                 goal = reduce(and_, (m for m in member.targets if m >> joint.poses[i] & 1), goal)
-            elif counts:  # with the target that is now the next one
+            elif counts:  # with the next target at that time
                 goal, memory = member.targets[memory], member.pursuit.step(memory, 1 << memory)[0]
             found.append((goal, 0 if i in floor.keeping else since, False))
         if joint.poses[i] != before.poses[i]:
