@@ -1,1 +1,1 @@
-"""The coordination layer: missions, their parts, and the trace."""
+"""The coordination layer: missions, their parts and the trace."""

@@ -1,4 +1,4 @@
-"""The reasons why an obstacle is never resolved, as data and in words."""
+"""Reasons why an obstacle is never resolved, as data and in words."""
 
 from collections.abc import Collection, Mapping
 from enum import Enum
@@ -39,9 +39,9 @@ class Helper(Struct, frozen=True):
 
 
 class Shortfall(Struct, frozen=True):
-    """A ``need`` of an obstacle that is never fulfilled. ``met``: the actions of the earlier needs;
-    ``done``: the robots that have done their part of this need; ``helpers``: the other robots that
-    have all its skills."""
+    """A ``need`` of an obstacle that is never fulfilled. ``met``: the actions of earlier needs;
+    ``done``: the robots that have done their part of this need; ``helpers``: the other robots with
+    all its skills."""
 
     obstacle: str
     need: Need
@@ -51,7 +51,7 @@ class Shortfall(Struct, frozen=True):
 
     @property
     def too_few(self) -> bool:
-        """Whether fewer robots have the need's action than the need requires."""
+        """Whether the need requires more robots with its action than there are."""
         return len(self.helpers) + len(self.done) < self.need.robots
 
 
@@ -99,7 +99,7 @@ def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
 
 
 def _ruled_out(now: Sets, closure: Closure, i: int, regions: Mask) -> bool:
-    """Return whether only the rules of its objective keep a robot out of regions."""
+    """Return whether only its objective's rules keep a robot out of regions."""
     floor, member, graph = now.floor, now.floor.team.members[i], now.floor.graphs[i]
     gates = ((floor.gate(g), closure.left[g]) for g in closure.never)
     closed = {gate.region for gate, stage in gates if i in gate.needs[stage.need].closed_to}
@@ -107,13 +107,13 @@ def _ruled_out(now: Sets, closure: Closure, i: int, regions: Mask) -> bool:
     plain = plain_graph(graph.world, graph.mobility)
     free = plain.outside({*closed, *bits(sealed)})
     begin = sum(1 << p for p in {plain.number(graph.pose(p)) for p in bits(closure.reach[i])})
-    inside = floor.inside and floor.inside[i]  # it can leave an obstacle only as it came
+    inside = floor.inside and floor.inside[i]  # it must back out of an obstacle
     return not inside and bool(plain.closure(begin, free) & plain.poses_on(regions))
 
 
 def cause_of(found: Collection[Shortfall]) -> OperatorCause:
-    """Return the cause for which needs are never fulfilled: too few robots, robots that wait for
-    each other's help, or neither."""
+    """Return the cause of needs that are never fulfilled: too few robots, robots that wait for each
+    other's help, or neither."""
     if any(each.too_few for each in found):
         return OperatorCause.NO_CAPABLE_ROBOT
     waits = {
@@ -184,7 +184,7 @@ def need_words(action: str, robots: int, *, together: bool) -> str:
 
 def without_room(now: Sets, word: Word) -> list[str]:
     """Return a sentence for each joint need whose resolution regions enough robots can reach, but
-    not each robot a different one."""
+    not all in different regions."""
     floor, found = now.floor, []
     for g in floor.open(now.stages):
         need, able = floor.need(g, now.stages), floor.able(g, now.stages)

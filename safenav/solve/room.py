@@ -7,8 +7,8 @@ from safenav.world.map import Region, RegionMap
 
 
 def without_room(robots: Sequence[Robot]) -> Iterator[tuple[Robot, ...]]:
-    """Yield groups of robots that outnumber the regions of their last targets. Each robot is in
-    conflict with all others of its group. Each maximal set of such robots has at most one group."""
+    """Yield groups of robots that outnumber the regions of their last targets. The robots of a
+    group are rivals of each other. Each maximal set of such rivals has at most one group."""
     stay = [robot for robot in robots if robot.objective.settles]
     seen = list[set[str]]()
     for first in stay if too_many(_last(stay)) else ():
@@ -28,8 +28,8 @@ def _last(robots: Sequence[Robot]) -> list[list[Region]]:
 
 
 def too_many(choices: Sequence[Collection[Region]]) -> list[int]:
-    """Return the indices of some robots that cannot all be in different regions, each in one of its
-    ``choices``; empty if all robots can (bipartite matching)."""
+    """Return the indices of some robots whose ``choices`` do not allow all of them different
+    regions; empty if all robots can be in different ones (bipartite matching)."""
     taken: dict[Region, int] = {}
 
     def place(one: int, tried: set[Region]) -> bool:
@@ -43,7 +43,7 @@ def too_many(choices: Sequence[Collection[Region]]) -> list[int]:
 
     for one in range(len(choices)):
         tried = set[Region]()
-        if not place(one, tried):  # the robots in the tried regions fit nowhere else
+        if not place(one, tried):  # the robots in the tried regions fit in no others
             return sorted({one, *(taken[region] for region in tried)})
     return []
 

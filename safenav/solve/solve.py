@@ -1,9 +1,9 @@
-"""SOLVE: an order of resolutions after which every robot can continue, for robots that never
-collide (docs/coordination.md).
+"""SOLVE: an order of resolutions after which every robot can continue if robots never collide
+(docs/coordination.md).
 
-A robot is the set of poses that it may choose to be in. A step fulfils a need by a group, or one
-robot's part of a need. Resolving only opens paths, so a step whose robots can return to all their
-poses loses nothing, and is taken immediately. Only irreversible steps branch.
+Each robot is modelled as the set of poses in which it may choose to be. In a step, a group fulfils
+a need, or one robot does its part. Resolutions only open paths, so a step whose robots can return
+to all their poses loses nothing and is taken immediately. Only irreversible steps branch.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from safenav.world.poses import Mask, bits
 
 MOST_NODES = 20_000
 MOST_GROUPS, MOST_TIMED = 100, 3
-"""Groups that are compared for one need, and robots of a group for which the time is computed."""
+"""Maximum number of groups to compare for a need, and of robots in a group to time."""
 Rank = tuple[object, ...]
 
 
 class BudgetError(Exception):
-    """An exhausted search budget, so there is no verdict."""
+    """An exhausted search budget: there is no verdict."""
 
 
 class Step(Struct, frozen=True):
@@ -94,9 +94,9 @@ class Solver:
     def plan(
         self, now: Sets, poses: tuple[int, ...], wanted: frozenset[int]
     ) -> tuple[Step, ...] | None:
-        """Return the steps that resolve ``wanted``, by the nearest robots or those that already
-        help, and other obstacles only where ``wanted`` cannot be resolved without; None if there
-        are none."""
+        """Return the steps that resolve ``wanted`` by the nearest robots or those that already
+        help; None if there are none. They resolve other obstacles only if that is necessary for
+        ``wanted``."""
         self._nodes = 0
         origins = replace(now, sets=tuple(1 << pose for pose in poses))
         return self._steps(now, origins, wanted)
@@ -116,7 +116,7 @@ class Solver:
             rest = self._steps(now.after(step), then, wanted, (*before, step))
             found = None if rest is None else (step, *rest)
             if found is not None or step.lossless:
-                break  # what fails after a lossless step fails after each other step
+                break  # what fails after a lossless step fails after every step
         self._known[key] = found is not None
         return found
 
@@ -127,9 +127,9 @@ def options(
     before: tuple[Step, ...] = (),
     wanted: frozenset[int] = frozenset(),
 ) -> list[Step]:
-    """Return the possible next steps: first those for ``wanted`` obstacles, and among these the
-    best first (docs/coordination.md, Helpers). Without ``origins``, return only one lossless step,
-    if there is one. ``before``: the earlier steps."""
+    """Return the possible next steps, those for ``wanted`` obstacles first, then by rank
+    (docs/coordination.md, Helpers). Without ``origins``, return only one lossless step, if there is
+    one. ``before``: the earlier steps."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
         ranked = list(_options(g, now, origins, before))
@@ -143,7 +143,7 @@ def options(
 def _options(
     g: int, now: Sets, origins: Sets | None, before: tuple[Step, ...]
 ) -> Iterator[tuple[Rank, Step]]:
-    """Yield the steps for one obstacle, each with a rank that is least for the best step."""
+    """Yield the steps for one obstacle, each with its rank (the best step has the least)."""
     floor, stages = now.floor, now.stages
     need, then = floor.need(g, stages), replace(now, stages=floor.advanced(g, stages))
     places: dict[int, Mask] = {}
@@ -181,7 +181,7 @@ def _options(
             Step(g, group, tuple(places[i] for i in group), lossless),
         )
         if lossless and not late and (last == max(each) or number >= MOST_GROUPS):
-            return  # no further group is better, or there are too many
+            return  # no other group is better, or there are too many
     for i in able if missing > 1 and not need.together else ():
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
         yield ((True, not lossless, times[i], g, i), Step(g, (i,), (places[i],), lossless))
@@ -208,16 +208,16 @@ def gathered(
     places: Mapping[int, Mask],
     when: Callable[[int, Mask], float] = lambda *_: 0,
 ) -> float | None:
-    """Return the earliest time at which the robots of a group can stand in regions of a need
-    together, rivals in different regions and at most one robot of a zone in it; None if they
-    cannot. ``when``: the time at which a robot can be in some poses; for large groups, 0."""
+    """Return the earliest time at which a group can stand in regions of a need together, with
+    rivals in different regions and at most one robot in each zone; None if it cannot. ``when``: the
+    time at which a robot can be in some poses (large groups: 0)."""
     members, free = floor.team.members, {i: floor.graphs[i].regions_of(places[i]) for i in group}
     for i in group:
         crowd = [i]
         for j in group:
             crowd += [j] if members[j].rivals.issuperset(crowd) else []
         if too_many([[*bits(free[j])] for j in crowd]):
-            return None  # the search below would take long to find that out
+            return None  # this is faster than the search below
     timed = when if len(group) <= MOST_TIMED else lambda *_: 0
     ranked = {
         i: sorted((timed(i, places[i] & floor.graphs[i].on({r})), r) for r in bits(free[i]))
@@ -234,7 +234,7 @@ def _apart(
     most: float,
 ) -> float | None:
     """Return the least time below ``most`` at which a group can stand in its ``free`` regions (with
-    their times, in order) while other robots stand in the regions ``at``; None if it cannot."""
+    their times, in order) while other robots are in ``at``; None if it cannot."""
     if not group:
         return 0
     i, *rest = group
@@ -250,13 +250,13 @@ def _apart(
     return found
 
 
-# Dead ends even without collisions: the closure, and irreversible choices.
+# Dead ends even if robots never collide: the closure and irreversible choices.
 
 
 class Closure(Struct, frozen=True):
     """All that the team can resolve and reach. ``never``: open obstacles that are never resolved;
-    ``stuck``: those whose next need can never be fulfilled; ``reach``, ``live``: the poses that
-    each robot reaches, and whether it can continue, once the other obstacles are resolved."""
+    ``stuck``: those whose next need can never be fulfilled; ``reach``, ``live``: each robot's
+    reachable poses and whether it can continue, once the other obstacles are resolved."""
 
     never: tuple[int, ...]
     stuck: tuple[int, ...]
@@ -267,7 +267,7 @@ class Closure(Struct, frozen=True):
 
 def closure_of(now: Sets) -> Closure:
     """Return the closure of ``now``, a least fixpoint: a need can be fulfilled if enough able
-    robots can reach its regions after everything else that can be resolved is resolved."""
+    robots can reach its regions after all other possible resolutions."""
     floor, given, grown = now.floor, now.stages, True
     while grown:
         grown = False
@@ -285,8 +285,8 @@ def closure_of(now: Sets) -> Closure:
 
 
 def _enough(g: int, now: Sets, given: Stages) -> bool:
-    """Return whether enough robots can reach the regions of the next need, and those of the earlier
-    needs that the same robots must fulfil."""
+    """Return whether enough robots can reach the regions of the next need and of the earlier needs
+    that the same robots must fulfil."""
     floor, stages = now.floor, now.stages
     needs, number = floor.gate(g).needs, stages[g].need
     begin = number
@@ -304,8 +304,8 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
 
 
 def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
-    """Return, for a state in which SOLVE fails, a closure in which some robot can never continue
-    (None: no step is possible), and the steps that lead there, lossless ones if possible."""
+    """Return, for a state in which SOLVE fails, the steps to a dead end, lossless ones if possible,
+    after its closure: some robot can never continue there (None: no step is possible)."""
     taken: tuple[Step, ...] = ()
     while all((closure := closure_of(now)).live):
         steps = options(now, None)
@@ -316,7 +316,7 @@ def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
     return closure, taken
 
 
-# Current duties: the served requests, the plan for all of them, and the duties that follow.
+# Current duties: the served requests, the plan for all of them, and its first steps.
 
 
 class Duty(Struct, frozen=True):
@@ -330,9 +330,9 @@ class Duty(Struct, frozen=True):
 
 
 class Settlement(Struct, frozen=True):
-    """The present duties; the ``served`` gates in order, while other gates are walls. ``safe``: the
-    poses to which each robot may go (None: not computed). ``plan``: all steps, of which duties are
-    the first. ``hopeless``: some robot can never continue, and the other fields are void."""
+    """The present duties, and the ``served`` gates in order (other gates count as walls). ``safe``:
+    the poses to which each robot may go (None: not computed). ``plan``: all steps, of which duties
+    are the first. ``hopeless``: some robot can never continue, and the other fields are void."""
 
     served: tuple[int, ...] = ()
     duties: dict[int, Duty] = field(default_factory=dict)
@@ -349,7 +349,7 @@ def settle(
     careful: frozenset[int],
 ) -> Settlement:
     """Return the duties of robots in these poses. ``aside``: gates that no joint plan serves;
-    ``careful``: robots whose strategies must know which poses are safe."""
+    ``careful``: robots whose strategies need the safe poses."""
     floor, now = solver.floor, around(solver.floor, poses, stages)
     if not solver.feasible(now):
         return Settlement(hopeless=True)
@@ -373,8 +373,8 @@ def settle(
 def _present_duties(
     solver: Solver, plan: tuple[Step, ...], now: Sets, wanted: frozenset[int]
 ) -> dict[int, Duty]:
-    """Return the steps of a plan that are duties now: those without an earlier step for their
-    obstacle or robots whose robots can all get there."""
+    """Return the steps of a plan that are duties now: no earlier step is for their obstacle or
+    robots, and all their robots can get there."""
     duties: dict[int, Duty] = {}
     begun: set[int] = set()
     busy: set[int] = set()
@@ -401,8 +401,8 @@ def _safe(solver: Solver, i: int, now: Sets, wanted: frozenset[int]) -> Mask:
 
 def _lasting(solver: Solver, i: int, candidates: Mask, now: Sets, wanted: frozenset[int]) -> Mask:
     """Return the candidates from which ``wanted`` can be served and all robots can continue. One
-    check decides for many poses: from a pose that reaches a good pose, and from a pose that a bad
-    pose reaches."""
+    check decides for many poses: poses that reach a good one are good, and poses that a bad one
+    reaches are bad."""
     graph, allowed = now.floor.graphs[i], now.floor.allowed(i, now.stages)
     good, left = 0, candidates
     while left:

@@ -1,1 +1,1 @@
-"""The only model of a team: members, state, events, and the transition between states."""
+"""The only model of a team: members, state, events and transition function."""

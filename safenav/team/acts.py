@@ -19,8 +19,8 @@ def standing(
     team: Team, state: State, *, moving: bool, leader: int | None = None
 ) -> list[int | None]:
     """Return, for each robot, its region if it can take part in an action, else None. ``moving``:
-    whether robots in transit can; ``leader``: only robots in the action of this robot count or, if
-    it does not act yet, only robots that do not act."""
+    whether robots in transit can. With a ``leader``, only robots in its action count; if it does
+    not act yet, only robots that do not act."""
     acts = None if leader is None else state.robots[leader].acting
     found = list[int | None]()
     for robot in state.robots:
@@ -43,15 +43,15 @@ def occupied(team: Team, state: State) -> frozenset[int]:
 
 
 def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether robot ``i`` must not enter a region now, since a rival occupies the region, or
-    another robot is in a zone that contains it."""
+    """Return whether robot ``i`` must not enter a region now: a rival occupies it, or another robot
+    is in a zone that contains it."""
     at = [1 << r.pose % team.size | 1 << r.next % team.size for r in state.robots]
     return bool(team.members[i].closed(at) >> region & 1)
 
 
 def is_shut(team: Team, state: State, i: int, region: int) -> bool:
-    """Return whether a present obstacle, known or not, closes a region to a robot. It does not if
-    the robot can resolve it by entering."""
+    """Return whether a present obstacle, known or not, closes a region to a robot that cannot
+    resolve it by entering."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     here = ((one, each) for one, each in pairs if one.region == region)
     return any(one.closes(i, each) and not one.lets_in(i, each) for one, each in here)
@@ -62,7 +62,7 @@ def acts_on(
 ) -> tuple[tuple[int, now.Stage], ...]:
     """Return the obstacles that robot ``i`` changes if it acts where it stands, with their new
     stages. ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles
-    that count (None: all known ones)."""
+    to consider (None: all known ones)."""
     region = at[i]
     if region is None or not team.members[i].robot.capabilities:
         return ()
@@ -82,8 +82,8 @@ def acting_group(
     i: int,
     changes: Collection[tuple[int, now.Stage]],
 ) -> frozenset[int]:
-    """Return the robots that take part in an action of robot ``i``, also in needs that follow
-    immediately. ``changes``: the obstacles that the action changes, with their new stages."""
+    """Return the robots that take part in an action of robot ``i``, or in the needs that the action
+    fulfils next. ``changes``: the obstacles that the action changes, with their new stages."""
     found = {i}
     for k, stage in changes:
         for later in (None, *range(state.obstacles[k].stage.need + 1, stage.need)):
@@ -100,7 +100,7 @@ def participants(
     later = stage.need if later is None else later
     if not needs[later].together:
         return (i,)
-    every = enumerate(state.obstacles)  # the robot may put down another load in this action
+    every = enumerate(state.obstacles)  # the action may also put down another load
     carried = [h for h, each in every if h != k and i in (each.stage.group or ())]
     floor = acting_floor(team, state, (k, *carried))
     g, after = floor.gates.index(k), floor.acted(stages_of(floor, state), at, i)
@@ -140,9 +140,9 @@ def consequences(
 
 
 def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozenset[str]]:
-    """Return the regions in which a lost robot may be, except its last one, which it blocks itself,
-    each with the robots to which it is closed. If the robot may have entered a zone, the whole zone
-    is closed to the zone's other robots."""
+    """Return the regions in which a lost robot may be, each with the robots to which it is closed.
+    The robot itself blocks its last region. If it may have entered a zone, the whole zone is closed
+    to the zone's other robots."""
     name, here = team.members[event.robot].name, before.robots[event.robot].pose % team.size
     rivals = frozenset(team.members[j].name for j in team.members[event.robot].rivals)
     closed = dict.fromkeys(event.regions - {here}, rivals)
@@ -154,7 +154,7 @@ def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozense
 
 
 def met(team: Team, state: State, i: int, obstacle: Obstacle, pose: int) -> Iterator[now.Event]:
-    """Yield the events when robot ``i`` encounters an obstacle that the team may not know yet."""
+    """Yield the events of robot ``i`` encountering an obstacle that the team may not know yet."""
     yield from noticed(team, state, obstacle)
     yield now.Met(i, number(team, state, obstacle), pose, stopped=True)
 
@@ -178,7 +178,7 @@ def vain(
 
 
 def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events by which the team sees an obstacle. A resolved order is ordered again."""
+    """Yield the events of the team seeing an obstacle. A resolved order is placed again."""
     yield from joined(team, state, obstacle)
     k = number(team, state, obstacle)
     over = k < len(state.obstacles) and state.obstacles[k].state in (Is.AWAY, Is.OVER)
@@ -187,8 +187,8 @@ def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]
 
 
 def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
-    """Yield the events that add an obstacle to a team that does not have it yet. An earlier
-    obstacle of its name has then disappeared, even if no event has reported that."""
+    """Yield the events that add an obstacle to a team that lacks it. An earlier obstacle of its
+    name must then have disappeared, even if no event has reported that."""
     there = {k: state.obstacles[k].state for k in team.numbers.get(obstacle.name, ())}
     if not there:
         yield now.Introduced(obstacle)
@@ -197,8 +197,8 @@ def joined(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]:
 
 
 def number(team: Team, state: State, obstacle: Obstacle) -> int:
-    """Return the index of an obstacle: its own if the team has it; else that of the first obstacle
-    of its name that is not ``OVER``, or of the last one; the next free index for a new name."""
+    """Return the index of an obstacle: its own if the team has it; else that of the first one of
+    its name that is not ``OVER``, or of the last one; for a new name, the next free index."""
     numbers = team.numbers.get(obstacle.name)
     if numbers is None:
         return len(team.obstacles)

@@ -1,5 +1,5 @@
-"""The only transition function, which applies an event to a state. The simulated world, the run and
-resume all use it."""
+"""The only transition function, which applies an event to a state. The simulated world, runs and
+resumed runs share it."""
 
 from __future__ import annotations
 
@@ -50,17 +50,16 @@ def _initial(member: Member) -> RobotNow:
 
 
 def _values(member: Member, pose: int, inputs: frozenset[str]) -> now.Values:
-    """Return the values of a robot's formulas at their beginning: those of the memory, if its
-    states include one, and of the ``inputs`` that are on."""
+    """Return the initial values of a robot's formulas: of the memory, if its states include one,
+    and of the ``inputs`` that are on."""
     formulas = member.objective.formulas
     heard = formulas.heard(inputs) if formulas else {}
     return tuple(sorted({**heard, **member.graph.memory(pose)}.items()))
 
 
 def apply(team: Team, state: State, event: now.Event) -> State:
-    """Return the state after an event. Requests that were set aside are served again after each
-    event that changes an obstacle, a robot's service or an objective, or reopens given-up
-    obstacles."""
+    """Return the state after an event. Requests that were set aside return if it changes an
+    obstacle, a robot's service or an objective, or reopens given-up obstacles."""
     if isinstance(event, _HELPS) or (isinstance(event, now.Acted) and event.truths):
         for number, each in enumerate(state.obstacles):
             if each.aside:
@@ -96,7 +95,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             region, mine = robot.next % team.size, team.members[i].objective
             here, behind, own = robot.pose % team.size, robot.behind, robot.own
-            if region != here:  # on any side, a robot may leave an obstacle that appeared around it
+            if region != here:  # a robot may leave an obstacle that appeared around it on any side
                 behind = None if is_shut(team, state, i, region) else here
             own = own._replace(held=own.held and mine.stays(own.memory, region))
             ended = {"pose": robot.next, "to": None, "due": None, "by": None, "failed": ()}
@@ -191,7 +190,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             if node is not None:
                 begun["broken"] = ()
             if robot.by == "strategy" and node != robot.node:
-                begun["by"] = None  # another strategy decided the step under way
+                begun["by"] = None  # the step under way is by an earlier strategy
             return _robot(
                 state, i, objective=objective, task=task, node=node, values=values, **begun
             )
@@ -209,7 +208,7 @@ def _robot(state: State, i: int, **changes: object) -> State:
 
 
 def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> State:
-    """Return the state with a robot in a pose to which no decision has led."""
+    """Return the state with a robot in a pose that was not its destination."""
     robot, region = state.robots[i], pose % team.size
     changes |= {"pose": pose} | _undone(team, state, i, pose)
     if region != robot.pose % team.size:
@@ -220,14 +219,14 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
 
 
 def _moved(team: Team, state: State, i: int) -> State:
-    """Return the state after the end of a step, which uses charge whatever its result."""
+    """Return the state after the end of a step. The step uses charge even if it fails."""
     energy, charge = team.members[i].energy, state.robots[i].charge
     return state if energy is None else _robot(state, i, charge=energy.battery.stepped(charge))
 
 
 def _charged(team: Team, state: State, i: int, time: float) -> State:
     energy, robot = team.members[i].energy, state.robots[i]
-    # a new battery loses no charge before its robot returns to service
+    # a robot out of service uses no charge of a new battery
     if energy is None or not time or charged(team, state, i):
         return state
     on = energy.charging(robot.pose)
@@ -241,7 +240,7 @@ def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State
 
 
 def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
-    """Return the state in which a robot has another own objective, that which ``team`` states."""
+    """Return the state in which a robot has another own objective: the one in ``team``."""
     robot, graph = state.robots[i], team.members[i].graph
     plain = plain_graph(team.world, graph.mobility)
     pose, to = (
@@ -258,7 +257,7 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
 def _stepped(
     team: Team, state: State, i: int, pose: int, values: now.Values | None
 ) -> dict[str, object]:
-    """Return the changed fields of a robot whose formulas take a step or a stay to ``pose``.
+    """Return the fields of a robot that change as its formulas take a step or a stay to ``pose``.
     ``values``: memory and inputs by its strategy; None: memory in ``pose``, or the present one."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
@@ -378,7 +377,7 @@ Counted = tuple[Objective, Count, Count, tuple[int, ...]]
 def _counts(team: Team, state: State, i: int, at_once: bool, duty: bool) -> Iterator[Counted]:
     """Yield each count of a robot where it stands (none in transit): first for its own objective,
     if it pursues or ``_remembers`` it, then for its duty if ``duty``. A turn that takes no time may
-    count each target once and, if the objective settles, all rounds. Formulas count one step."""
+    count each target once, and all rounds if the objective settles. Formulas count one step."""
     robot, own = _begun(team, state, i), team.members[i].objective
     mine = robot.objective == own
     parts = [(own, robot.own, team.rounds)] if mine or _remembers(team, state, i) else []
@@ -395,8 +394,8 @@ def _counts(team: Team, state: State, i: int, at_once: bool, duty: bool) -> Iter
 
 
 def _begun(team: Team, state: State, i: int) -> RobotNow:
-    """Return the robot. If it has just got a strict objective and no plan drives it, it begins with
-    the target on which it stands, if any."""
+    """Return the robot. If it has a new strict objective and no plan drives it, it begins with the
+    target on which it stands, if any."""
     robot, member = state.robots[i], team.members[i]
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):

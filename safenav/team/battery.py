@@ -1,8 +1,8 @@
-"""Batteries: the charge that steps and stays use, the poses from which a robot can continue, and
-its next destination.
+"""Batteries: the charge that steps and stays use, the poses from which a robot can continue, and a
+robot's next destination.
 
-More charge is never worse. So one number for each pose and next target states the sufficient
-charge, and searches keep only the highest charges of a state.
+More charge is never worse. So one number for each pose and next target, the least charge, suffices,
+and searches keep only the highest charges of a state.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,17 +18,17 @@ from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 NEVER = 1 << 30
 AMPLE = 0.25
-"""Part of the capacity with which a robot off the chargers ends a plan beyond what it needs, if
-possible: others may use the chargers first. Robots also leave chargers with so much more than they
-need: in a lab they are late."""
+"""The reserve, as a part of the capacity, of a robot that ends a plan off the chargers, if
+possible: others may charge first. A robot that makes room on a charger also has this reserve over
+the next one, since a lab run may be late."""
 ROUNDING = 1e-6
-"""The charge that rounded times may cost."""
+"""The tolerance for charge lost by rounded times."""
 
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
     """A robot's battery. ``chargers``: poses; ``targets`` in turn; ``settles``: whether the robot
     stays at the last target; ``returns``: whether it always keeps the charge to reach a charger,
-    since it may get another objective or a duty."""
+    for another objective or a duty."""
 
     graph: PoseGraph
     chargers: Mask
@@ -46,7 +46,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         return charge < self.battery.move - ROUNDING and not self.charging(pose)
 
     def yields(self, least: float) -> float:
-        """Return the charge with which a robot leaves its charger to one with charge ``least``."""
+        """Return the charge with which a robot leaves its charger to another one with ``least``."""
         return min(self.battery.capacity, least + AMPLE * self.battery.capacity)
 
     # The least charge from which it can continue.
@@ -57,8 +57,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def needs(self, allowed: Mask) -> tuple[dict[int, float], ...]:
-        """Return, for each next target, the least charge of each pose with which the robot can meet
-        all targets forever (a greatest fixpoint). Poses where no charge suffices are left out."""
+        """Return, for each next target, the least charge in each pose with which the robot can meet
+        all targets forever (a greatest fixpoint). Poses where no charge suffices are omitted."""
         least: dict[int, float] = dict.fromkeys(bits(allowed), 0)
         if self.returns:
             at = dict.fromkeys(bits(self.chargers & allowed), 0.0)
@@ -90,7 +90,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         self, allowed: Mask, goal: Mask, then: Mapping[int, float], *, direct: bool = False
     ) -> dict[int, float]:
         """Return, for each pose, the least charge with which the robot reaches a goal and then has
-        the charge ``then``; with stops at chargers unless ``direct``."""
+        the charge ``then``. It may stop at chargers unless ``direct``."""
         battery = self.battery
         best, queue = dict[int, float](), list[tuple[float, int]]()
 
@@ -130,8 +130,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def _levels(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, int]:
-        """Return, for each charger from which the robot can reach the goal, the number of further
-        stops on the way."""
+        """Return the number of further stops before the goal, for each charger from which the robot
+        can reach it."""
         direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
         far = self.graph.distances
         places, found = [*bits(self.chargers & allowed)], dict[int, int]()
@@ -147,9 +147,9 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def aim(
         self, allowed: Mask, goal: Mask, turn: int, at: tuple[int, float], how: tuple[bool, bool]
     ) -> Mask:
-        """Return the poses to visit next: the goal if the charge suffices or no charger helps; else
-        the chargers in reach with fewest stops before the goal, or the present one; ``home`` if the
-        robot waits for a resolution. ``turn``: the target after the goal; ``at``: pose, charge;
+        """Return the poses to visit next: the goal if the charge suffices or no charger helps;
+        ``home`` if the robot waits for a resolution; else the chargers in reach with fewest stops
+        before the goal, or its own. ``turn``: the target after the goal; ``at``: pose, charge;
         ``how``: the charge must be ``lasting``, and the robot leaves chargers ``full`` only."""
         (pose, charge), (lasting, full), battery = at, how, self.battery
         on, far = self.chargers >> pose & 1, self.graph.distances

@@ -1,5 +1,4 @@
-"""Lower bounds on the times of resolutions and rounds, the only proof that a deadline cannot be
-met.
+"""Lower bounds on the times of resolutions and rounds, the only proof of infeasible deadlines.
 
 In this relaxation (h_max), robots do not collide and are never busy, and each obstacle opens at its
 own earliest time. Turn ``tick * n + i`` is that of robot ``i`` of ``n`` in a tick. A step that
@@ -20,12 +19,12 @@ from safenav.world.poses import Mask, PoseGraph, bits, region_mask
 NEVER = 1 << 40
 
 ByTick = dict[int, Mask]
-"""Poses by the tick at whose end a robot may first be there; afterwards it may wait there."""
+"""Poses by the tick at whose end a robot can first be there; it may then wait there."""
 
 
 class Walker(Struct, frozen=True, eq=False):
-    """A robot in ``allowed`` poses. ``ticks``: the duration of its fastest step. ``gates``: sets of
-    poses, each with the first tick in which the robot may depart for them; latest first."""
+    """A robot in ``allowed`` poses. ``ticks``: the duration of its fastest step. ``gates``: pairs
+    of a set of poses and the first tick in which the robot may depart for them, latest first."""
 
     graph: PoseGraph
     ticks: int
@@ -33,8 +32,8 @@ class Walker(Struct, frozen=True, eq=False):
     gates: Sequence[tuple[int, Mask]] = ()
 
     def spread(self, seeds: ByTick, goal: Mask = 0) -> tuple[ByTick, ByTick]:
-        """Return two mappings from ticks to poses: those that the robot reaches from ``seeds`` not
-        crossing ``goal``, and those in ``goal`` where it has arrived, or stayed for a tick."""
+        """Return two mappings from ticks to poses: those that the robot reaches from ``seeds``
+        without crossing ``goal``, and those in ``goal`` where it arrives, or stays a tick."""
         waiting, found, met, seen = dict(seeds), ByTick(), ByTick(), 0
         for tick, poses in seeds.items():
             _add(met, tick + 1, poses & goal)
@@ -60,8 +59,8 @@ class Bound:
     """Bounds at one moment: after the turns of the first ``had`` robots in the present tick.
     ``times``: for each open obstacle the earliest turn in which each of its needs can be fulfilled.
 
-    Obstacles that will disappear are ignored, and robots out of service count as in service. So
-    bounds are only lower."""
+    Obstacles that will disappear are ignored, and robots out of service count as in service, so the
+    bounds stay lower bounds."""
 
     def __init__(self, team: Team, state: State, had: int) -> None:
         self.team, self.state, self.count = team, state, len(team.members)
@@ -73,19 +72,19 @@ class Bound:
             if robot.to is not None:
                 self.ready[i] = max(self.ready[i] + 1, robot.due or 0)
         self.times: dict[int, tuple[int, ...]] = {}
-        for k, there in enumerate(state.obstacles):  # given-up obstacles may be requested again
+        for k, there in enumerate(state.obstacles):  # given-up ones may be requested again
             obstacle = team.obstacles[k]
             if (k in state.requests or there.given_up) and obstacle.source.goes is None:
                 met = there.stage.need
                 self.times[k] = (self.now,) * met + (NEVER,) * (len(obstacle.needs) - met)
         before = None
-        while before != self.times:  # each is resolved as early as others allow
+        while before != self.times:  # each obstacle opens as early as others allow
             before, self.walkers = self.times, [self._walker(i) for i in range(self.count)]
             self.times = {k: tuple(map(min, self._needs(k), each)) for k, each in before.items()}
 
     def resolved(self, k: int) -> int:
-        """Return the earliest tick in which an open obstacle can be resolved, or NEVER; the present
-        tick if it will disappear."""
+        """Return the earliest tick in which an open obstacle can be resolved (NEVER if none), or
+        the present tick if it will disappear."""
         *_, turn = self.times.get(k, (int(self.state.time) * self.count,))
         return NEVER if turn >= NEVER else turn // self.count
 
@@ -106,7 +105,7 @@ class Bound:
 
     def _turn(self, i: int, need: Need, since: int) -> int:
         """Return the first turn from ``since`` on in which a robot can act on a need: any turn if
-        the robots act together, else the robot's own."""
+        the need is joint, else the robot's own."""
         return since if need.together else since + (i - since) % self.count
 
     def _walker(self, i: int) -> Walker:
@@ -166,7 +165,7 @@ class Bound:
         fulfilled from turn ``since`` on. It may have done its part long before."""
         if self._leaving(i, need, since) < NEVER:
             return self._start(i)
-        # until it arrives elsewhere the robot can still act, also in a group
+        # the robot can still act, also in a group, until it arrives elsewhere
         left = (self._turn(i, need, since) - i) // self.count + 1 - self.team.members[i].ticks
         places, found = self.team.members[i].graph.poses_on(need.regions), ByTick()
         for tick, poses in field.items():
@@ -175,7 +174,7 @@ class Bound:
 
     def _leaving(self, i: int, need: Need, since: int) -> int:
         """Return the first turn from ``since`` on in which a robot in transit can take part in a
-        need at its departure pose, before it arrives; NEVER if there is none."""
+        need at its departure pose; NEVER if it arrives earlier."""
         robot = self.state.robots[i]
         if robot.to is None or not need.regions >> robot.pose % self.team.size & 1:
             return NEVER
@@ -185,9 +184,8 @@ class Bound:
 
 def least_first(member: Member, start: int, first: int) -> tuple[int | None, int]:
     """Return the least number of ticks for each round (None: there is none), and the target with
-    which a robot then begins: ``first``, unless it may begin with any target and is too late with
-    that one. If its objective is literal, no other targets are on the way, where that is
-    possible."""
+    which a robot then begins: ``first``, unless that is too late and it may begin with any target.
+    The rounds of a literal objective touch no other targets on the way if possible."""
     strict = least_within(member, start, strict=True) if member.objective.literal else None
     if strict is not None:
         return strict, first
@@ -205,8 +203,8 @@ def least_within(member: Member, start: int, *, strict: bool, first: int = 0) ->
     if there is none. ``strict``: whether it touches no other target on the way to a target (the
     paper's patrol); ``first``: the target with which it begins.
 
-    The result is exact: K is the greatest set of poses of the last target from which another round
-    of at most N ticks leads back into K; the first round must lead into K in time."""
+    The result is exact. Let K be the greatest set of poses of the last target from which a round of
+    at most N ticks leads back into K. The first round must lead into K in time."""
     targets = member.targets[first:] + member.targets[:first]
     every = reduce(or_, targets) if strict else 0  # targets of a patrol share no region
 

@@ -1,5 +1,5 @@
-"""The transition model on poses: the moves and actions that a floor with its obstacles allows, and
-their results.
+"""The transition model on poses: moves and actions on a floor with its obstacles, and their
+results.
 
 A ``Floor`` is the team's knowledge at one moment, without poses. SOLVE, joint searches, proofs, the
 simulated world and the execution share its methods. ``stages`` are the stages of its ``gates``, in
@@ -22,8 +22,8 @@ from safenav.world.poses import Mask, PoseGraph, bits
 Stages = tuple[Stage, ...]
 T = TypeVar("T")
 Inside = tuple[int, int, int, int | None]
-"""A robot, the obstacle closed to it in which it is, its pose, and the only region to which it may
-leave, if it has entered to resolve the obstacle (None: any)."""
+"""A robot, the obstacle closed to it that contains it, and its pose; if it has entered to resolve
+the obstacle, the only region to which it may leave (None: any)."""
 
 
 class Joint(NamedTuple):
@@ -38,18 +38,17 @@ class Joint(NamedTuple):
 
 class Floor(Struct, frozen=True, eq=False, dict=True):
     """The team's knowledge at one moment, without poses. ``gates``: open obstacles in the order of
-    service; ``graphs``: the poses and steps of each robot; ``floors``: for each robot, the poses
-    that walls, its rules and sealed obstacles leave free; ``robots``: robots that take part;
-    ``barred``: pairs of a robot and an obstacle that it must not resolve; ``inside``: for each
-    robot, the closed obstacles that contain it; ``helping``: robots that already serve each
-    obstacle; ``rounds``: the rounds that each robot has to complete, if they differ from the
-    mission's; ``away``: for each robot, the poses that only robots out of service close;
-    ``either``: whether strict objectives may begin with any target; ``ready``: whether robots with
-    completed rounds must still be able to move; ``laden``: robots that carry loads of other
-    obstacles; ``left``: the time until each gate is due, if any gate is; ``ends``: the poses where
-    each robot has to end, if that does not follow from its objective; ``keeping``: robots whose
-    rounds a resolution does not restart (in searches for rounds before it); ``resting``: robots
-    that do not pursue their objectives."""
+    service; ``graphs``: each robot's poses and steps; ``floors``: for each robot, the poses that
+    walls, its rules and sealed obstacles leave free; ``robots``: robots that take part; ``barred``:
+    pairs of a robot and an obstacle that it must not resolve; ``inside``: for each robot, the
+    closed obstacles that contain it; ``helping``: robots that already serve each obstacle;
+    ``rounds``: the rounds of each robot, if they differ from the mission's; ``away``: for each
+    robot, the poses that only robots out of service close; ``either``: whether strict objectives
+    may begin with any target; ``ready``: whether robots with completed rounds must still be able to
+    move; ``laden``: robots that carry loads of other obstacles; ``left``: the time until each gate
+    is due, if any gate is; ``ends``: the poses where each robot has to end, unless its objective
+    determines them; ``keeping``: robots whose rounds a resolution does not restart (in searches for
+    rounds before it); ``resting``: robots that do not pursue their objectives."""
 
     team: Team
     gates: tuple[int, ...]
@@ -86,8 +85,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def flat(self) -> dict[int, int]:
-        """The gates that are batteries of robots out of service, by robot. If such a gate is
-        resolved, its robot returns to service."""
+        """The gates that are batteries of robots out of service, by robot. The resolution of such a
+        gate returns its robot to service."""
         every = ((self.gate(g).battery_of, g) for g in range(len(self.gates)))
         return {i: g for i, g in every if i is not None and i not in self.robots}
 
@@ -127,7 +126,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
         """Return the ``allowed`` poses from which a robot can continue forever if robots out of
-        service block none; all of them for a robot that rests."""
+        service block none. A robot that rests can continue from all of them."""
         if i in self.resting:
             return allowed
         more = self.away[i] if self.away else 0
@@ -135,7 +134,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def one_way(self) -> bool:
-        """Whether there is a robot that may be unable to undo a step."""
+        """Whether some robot may be unable to undo a step."""
         return any(self.graphs[i].one_way for i in self.robots)
 
     @cached_method
@@ -145,8 +144,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return frozenset(p % self.team.size for p in self.graphs[i].steps(pose) if live >> p & 1)
 
     def candidates(self, g: int, stages: Stages) -> Iterator[int]:
-        """Yield the robots, also those out of service, with the skills of the next need, or those
-        of the chosen group if there is one. No robot replaces its own battery."""
+        """Yield the robots with the skills of the next need, or of the chosen group if there is
+        one, also those out of service. No robot replaces its own battery."""
         skills, group = self.need(g, stages).skills, stages[g].group
         for i, member in enumerate(self.team.members):
             may = i != self.gate(g).battery_of and (group is None or i in group)
@@ -169,8 +168,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def carriers(self, stages: Stages) -> frozenset[int]:
-        """Return the robots that carry a load or have taken their part of one, which is at most one
-        load each."""
+        """Return the robots that carry a load or have taken their part of one. Each has at most one
+        load."""
         carried = (carrying(self.need(g, stages), stages[g]) for g in self.open(stages))
         return self.laden.union(*carried)
 
@@ -198,7 +197,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def acted(self, stages: Stages, at: Sequence[int | None], i: int) -> Stages:
         """Return the stages after robot i has acted on all gates in its region. ``at``: each
-        robot's region (None: it takes no part). A robot takes loads last, begun ones first."""
+        robot's region (None: it takes no part). A robot takes loads last: begun ones first."""
         loads = [g for g in self.open(stages) if self.need(g, stages).takes]
         loads.sort(key=lambda g: (not stages[g].done, self.gate(g).source.order))
         for g in [g for g in self.open(stages) if g not in loads] + loads:
@@ -245,9 +244,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     # Joint states.
 
     def moved(self, joint: Joint, poses: tuple[int, ...]) -> Joint:
-        """Return the joint state after the robots have gone to their ``poses``, have acted and
-        counted goals. If a resolution restarts rounds, or a need determines the robots of the next
-        one, the robots go one at a time, as in the execution of a plan."""
+        """Return the joint state after the robots have gone to their ``poses``, acted and counted
+        goals. If a resolution restarts rounds, or a need determines the robots of the next one, the
+        robots go one at a time, as in a plan's execution."""
         moved = {i for i in self.robots if poses[i] != joint.poses[i]}
         after = self.settled(poses, joint.counts, joint.stages, moved)
         if len(moved) > 1 and (
@@ -338,8 +337,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def final(self, i: int, stages: Stages) -> Mask:
-        """Return the poses where a robot may end. It can continue there forever and, if its
-        objective settles and it has rounds to complete, is at the last target."""
+        """Return the poses where a robot may end: it can continue there forever. If its objective
+        settles and it has rounds to complete, they are at its last target."""
         if self.ends:
             return self.ends[i]
         member, live = self.team.members[i], self.live(i, self.allowed(i, stages))
@@ -356,7 +355,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     ) -> Joint:
         """Return the joint state after all robots have acted where they are, and the robots ``who``
         (default: all) have counted goals. The other robots have acted and counted before.
-        ``moved``: robots that got there by a step."""
+        ``moved``: the robots that have just moved."""
         who = self.robots if who is None else who
         acting, size = self.acting(stages), self.team.size
         if acting and any(acting >> poses[i] % size & 1 for i in who):
@@ -378,7 +377,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             if free and not here >> count[0] & 1:
                 count = (next(bits(here)), 0)
             if pursuit.in_turn and self.is_done(i, count) and self.open(stages):
-                # a resolution may restart the rounds: a target met now only determines the next one
+                # if a resolution restarts the rounds, a target met now only determines the next one
                 count = pursuit.step(count[0], here)[0], count[1]
             while not self.is_done(i, count):
                 memory, more = pursuit.step(count[0], here)
@@ -391,7 +390,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return Joint(poses, tuple(changed) if changed else counts, stages)
 
     def restarts(self, before: Stages, after: Stages) -> bool:
-        """Return whether a resolution restarts rounds. That of a flat battery does not."""
+        """Return whether a resolution restarts rounds. Resolving a flat battery does not."""
         over = {*self.open(before)} - {*self.open(after)}
         return any(self.gate(g).restarts for g in over)
 
@@ -402,12 +401,12 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def _meeting(self) -> list[tuple[dict[int, int], dict[int, int]]]:
-        """For each robot, the targets met by arriving in a pose, and those met by staying there."""
+        """For each robot, the targets met by arriving in a pose, and by staying there."""
         return [(_Known(member.reached), _Known(member.kept)) for member in self.team.members]
 
 
 class _Known(dict[int, T]):
-    """A function of a pose whose value is computed once for each pose."""
+    """A function of a pose that caches its values."""
 
     def __init__(self, of: Callable[[int], T]) -> None:
         self.of = of

@@ -1,8 +1,8 @@
-"""Formulas (``ltl`` and ``always``) in the graph of a robot: the steps that they allow, and the
-states in which goals are met.
+"""Formulas (``ltl`` and ``always``) in a robot's graph: the steps that they allow, and the states
+that meet goals.
 
-Steps depend on the memory of the formulas. In a joint plan, the states of a robot are poses with a
-memory. A lone robot follows its strategy, so poses suffice as its states.
+Allowed steps depend on the memory of the formulas. In a joint plan, a robot's states are poses with
+a memory. A lone robot follows its strategy, so poses suffice as its states.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,14 +19,14 @@ from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph, region_mask
 
 MOST_STATES = 4000
-"""Maximum number of states of a robot that a joint plan drives."""
+"""Maximum number of states of a robot in joint plans."""
 
 
 def graph_of(
     robot: Robot, world: RegionMap, *, shared: bool, on: frozenset[str] | None = None
 ) -> PoseGraph:
-    """Return the graph of a robot's states and of the steps that its rules allow. ``on``: the
-    inputs that are on (None: unknown). Raises UsageError if there are too many states."""
+    """Return the graph of a robot's states and the steps that its rules allow. ``on``: the inputs
+    that are on (None: unknown). Raises UsageError if there are too many states."""
     found, mobility = formulas_in(robot.objective), robot.model.mobility
     if found is None:
         return plain_graph(world, mobility)
@@ -73,8 +73,8 @@ def _posed(
 
 
 def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
-    """Return, as a mask, the targets on which a robot stands, or the goals of its formulas that its
-    last turn has met."""
+    """Return a mask of the targets on which a robot stands or, with formulas, of the goals that its
+    last turn met."""
     if objective.formulas is None:
         return objective.reached(robot.pose % graph.size)
     if robot.came is None:
@@ -86,9 +86,9 @@ def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
 
 
 class StateGraph(PoseGraph):
-    """A graph whose states are poses with a memory, and with the goals that the last step has met.
-    The index of a state is its pose plus its memory times the number of poses. A step that changes
-    only the memory leaves the robot where it stands."""
+    """A graph whose states consist of a pose, a memory and the goals that the last step met. The
+    index of a state is its pose plus its memory times the number of poses. A step that changes only
+    the memory leaves the robot where it stands."""
 
     def __init__(
         self,
@@ -135,8 +135,8 @@ class StateGraph(PoseGraph):
         return super().pose(number % self._span)
 
     def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
-        """Return this graph without the steps into a pose, whatever the memory. All steps from the
-        pose remain, even for a robot that has to back out to ``behind``."""
+        """Return this graph without steps into a pose, for any memory. All steps from the pose
+        remain, even for a robot that has to back out to ``behind``."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, self._on, shut)
 
@@ -162,8 +162,8 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
-        """For each goal, the states in which it is met: by staying there, or by the step into the
-        state if staying at neither end of the step meets it."""
+        """For each goal, the states that meet it: by a stay, or by the step into the state if a
+        stay at neither of its ends meets the goal."""
         by_steps = (
             sum(1 << s for s in bits(self.everywhere) if goal in self._memories[s // self._span][1])
             for goal in range(self._guarantees.goals)
@@ -173,7 +173,7 @@ class StateGraph(PoseGraph):
 
     @cached_property
     def stays(self) -> tuple[Mask, ...]:
-        """For each goal, the states in which staying meets it."""
+        """For each goal, the states in which a stay meets it."""
         states = [(s, (self.pose(s), self.memory(s))) for s in bits(self.everywhere)]
         meets = self._guarantees.meets_with
         return tuple(
@@ -182,7 +182,7 @@ class StateGraph(PoseGraph):
         )
 
     def _met_on(self, pose: int, step: int) -> frozenset[int]:
-        """Return the goals that a step meets although staying at either of its ends does not."""
+        """Return the goals that a step meets, but a stay at neither of its ends."""
         ends = self.pose(pose), self.memory(pose), self.pose(step), self.memory(step)
         goals, stays = self._guarantees.goals_of_steps, self.stays
         met = (g for g in goals if self._guarantees.meets_with(g, *ends))

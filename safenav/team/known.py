@@ -1,4 +1,4 @@
-"""The present floor, as the team knows it: open and sealed obstacles, and robots in service."""
+"""The floor as the team knows it now: open and sealed obstacles, and robots in service."""
 
 from collections.abc import Collection
 from functools import lru_cache
@@ -22,21 +22,21 @@ def inside(team: Team, state: State) -> frozenset[Inside]:
 
 
 def turns_back(team: Team, state: State, i: int, k: int) -> bool:
-    """Return whether a robot that has entered an obstacle to resolve it must back out, since it has
-    failed, or an operator has declared the obstacle permanent."""
+    """Return whether a robot in an obstacle must back out, since it has failed to resolve the
+    obstacle, or an operator has declared that permanent."""
     each, obstacle = state.obstacles[k], team.obstacles[k]
     failed = each.known and i in obstacle.blocks and (i, k) in barred(team, state)
     return failed or (each.state is Is.SEALED and obstacle.lets_in(i, each))
 
 
 def charged(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot that ran out of charge now has another battery, and so returns."""
+    """Return whether a robot that ran out of charge returns, since it now has another battery."""
     robot, energy = state.robots[i], team.members[i].energy
     return robot.flat and energy is not None and robot.charge >= energy.battery.capacity
 
 
 def floor_now(team: Team, state: State) -> Floor:
-    """Return the floor, with the robots in service, as the team knows it."""
+    """Return the floor as the team knows it, with the robots in service."""
     every = enumerate(state.robots)
     away = ((i, robot) for i, robot in every if not robot.active and not charged(team, state, i))
     out = frozenset((i, robot.next) for i, robot in away)

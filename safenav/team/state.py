@@ -1,4 +1,4 @@
-"""The state of a team, and the events that change it, all frozen, hashable and with indices."""
+"""The state of a team, and the events that change it: frozen, hashable records with indices."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class Stage(NamedTuple):
 class Count(NamedTuple):
     """Progress with an objective. ``memory`` of its pursuit; ``met``: the goals (in turn) or rounds
     met since the last resolution; ``held``: whether the robot stood at its last target at the last
-    count; ``last``: the index of the target that counted last."""
+    count; ``last``: the index of the last counted target."""
 
     memory: int = 0
     met: int = 0
@@ -30,9 +30,8 @@ class Count(NamedTuple):
     last: int = -1
 
     def turn(self, pursuit: Pursuit) -> int:
-        """Return the index of the target that a strategy meets first if targets are met in turn, or
-        the objective settles; else one more than that of the target that counted last (0: none
-        has)."""
+        """Return the index of the target that a strategy meets first if targets are met in turn or
+        the objective settles. Otherwise, return one more than that of the last counted target."""
         return self.memory if pursuit.in_turn else 0 if pursuit.settles else self.last + 1
 
 
@@ -40,7 +39,7 @@ class Is(StrEnum):
     """The state of an obstacle. ``AWAY``: it has not appeared yet; ``HIDDEN``: the team does not
     know it; ``SEEN``: a sensor shows it, without a request; ``OPEN``: it was encountered or
     ordered, with a request; ``SEALED``: it is permanent (in O), since it is untraversable or can
-    never be resolved; ``OVER``: it is resolved, or gone."""
+    never be resolved; ``OVER``: it is resolved or gone."""
 
     AWAY = "away"
     HIDDEN = "hidden"
@@ -80,25 +79,25 @@ Values = tuple[tuple[str, int], ...]
 
 Known = int | frozenset[int]
 Base = tuple[Objective, int | None, Count, Values]
-"""An objective with the ticks of each of its rounds, and the progress with it."""
+"""An objective, the deadline of its rounds in ticks, its progress and values."""
 
 
 class RobotNow(Struct, frozen=True):
     """A robot now. ``to``: the pose to which its step leads (it reserves both regions); ``due``:
-    the tick in which this step ends (lockstep). ``objective``: that in force, with the progress
-    ``task``; ``own``: the progress with its own objective. ``node``: that of its strategy at its
+    the tick in which this step ends (lockstep). ``objective``: the one in force, with the progress
+    ``task``; ``own``: the progress with its own objective. ``node``: its strategy's node at its
     next pose. ``at``: the index of its waypoint in the joint plan; ``by``: the origin of the step
-    under way; ``command``: the number of the last one (live). ``acting``: the robot in whose
+    under way; ``command``: the number of its last command (live). ``acting``: the robot in whose
     action it takes part; ``works``: the obstacles of its own action (live). ``active``: whether it
     is in service; ``failed``: the regions of the steps that failed since it last arrived.
-    ``fresh``: whether it has a new objective of which it has counted no goal yet. ``values``: those
-    of its formulas' memory and inputs at its next decision; ``came``: its pose and these values
-    before its last turn. ``known``: for each robot that it tracks, a region, or the cells that may
-    hold it. ``mode``: the input that set its own objective; ``base``: its objective before that.
-    ``charge``: that of its battery; ``flat``: whether this is used up, and the robot waits for
-    another battery; ``cause``: the reason why it is out of service. ``behind``: the region from
-    which it entered its present one (None: it was put there). ``broken``: the assumptions of its
-    last strategy that did not hold."""
+    ``fresh``: whether it has counted no goal of a new objective yet. ``values``: its formulas'
+    memory and inputs at its next decision; ``came``: its pose and these values before its last
+    turn. ``known``: for each robot that it tracks, a region, or the cells that may hold it.
+    ``mode``: the input that set its own objective; ``base``: its objective before that. ``charge``:
+    its battery's charge; ``flat``: whether it has run out of charge and waits for another battery;
+    ``cause``: the reason why it is out of service. ``behind``: the region from which it entered its
+    present one (None: it was put there). ``broken``: the assumptions of its last strategy that did
+    not hold."""
 
     pose: int
     objective: Objective
@@ -138,10 +137,10 @@ class RobotNow(Struct, frozen=True):
 
 class Waypoint(NamedTuple):
     """A stop of a plan: a pose, and the conditions of the step to it. ``after``: pairs (robot,
-    waypoint), where that robot has arrived; ``needs``: pairs (obstacle, n), of which n needs are
+    waypoint): that robot has arrived there; ``needs``: pairs (obstacle, n): n of its needs are
     fulfilled; ``progress``: the robot's count (memory and met) if exactly the obstacles ``over``
-    are over (the plan counts immediately what staying meets); ``charge``: the robot's charge at
-    that time; on a charger the robot waits for that charge, and until ``tick``."""
+    are over (the plan counts goals met by staying immediately); ``charge``: the robot's charge
+    then; on a charger the robot waits for it, and until ``tick``."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -155,7 +154,7 @@ class Waypoint(NamedTuple):
 class Plan(Struct, frozen=True):
     """A joint plan in execution: the waypoints of each robot (the present one first; else empty).
     ``foreseen``: the obstacles that the plan considers; ``charges``: each robot's charge at its
-    end, if charges suffice (negative: unknown); ``part``: whether it is not for all of the
+    end, if charges suffice (negative: unknown); ``part``: whether it completes only a part of the
     mission."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
@@ -180,9 +179,9 @@ class State(Struct, frozen=True):
 
     @property
     def gates(self) -> tuple[int, ...]:
-        """The open obstacles in the order of service: first those with deadlines, by their ticks,
-        then those of robots, the newest first, as in the paper's stack; then orders, the oldest
-        first, so that each is served even if more follow."""
+        """The open obstacles in the order of service: those with deadlines, by their ticks; then
+        those of robots, the newest first, as in the paper's stack; then orders, the oldest first,
+        so that new orders delay no earlier one."""
         asked = [k for k in self.requests[::-1] if self.obstacles[k].asked]
         ordered = [k for k in self.requests if not self.obstacles[k].asked]
         dues = {k: self.obstacles[k].due for k in (*asked, *ordered)}

@@ -27,9 +27,9 @@ from safenav.world.poses import Mask, Pose, PoseGraph, bits, plain_graph, region
 class Need(Struct, frozen=True):
     """A need: ``robots`` robots do ``action`` in ``regions``, simultaneously if ``together``; if
     ``same``, the robots of the previous need. ``chosen``: whether these robots also fulfil the next
-    need; ``skills``: all actions that they must have, up to the last need that the same robots
-    fulfil; ``strays``: robots that do not take the load, since no path leads to where it is put
-    down. ``closed_to``: robots that must not enter while this need is next."""
+    need; ``skills``: all actions for this need and those that the same robots fulfil next;
+    ``strays``: robots that do not take the load, since they have no path to its destination.
+    ``closed_to``: robots that must not enter while this need is next."""
 
     action: str
     robots: int
@@ -64,7 +64,7 @@ class Obstacle(Struct, frozen=True, eq=False):
         return self.source.ordered
 
     def closes(self, i: int, now: ObstacleNow) -> bool:
-        """Return whether the obstacle, in this state, forbids a robot to enter its region."""
+        """Return whether the obstacle, in this state, closes its region to a robot."""
         if now.state is Is.SEALED:  # a sealed obstacle may have no need left
             return i in self.blocks
         return now.state not in (Is.AWAY, Is.OVER) and i in self.needs[now.stage.need].closed_to
@@ -81,13 +81,13 @@ class Obstacle(Struct, frozen=True, eq=False):
 
 
 Zone = tuple[frozenset[int], Mask]
-"""An entry of ``never_together`` for one robot: the other robots, and the regions."""
+"""An entry of ``never_together`` for one robot: the other robots and the regions."""
 
 
 class Member(Struct, frozen=True, eq=False):
     """A robot. ``floor``: the poses that walls and its own rules leave free; ``targets``: masks of
     poses; ``rivals``: the robots with which it never shares a region; ``zones``: its entries of
-    ``never_together``; ``base``: a pose with the same paths as its present pose."""
+    ``never_together``; ``base``: a pose whose paths equal those of its present pose."""
 
     name: str
     robot: model.Robot
@@ -107,17 +107,17 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def partners(self) -> frozenset[int]:
-        """The robots for which this robot may have to wait: rivals, and those that share a zone."""
+        """The robots that this robot may have to await: rivals and those that share a zone."""
         return self.rivals.union(*(others for others, _ in self.zones))
 
     def shut(self, at: Sequence[Mask]) -> Mask:
-        """Return the regions that the robot must not enter since others are in its zones. ``at``:
-        the regions of each robot."""
+        """Return the regions that the robot must not enter since other robots are in its zones.
+        ``at``: the regions of each robot."""
         zones = (zone for others, zone in self.zones if any(at[j] & zone for j in others))
         return reduce(or_, zones, 0)
 
     def closed(self, at: Sequence[Mask]) -> Mask:
-        """Return the regions of ``shut``, and those that rivals occupy."""
+        """Return the regions of ``shut`` and those that rivals occupy."""
         found = self.shut(at)
         for j in self.rivals:
             found |= at[j]
@@ -129,12 +129,12 @@ class Member(Struct, frozen=True, eq=False):
 
     @property
     def ticks(self) -> int:
-        """The number of ticks of a step of the robot."""
+        """The number of ticks of the robot's steps."""
         return self.robot.model.timing
 
     @property
     def either(self) -> bool:
-        """Whether the robot may begin a round with any target, as strict objectives allow."""
+        """Whether the robot may begin a round with any target, since its objective is strict."""
         return self.objective.strict and not self.objective.literal
 
     @property
@@ -151,7 +151,7 @@ class Member(Struct, frozen=True, eq=False):
         return sum(1 << k for k, target in enumerate(self.targets) if target >> pose & 1)
 
     def kept(self, pose: int) -> int:
-        """Return, as a mask, the targets met by staying in a pose: not the goals about steps."""
+        """Return, as a mask, the targets that a stay in a pose meets, without goals about steps."""
         goals = self.graph.stays or self.targets
         return sum(1 << k for k, goal in enumerate(goals) if goal >> pose & 1)
 
@@ -194,13 +194,13 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def crowds(self) -> tuple[frozenset[int] | None, ...]:
-        """For each robot, it and its rivals if these are all rivals of each other, else None."""
+        """For each robot, it and its rivals if all are rivals of each other, else None."""
         whole = [member.rivals | {i} for i, member in enumerate(self.members)]
         return tuple(each if all(whole[j] == each for j in each) else None for each in whole)
 
     @cached_property
     def worksites(self) -> Mask:
-        """The regions in which an action can change some obstacle."""
+        """The regions in which actions can change obstacles."""
         return reduce(or_, (need.regions for each in self.obstacles for need in each.needs), 0)
 
     @cached_property
@@ -220,21 +220,21 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def step_times(self) -> tuple[float, ...]:
-        """The duration of each robot's step: in ticks; in a live run in seconds, the mean of a
-        straight step and one with a quarter turn."""
+        """The duration of each robot's step in ticks. In a live run, the mean seconds of a straight
+        step and one with a quarter turn."""
         if not self.live:
             return tuple(member.ticks for member in self.members)
         return tuple(sum(times) / 2 for times in self._step_times)
 
     @cached_property
     def turning(self) -> frozenset[int]:
-        """The robots whose steps take longer with a turn than without."""
+        """The robots whose steps take longer with a turn."""
         times = enumerate(self._step_times if self.live else ())
         return frozenset(i for i, (straight, turned) in times if turned > straight)
 
     @cached_property
     def _step_times(self) -> tuple[tuple[float, float], ...]:
-        """For each robot, the seconds of a straight step, and of a step with a quarter turn."""
+        """For each robot, the seconds of a straight step and of one with a quarter turn."""
         found = []
         for member in self.members:
             pace, times = pace_on(self.world, member.robot), []
@@ -251,20 +251,20 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def act_times(self) -> tuple[float, ...]:
-        """For each robot, the maximum seconds of an action in a live run, with halting and
-        turning."""
+        """For each robot, the maximum seconds of an action in a live run, including the halt and
+        turn."""
         found = []
         for member in self.members:
             pace = pace_on(self.world, member.robot)
             pace.placed(0, "west")
             pace.arrived(0)
-            found.append(acted_by([(pace, 0)], 0, 1))  # on an obstacle behind it
+            found.append(acted_by([(pace, 0)], 0, 1))  # the obstacle may be behind it
         return tuple(found)
 
     @cached_method
     def spaces(self, i: int, region: int) -> dict[object, frozenset[int]]:
-        """Return a region and the zones around it, each with the robots that must not be in it
-        together with robot i."""
+        """Return a region and the zones that contain it, each with the robots that must not be in
+        it together with robot i."""
         found: dict[object, frozenset[int]] = {region: self.members[i].rivals}
         for others, regions in self.members[i].zones:
             if regions >> region & 1:
@@ -272,7 +272,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         return found
 
     def assignable(self, i: int) -> bool:
-        """Return whether a robot keeps one strategy, which inputs command."""
+        """Return whether a robot keeps one strategy, and receives commands as its inputs."""
         return self.scenario.coordination is Coordination.ASSIGNABLE and not self.members[i].planned
 
     @cached_property
@@ -296,13 +296,13 @@ def _member(
     on: frozenset[str] | None = None,
 ) -> Member:
     """Return a robot of a scenario, perhaps with another objective. ``remember``: whether its
-    states include the memory of its formulas, if joint plans drive it; ``on``: the inputs of the
-    formulas that are on (None: unknown)."""
+    states in joint plans include the memory of its formulas; ``on``: the inputs of the formulas
+    that are on (None: unknown)."""
     every, name = [*enumerate(scenario.robots)], robot.name
     rivals = frozenset(k for k, o in every if o.name != name and robot.conflicts(o))
     near = ((each, each.robots - {name}) for each in scenario.never_together if name in each.robots)
     apart = ((z, frozenset(k for k, o in every if o.name in others)) for z, others in near)
-    # Rivals never share a region: an entry with one region adds nothing.
+    # Rivals never share a region, so an entry with one region adds nothing.
     zones = tuple((o, region_mask(z.regions)) for z, o in apart if len(z.regions) > 1 or o - rivals)
     objective, battery, energy = robot.objective, robot.model.battery, None
     planned = bool(rivals or zones or battery)
@@ -320,7 +320,7 @@ def _member(
 
 @lru_cache(maxsize=16)
 def hearing(team: Team, on: frozenset[str]) -> Team:
-    """Return the team as if exactly these inputs of formulas were on, now and later."""
+    """Return the team as if exactly these inputs of formulas were always on."""
     named = (m.objective.formulas for m in team.members if m.planned)
     if not any(formulas is not None and formulas.inputs for formulas in named):
         return team
@@ -331,7 +331,7 @@ def hearing(team: Team, on: frozenset[str]) -> Team:
 
 @lru_cache(maxsize=16)
 def _posed(team: Team) -> Team:
-    """Return the team without the memory of formulas, which decisions about obstacles ignore."""
+    """Return the team without the memory of formulas. Decisions about obstacles ignore it."""
     if not any(member.graph.remembers for member in team.members):
         return team
     pairs = ((member.robot, member.base) for member in team.members)
@@ -367,8 +367,8 @@ def assigned(team: Team, i: int, objective: Objective, within: int | None) -> Te
 
 
 def based(team: Team, poses: Mapping[int, Pose]) -> Team:
-    """Return the team with these poses of its robots as ``base``, which determine the robots that
-    can deliver loads."""
+    """Return the team with these poses as its robots' ``base``. They determine the robots that can
+    deliver loads."""
     pairs = enumerate(team.members)
     members = tuple(replace(each, base=poses.get(i, each.base)) for i, each in pairs)
     obstacles = (
@@ -407,8 +407,8 @@ def _needs(
 
 
 def _cut_off(member: Member, places: list[tuple[int, ...]], scenario: model.Scenario) -> bool:
-    """Return whether a robot can reach no region of one of ``places`` on the map. The first of
-    them, where it takes the load, may be in a region that it otherwise avoids."""
+    """Return whether a robot can reach no region of one of ``places`` on the map. In the first, it
+    takes the load, even if it otherwise avoids the region."""
     graph = plain_graph(scenario.map, member.robot.model.mobility)
     free = graph.outside(member.objective.avoid)
     there = graph.closure(1 << graph.number(member.base), free) & (free | graph.on(places[0]))

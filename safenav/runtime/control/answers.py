@@ -1,7 +1,7 @@
 """The results of syntheses and of searches for joint plans, cached by their inputs (questions).
 
-While a clock runs, threads compute them. A question without a result yet raises Pending, and is
-repeated in the next pass. A question that is not repeated is abandoned.
+While a clock runs, threads compute them. A question without a result raises Pending and is repeated
+in the next pass. A question that is not repeated is abandoned.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FEW = 4
 """Maximum number of robots for which a search without charges comes first."""
 
 Check = Callable[[], None]
-"""Function that raises an exception if a search must end."""
+"""A function that raises an exception if a search must end."""
 Search = Callable[[Check], Found | Deadlock | Unserved | None]
 
 
@@ -59,10 +59,10 @@ class Question(Struct, eq=False):
 class Answers:
     """The results so far. ``check`` raises if the run must end; ``busy``: whether the run's thread
     computes a result, which an exception may abort; ``background``: whether threads compute them;
-    ``count``, ``seconds``: the cost of the syntheses; ``examined``: how many obstacles were
-    resolved at the last search for a plan; ``stage``: the stage of the mission at the last question
-    for a plan with charges; ``vain``: that at the last vain one; ``went``: that at which each robot
-    was last sent to a charger although it had work."""
+    ``count``, ``seconds``: the cost of the syntheses; ``examined``: the number of resolved
+    obstacles at the last search for a plan. ``stage``: the mission's stage at the last question for
+    a plan with charges; ``vain``: the stage at the last such question without a plan; ``went``: the
+    stage at which each robot with work was last sent to a charger."""
 
     def __init__(
         self,
@@ -83,8 +83,8 @@ class Answers:
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
-        """Return the result of a synthesis for each specification; None while it is under way.
-        Raises ResourceLimitError if a synthesis has exhausted its limits."""
+        """Return the synthesis result of each specification; None while it is under way. Raises
+        ResourceLimitError if a synthesis has exhausted its limits."""
         texts = [spec.to_structuredslugs() for spec in specs]
         new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._known}
         parts = [{text: new[text]} for text in new] if self.background else [new] if new else []
@@ -132,11 +132,11 @@ class Answers:
         if not better and len(floor.robots) <= FEW:
             found = self._ask(key, plain)
             if isinstance(found, Deadlock | Unserved):
-                return found  # impossible with any charge: the proof is quick
+                return found  # the proof for any charges is quick
         counts = tuple(floor.is_done(i, count) or count for i, count in enumerate(joint.counts))
         self.stage = counts, joint.stages, served, len(state.over)
-        # In a world with its own clock charges change during the search, so its key omits them. The
-        # plan is used once: the next search begins with the charges of that time.
+        # In a world with its own clock, charges change during the search, so its key omits them.
+        # The plan is used once; the next search begins with the charges of its time.
         about_charges = () if self.background else (charges, state.time)
         with_charges = *key, "charges", *about_charges
         if self.stage != self.vain and (lasting := self._ask(with_charges, charged)) is not None:
@@ -151,13 +151,13 @@ class Answers:
         return all(each.future is None or each.future.done() for each in self._questions.values())
 
     def fresh(self) -> bool:
-        """Return whether results have arrived since the last call, and no question is open."""
-        ready = self.ready  # read once: an answer may arrive at any moment
+        """Return whether results have arrived since the last call and no question is open."""
+        ready = self.ready  # read once: a result may arrive at any moment
         come, self._awaited = self._awaited and ready, not ready
         return come
 
     def keep(self) -> None:
-        """Keep all open questions as if each of them had been repeated."""
+        """Keep all open questions as if each had been repeated."""
         for each in self._questions.values():
             each.asked = True
 
@@ -179,7 +179,7 @@ class Answers:
     def _ask(self, key: Hashable, compute: Callable[[Check], Answer]) -> Answer:
         self._check()
         if not self.background:
-            if key not in self._recent:  # passes at one instant may repeat a question
+            if key not in self._recent:  # several passes at one instant may repeat a question
                 self.busy = True
                 try:
                     answer = compute(self._check)
@@ -202,7 +202,7 @@ class Answers:
         return question.future.result()  # type: ignore[no-any-return]
 
     def _goes_on(self, question: Question) -> None:
-        """Raise an exception if the run must end, or this question has been abandoned."""
+        """Raise an exception if the run must end or this question has been abandoned."""
         self._check()
         if question.obsolete:
             raise Obsolete

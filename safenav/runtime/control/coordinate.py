@@ -1,8 +1,8 @@
 """The intentions of the team, computed from its state and its previous intentions.
 
-Duties are decided again iff the data on which they depend (``_question``) have changed, once for
-all changes since the last decision. A joint plan is computed iff none is in force: a surprise has
-dropped it (``apply``), or it has ended and the mission is not complete.
+Duties are decided again iff their data (``_question``) have changed, once for all changes since the
+last decision. A joint plan is computed iff none is in force: a surprise has dropped it (``apply``),
+or it has ended before the mission is complete.
 """
 
 from collections.abc import Collection, Hashable
@@ -29,13 +29,13 @@ from safenav.team.team import Team, hearing, without_memory
 
 
 class Control(Struct, frozen=True):
-    """The intentions of a team. ``new``: robots with a new result of synthesis; ``pending``: robots
+    """The intentions of a team. ``new``: robots with a new synthesis result; ``pending``: robots
     that wait for a strategy, given the data ``asked``; ``thinks``: whether a plan is still being
     computed; ``vain``: obstacles that are set aside, since a robot has no strategy for its part
     (``failed`` syntheses); ``left``: obstacles left to robots with strategies, although others had
-    to help; ``waits``: whether the plan is only for the time of a wait; ``resting``: robots
-    that can only continue after a change or an operator's help, so that the team waits for that
-    (``instead``) once it has served all requests that it can."""
+    to help; ``waits``: whether the plan is only for a wait; ``resting``: robots that need a change
+    or an operator's help to continue. The team serves all possible requests, then waits for that
+    (``instead``)."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
@@ -55,8 +55,8 @@ class Control(Struct, frozen=True):
 
 
 class Situation:
-    """The present moment of a run: its team, the state, and the intentions. ``answers``: the
-    results of the synthesizer and of searches."""
+    """The present moment of a run: its team, state and intentions. ``answers``: the results of the
+    synthesizer and of searches."""
 
     def __init__(self, team: Team, answers: Answers) -> None:
         self.team, self.state, self.answers = team, initial(team), answers
@@ -69,7 +69,7 @@ Decided = tuple[State, now.Event]
 
 class Decision:
     """A decision of the team. ``decided``: its events, in order; ``state``: the state after them.
-    ``hopes``: whether a change of the scenario or an operator may help, so that the team waits
+    ``hopes``: whether the team waits, since a change of the scenario or an operator may help,
     instead of ending the run."""
 
     def __init__(self, team: Team, state: State, answers: Answers, *, hopes: bool) -> None:
@@ -115,8 +115,8 @@ class Decision:
         return self._again(control) if again else self._waiting(control, before)
 
     def _serving(self, control: Control, before: Control) -> Control:
-        """Return the intentions in which the team serves requests before it waits; the given ones
-        if it need not wait, or can serve none. Raises Pending."""
+        """Return the intentions in which the team serves requests before it waits, or the given
+        ones if it need not wait or can serve none. Raises Pending."""
         stuck = {} if control.end is None else {*control.end.stuck}
         resting = frozenset(i for i, m in enumerate(self.team.members) if m.name in stuck)
         if not (self.hopes and resting) or any(drains(self.team, self.state, i) for i in resting):
@@ -129,7 +129,7 @@ class Decision:
         return replace(serving, instead=control.end) if serves else control
 
     def _again(self, control: Control) -> Control:
-        """Decide again. Return the intentions, with the results of both parts of the decision."""
+        """Decide again. Return the intentions and the results of both parts of the decision."""
         after = self.control(control)
         failed, vain = control.failed + after.failed, control.vain + after.vain
         return replace(after, new=control.new + after.new, failed=failed, vain=vain)
@@ -139,7 +139,7 @@ class Decision:
         self.state = apply(self.team, self.state, event)
 
     def _give_up(self) -> None:
-        """Make each obstacle permanent whose next need no robots can ever fulfil."""
+        """Make each obstacle permanent if no robots can ever fulfil its next need."""
         while True:
             sets = ends.hopeful(self.team, self.state, given_up=False)
             closure = solve.closure_of(sets)
@@ -149,11 +149,11 @@ class Decision:
                 return
 
     def _tell(self, before: Control, control: Control) -> None:
-        """Assign new objectives and strategies to robots, and count goals where they stand."""
+        """Assign new objectives and strategies, and count the robots' goals where they stand."""
         team = self.team
         if control.end is None:
             told: Collection[int] = range(len(control.roles))
-        else:  # while the team waits: robots that continue by a new strategy, or have served
+        else:  # while the team waits: robots that continue with a new strategy, or have served
             pairs = enumerate(zip(before.roles, control.roles, strict=False))
             others = (i for i, (old, new) in pairs if new is not old)
             told = [
@@ -174,7 +174,7 @@ class Decision:
                     self._decide(now.Turned(i, mine.task.memory.index))
         for i in told:
             robot, keeps = self.state.robots[i], team.members[i].planned or team.assignable(i)
-            begun = before.roles and keeps  # the robot counts in its turn, also on a duty
+            begun = before.roles and keeps  # the robot counts in its turn, even during a duty
             helped = before.roles and before.roles[i].helps is not None
             stays = robot.own.met or (helped and robot.own.held and stands(team, self.state, i))
             stays = stays and team.members[i].pursuit.settles and on_own(team, self.state, i)
@@ -200,7 +200,7 @@ class Decision:
         if found.hopeless and before.left:
             found = solve.settle(solve.Solver(serving), poses, stages, aside, lone)
         never: ends.End | None = None
-        if found.hopeless and floor.flat:  # robots that get a battery may change that
+        if found.hopeless and floor.flat:  # robots with a new battery may change that
             later = aside.union(range(len(floor.gates))).difference(floor.flat.values())
             solver = solve.Solver(beyond(serving, floor.flat.values()))
             brought = solve.settle(solver, poses, stages, later, lone)
@@ -217,7 +217,7 @@ class Decision:
                 solve.Solver(each.floor).feasible(each) for each in (all_, rest)
             ):
                 never = ends.without(team, state, out, now=now_)  # only absent robots stop others
-            else:  # proven with the whole team, or without those out of service
+            else:  # proven for the whole team, or for the robots in service
                 lives = enumerate(solve.closure_of(all_).live)
                 lame = any(not live and i not in out for i, live in lives)
                 never = ends.infeasible(plain, here, all_ if lame else rest)
@@ -246,7 +246,7 @@ class Decision:
             served = {floor.gates[g] for g in found.served}  # the robot may be unable to wait
             helped |= {k for k in served if idle.intersection(dict(state.obstacles[k].asked))}
             vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
-            if vain:  # the decision ignores the memory of formulas
+            if vain:  # the decision ignored the memory of formulas
                 kept = replace(before, question=None, failed=tuple(c for _, c in failed))
                 return replace(kept, vain=vain)
             proves = end.outcome == "operator_needed" and floor.open(stages)
@@ -254,7 +254,7 @@ class Decision:
                 whole = floor_now(team, state)
                 joint = joint_now(state, whole)._replace(stages=stages_of(whole, state))
                 proven = lost(whole, joint, [i for i, _ in failed])
-                if proven is not None:  # a robot out of service might have resolved what is open
+                if proven is not None:  # a robot out of service might have resolved open obstacles
                     out = [i for i, robot in enumerate(state.robots) if not robot.active]
                     dead = ends.deadlocked(team, state, proven)
                     dead = ends.without(team, state, out) if out else dead
@@ -264,9 +264,9 @@ class Decision:
         return replace(control, resting=resting)
 
     def _meanwhile(self, control: Control, roles: Roles) -> Control:
-        """Return the intentions in which, while the team waits, robots that wait for help pursue
-        other objectives, and robots that have served a request, or whose objective has changed,
-        their own."""
+        """Return the intentions while the team waits. Robots that wait for help pursue other
+        objectives. Robots that have served a request, or whose objective has changed, pursue their
+        own."""
         state, members, asked = self.state, self.team.members, _asked(self.state)
         helps = [(i, role.helps) for i, role in enumerate(control.roles)]
         served = {i for i, k in helps if k is not None and k not in state.requests}
@@ -291,7 +291,7 @@ class Decision:
         )
 
     def _waiting(self, control: Control, before: Control) -> Control:
-        """Give robots a plan for that time, if the team begins to wait. Return the intentions."""
+        """Plan for the time of a wait, if the team begins to wait. Return the intentions."""
         end, told = control.end, not before.thinks and control.end == before.end
         if end is None or (told and not starving(self.team, self.state)):
             return replace(control, waits=control.waits and end is not None)
@@ -305,9 +305,9 @@ class Decision:
         return replace(control, waits=plan is not None)
 
     def _meantime(self) -> now.Plan | None:
-        """Return a plan for the robots that can complete their rounds while all other robots stand
-        still and obstacles stay open, and can undo each of their steps; with batteries, a plan that
-        only brings robots to chargers. None if there is none."""
+        """Return a plan for the robots that can undo each of their steps and complete their rounds
+        while all other robots stand still and obstacles stay open. With batteries, it only brings
+        robots to chargers. None if there is none."""
         team, state = self.team, self.state
         if team.charged:
             low = [i for i in team.charged if state.robots[i].active and drains(team, state, i)]
@@ -353,7 +353,7 @@ class Decision:
 def _question(team: Team, state: State) -> Hashable:
     obstacles = tuple((k, each) for k, each in enumerate(state.obstacles) if each.stands)
     out = tuple([(i, robot.next) for i, robot in enumerate(state.robots) if not robot.active])
-    lone = [(i, state.robots[i]) for i in team.lone]  # some have left their strategies
+    lone = [(i, state.robots[i]) for i in team.lone]  # some robots have left their strategies
     astray = tuple([i for i, r in lone if r.active and r.to is None and r.node is None])
     order = [i for i in team.lone if team.members[i].pursuit.settles] if state.requests else []
     next_ = tuple((i, state.robots[i].own.memory) for i in order)
@@ -362,14 +362,14 @@ def _question(team: Team, state: State) -> Hashable:
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:
-    """Return whether poses cannot decide an objective: it has formulas, or is a literal patrol."""
+    """Return whether poses do not decide an objective: it has formulas or is a literal patrol."""
     objective = failed[1].task.objective
     return objective.formulas is not None or (objective.strict and objective.literal)
 
 
 def _left(team: Team, state: State, control: Control) -> frozenset[int]:
-    """Return the obstacles that a stuck plan leaves to robots with strategies. None of them was
-    chosen to help, but the chosen helpers may have no path past other robots."""
+    """Return the obstacles that a stuck plan leaves to robots with strategies. These robots were
+    not chosen to help, but the chosen ones may have no path past other robots."""
     if state.plan is None or not state.requests:
         return frozenset()
     waits = awaited(team, state) - control.left
@@ -383,7 +383,7 @@ def _left(team: Team, state: State, control: Control) -> frozenset[int]:
 
 
 def _asked(state: State) -> set[int]:
-    """Return the robots that have encountered a known obstacle, and so wait."""
+    """Return the robots that wait, since they have encountered a known obstacle."""
     return {i for each in state.obstacles if each.known for i, _ in each.asked}
 
 
@@ -394,8 +394,8 @@ def _meets(floor: Floor, state: State, i: int) -> bool:
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:
-    """Return whether every robot has met its objective and is at its last target if it must stay
-    there, no request is being served, and no order is still to come."""
+    """Return whether every robot has met its objective (and is at its last target if it must stay
+    there), no request is being served, and no order is still to come."""
     if control.found.served or orders_ahead(team, state):
         return False
     return all(

@@ -1,5 +1,5 @@
-"""The ends of a run: outcome, cause, proof, and the reasons in words; also why a request has no
-helpers, and ends from outside (by a request or a time limit)."""
+"""The ends of a run: outcome, cause, proof and the reasons in words. Also the reasons why a request
+has no helpers, and ends from outside (by a request or a time limit)."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
@@ -78,8 +78,8 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
 
 
 def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:
-    """Return the shortfalls of the known obstacles that are never resolved, including those for
-    which other obstacles were given up."""
+    """Return the shortfalls of the known obstacles that are never resolved, including those that
+    led to giving up other obstacles."""
     views = [hopeful(team, state, given_up=again) for again in (False, True)]
     return {
         each.obstacle: each for now in views for each in reasons.shortfalls(now, closure_of(now))
@@ -87,7 +87,7 @@ def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:
 
 
 def infeasible(team: Team, state: State, now: Sets) -> End:
-    """Return the end of a run in which some robot can never continue, now or after every choice."""
+    """Return the end of a run in which some robot can never continue, now or after all choices."""
     word = team.world.word
     given_up = [team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up]
     lacks = lacks_of(team, state) if given_up else {}
@@ -114,11 +114,11 @@ def _stuck(state: State, closure: Closure) -> list[int]:
 
 def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) -> list[str]:
     """Return the reasons along a chain of choices to a dead end. ``left``: whether a step is
-    possible at its end."""
+    possible there."""
     sentences, lossless = list[str](), True
     for step in steps:
         lossless = lossless and step.lossless
-        if lossless:  # each robot still reaches all that it could reach
+        if lossless:  # each robot still reaches all regions that it could reach
             now = replace(now, stages=now.after(step).stages)
         else:
             sentences.append(_TRAPPED)
@@ -128,12 +128,12 @@ def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) 
 
 
 def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
-    """Return the reason why a robot cannot continue. ``chosen``: whether a choice has led here."""
+    """Return the reason why a robot cannot continue. ``chosen``: whether a choice led here."""
     robot, word = team.members[i].robot, team.world.word
     objective = robot.objective
     if objective.formulas is not None:
         return f"{robot.name} cannot meet its formulas in the regions that it can reach"
-    if chosen:  # from its current pose it could still do so
+    if chosen:  # it can still do so from its current pose
         return f"{robot.name} could no longer {describe(objective, word)} after that"
     memory = Memory(state.robots[i].own.turn(objective.pursuit))
     pose = team.members[i].graph.pose(state.robots[i].next)
@@ -162,7 +162,7 @@ def no_strategy(
 
 
 def _why_not(team: Team, i: int, task: Task) -> str:
-    # Imported here: most runs have nothing to explain.
+    # Imported here since most runs have nothing to explain.
     from safenav.explain.explanation import explain_unrealizable
 
     return explain_unrealizable(team.members[i].robot, task, team.world)
@@ -205,7 +205,7 @@ def completed(team: Team, state: State, found: Settlement) -> End:
 
 
 def out_of_service(team: Team, state: State, found: Settlement) -> End | None:
-    """Return the end if only robots out of service have not met their objectives, else None."""
+    """Return the end if only robots out of service have unmet objectives, else None."""
     robots, out = state.robots, [i for i, r in enumerate(state.robots) if not r.active]
     if found.served or not out or any(r.acting is not None for r in robots):
         return None
@@ -243,7 +243,7 @@ def _why_out(team: Team, state: State, i: int) -> str:
 
 
 def what_is_left(team: Team, state: State, roles: Sequence[Role]) -> str:
-    """Return the reasons why the mission is not complete yet."""
+    """Return the reasons why the mission is incomplete."""
     after = seconds_words(state.time) if team.live else counted(round(state.time), "tick")
     what = "; ".join(_left(team, state, roles)) or "an action is under way"
     return f"not completed after {after}: {what}"
@@ -306,8 +306,8 @@ class Request:
         return found
 
     def why_nobody(self, *, aside: bool = False) -> str | None:
-        """Return the reason why no robot helps now although some could get there; None if the bids
-        show it. ``aside``: whether no joint plan for the request was found."""
+        """Return the reason why no robot helps now although some have a path; None if the bids show
+        it. ``aside``: whether no joint plan for the request was found."""
         floor, g = self.floor, self.g
         missing = floor.missing(g, self.stages)
         able = floor.able(g, self.stages)
@@ -339,8 +339,8 @@ class Request:
         return f"first {listed(map(self._obstacle, earlier))} must be resolved" if earlier else None
 
     def why_others(self, helpers: Sequence[int], bids: Mapping[str, float | None]) -> str | None:
-        """Return in words why no other capable robots help: those that are nearer, out of service,
-        have failed, or cannot deliver the load. None if the bids show the reason."""
+        """Return the reason, in words, why other capable robots do not help: they are nearer, are
+        out of service, have failed, or cannot deliver the load. None if the bids show it."""
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
         early = sorted(helpers, key=lambda i: bids.get(self.team.members[i].name) or 0)[:-1]
@@ -419,7 +419,7 @@ GIVEN_UP = End("interrupted", "given up")
 
 class Stopped(BaseException):
     """Signal that the run ends with ``end``. It is not an Exception: like KeyboardInterrupt, it may
-    be raised anywhere, and a library that runs there must not handle it as its own error."""
+    be raised anywhere, and libraries must not handle it as their own error."""
 
     def __init__(self, end: End) -> None:
         self.end = end

@@ -21,14 +21,14 @@ from safenav.team.state import State
 from safenav.team.team import Member, Team, hearing
 
 Answer = Found | Deadlock | Unserved | None
-"""Answer to the question for a plan; None: the search took too long."""
+"""The result of a search for a plan; None: the search took too long."""
 
 
 class Planning(Struct, frozen=True, dict=True):
     """A decision on the joint plan. ``found``: the duties and the served requests; ``roles``: the
-    role of each robot; ``complete``: whether the mission is complete; ``hopes``: whether a
-    change or an operator may help if no plan exists; ``resting``: robots that only bring help
-    until then."""
+    role of each robot; ``complete``: whether the mission is complete; ``hopes``: whether a change
+    or an operator may help if no plan exists; ``resting``: robots that only help others until
+    then."""
 
     team: Team
     state: State
@@ -41,8 +41,8 @@ class Planning(Struct, frozen=True, dict=True):
 
     @cached_property
     def helped(self) -> frozenset[int]:
-        """The obstacles that robots with strategies have to resolve, unless these robots all wait
-        there for other robots that act together with them."""
+        """The obstacles that robots with strategies have to resolve, unless all these robots wait
+        there for partners in a joint action."""
         return frozenset(k for k in helped(self.team, self.roles) if not self._is_awaited(k))
 
     @cached_property
@@ -56,8 +56,8 @@ class Planning(Struct, frozen=True, dict=True):
         return driven(self.team, self.state)
 
     def _is_awaited(self, k: int) -> bool:
-        """Return whether the helpers with strategies all wait in place for other robots, which act
-        together with them."""
+        """Return whether all helpers with strategies wait in place for partners in a joint
+        action."""
         need = self.team.obstacles[k].next(self.state.obstacles[k].stage)
         if need is None or not need.together:
             return False
@@ -74,7 +74,7 @@ class Planning(Struct, frozen=True, dict=True):
         due, low = self._is_due(), [] if self.complete else starving(team, state)
         may = bool(team.charged) and blind(state) and not self.complete
         starves = bool(low) or (may and len(state.over) > answers.examined)
-        returns = any(charged(team, state, i) for i in self.out)  # first these return to service
+        returns = any(charged(team, state, i) for i in self.out)  # these return to service first
         if returns or not (starves or due) or not self.sharing:
             return ()
         floor = floor_now(hearing(team, state.inputs), state).while_resting(self.resting)
@@ -110,7 +110,7 @@ class Planning(Struct, frozen=True, dict=True):
         team, state = self.team, self.state
         stage, went = self.answers.stage, self.answers.went
         free = (i for i in self.sharing if done(team, state, i) and self.roles[i].helps is None)
-        served = self.found.served  # whereupon robots begin their rounds again
+        served = self.found.served  # and robots then begin their rounds again
         idle = {i for i in free if team.members[i].pursuit.settles or not served}
         low = [i for i in starving(team, state) if i in idle or went.get(i) != stage]
         plan = to_chargers(team, state, low)
@@ -153,12 +153,12 @@ class Planning(Struct, frozen=True, dict=True):
         return replace(floor, helping=tuple(helping.items())) if helping else floor
 
     def _otherwise(self, answer: Answer, floor: Floor, joint: Joint) -> Answer:
-        """Return the result of a search or, if that is None or a proof, perhaps of a smaller
+        """Return the result of a search or, if that is None or a proof, perhaps that of a smaller
         one."""
         state, answers, served = self.state, self.answers, self.found.served
         brings = replace(floor, rounds=(0,) * len(self.team.members))
         if answer is None and served:
-            # The search took too long. The mission may not need requests of robots; an order may
+            # The search took too long. The mission may not need the robots' requests. An order may
             # be served before the rounds, which its resolution restarts.
             if all(state.obstacles[floor.gates[g]].asked for g in served):
                 without = answers.plan(floor, joint, (), state)
@@ -167,13 +167,13 @@ class Planning(Struct, frozen=True, dict=True):
                 answer = replace(first, plan=replace(first.plan, part=True))
         empty = tuple(g for g in served if g in floor.flat.values())
         for gates in dict.fromkeys((served, empty)) if self.out or self.hopes else ():
-            # Robots out of service, or a deadlock, are in the way of rounds, but perhaps not of
-            # requests; robots that get a battery return.
+            # Robots out of service or a deadlock prevent rounds, but perhaps not requests; robots
+            # with a new battery return.
             left = answer.gates if isinstance(answer, Unserved) else ()
             if gates and (isinstance(answer, Deadlock | None) or {*empty}.intersection(left)):
                 brought = answers.plan(beyond(brings, gates), joint, gates, state)
                 rest = {*gates}.difference(brought.gates) if isinstance(brought, Unserved) else ()
-                if rest:  # serve these first: robots that return may serve the others
+                if rest:  # these first: robots that return may serve the others
                     some = tuple(sorted(rest))
                     brought = answers.plan(beyond(brings, some), joint, some, state)
                 if isinstance(brought, Found):
@@ -192,7 +192,7 @@ class Planning(Struct, frozen=True, dict=True):
                 return (now.SetAside(tuple(floor.gates[g] for g in gates)),)
             case Deadlock():
                 end = ends.deadlocked(team, state, answer)
-                return ends.without(team, state, gone) if gone else end  # they may block
+                return ends.without(team, state, gone) if gone else end  # they may block others
             case None:
                 why = "search budget exhausted while planning a joint plan; no verdict"
                 gone = [i for i in gone if not (done(team, state, i) and stands(team, state, i))]
@@ -202,8 +202,8 @@ class Planning(Struct, frozen=True, dict=True):
 
 def to_chargers(team: Team, state: State, low: Sequence[int]) -> now.Plan | None:
     """Return a plan that brings robots with ``low`` charge, the most urgent first, to chargers
-    while all obstacles stay as they are; None if there are none, or no plan is found. A robot stays
-    on its charger until it is full, or has an ample part of its battery more than one of them."""
+    while no obstacle changes; None if no robots are low or no plan is found. A robot stays on its
+    charger until its battery is full, or has an ample part more than that of one of them."""
     robots, standing = state.robots, dict[int, int]()
     least = min((robots[i].charge for i in low), default=0)
     for i, (member, robot) in enumerate(zip(team.members, robots, strict=True)):
@@ -220,7 +220,7 @@ def to_chargers(team: Team, state: State, low: Sequence[int]) -> now.Plan | None
 
 
 def with_all(plan: now.Plan, state: State) -> now.Plan:
-    """Return the plan for a part of the mission in which robots without a path stay."""
+    """Return a plan for a part of the mission, in which robots without a path stay."""
     pairs = zip(plan.ways, state.robots, strict=True)
     ways = tuple(way or (now.Waypoint(robot.next),) for way, robot in pairs)
     return replace(plan, ways=ways, part=True)
@@ -233,7 +233,7 @@ def helped(team: Team, roles: Sequence[Role]) -> frozenset[int]:
 
 
 def beyond(floor: Floor, gates: Collection[int]) -> Floor:
-    """Return the floor on which only these gates keep robots from continuing forever: robots that
+    """Return the floor on which only these gates keep robots from continuing forever. Robots that
     return to service will resolve all others."""
     closed = [floor.gate(g).region for g in range(len(floor.gates)) if g not in gates]
     pairs = zip(floor.graphs, floor.away or (0,) * len(floor.graphs), strict=True)

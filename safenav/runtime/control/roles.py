@@ -1,4 +1,4 @@
-"""The role of each robot (its duty, waiting for help, or its own objective), and the obstacles that
+"""The role of each robot (its duty, a wait for help, or its own objective), and the obstacles that
 it must not enter."""
 
 from collections.abc import Sequence
@@ -17,8 +17,8 @@ from safenav.world.poses import Mask, Pose, bits
 
 class Role(Struct, frozen=True):
     """A robot's role. ``helps``: the obstacle that it has to resolve. ``avoid``: open obstacles
-    that a new strategy treats as walls; ``must``: those of them that its present strategy must also
-    know. ``forbidden``: poses from which the team could not continue."""
+    that a new strategy treats as walls; ``must``: those that the present strategy must also treat
+    so. ``forbidden``: poses from which the team could not continue."""
 
     objective: Objective
     helps: int | None = None
@@ -70,8 +70,8 @@ class Roles:
         return self._toward(i, wanted, objective, k)
 
     def _meets_own_first(self, i: int) -> bool:
-        """Return whether a robot must meet the next target of its ``once`` before its duty: it can,
-        and could not meet all remaining targets afterwards."""
+        """Return whether a robot must meet the next target of its ``once`` before its duty: it can
+        now, but could not meet all remaining targets after the duty."""
         member, duty, floor = self.team.members[i], self.found.duties[i], self.floor
         if not (member.pursuit.settles and member.pursuit.in_turn):
             return False
@@ -83,15 +83,15 @@ class Roles:
         return can and not self._in_turn(i, duty.goal, left, after)
 
     def _in_turn(self, i: int, at: Mask, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
-        """Return the poses in which a robot can be at the last of these targets, after it has met
-        all of them in turn from ``at``."""
+        """Return the poses at the last of these targets that a robot can reach after it has met all
+        of them in turn from ``at``."""
         for target in targets:
             at = self.floor.graphs[i].closure(at, allowed) & target
         return at
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
-        """Return the region where the robot waits, or else its first own target, such that the
-        robot can alternate between that and its duty; None if there is none."""
+        """Return the region where the robot waits, or else its first own target, if the robot can
+        alternate between this and its duty; None if there is none."""
         waiting = (frozenset({place}) for place in self._places(i))
         for target in (*waiting, *self.team.members[i].objective.targets):
             if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):
@@ -100,7 +100,7 @@ class Roles:
 
     def meanwhile(self, i: int) -> Role | None:
         """Return the role of a robot that pursues ``while_waiting``; None if it has no such
-        objective or cannot pursue it, or if a joint plan drives it."""
+        objective, cannot pursue it, or follows joint plans."""
         member, graph = self.team.members[i], self.floor.graphs[i]
         other = member.robot.while_waiting
         if other is None or member.planned:
@@ -121,7 +121,7 @@ class Roles:
         if place != here and self._goes_between(i, (graph.on({place}),)):
             return self._toward(i, (graph.on({place}),), rules.waiting(frozenset({place})))
         if not self._may_stay(i, 1 << self.poses[i]):
-            there = rules.alternating(frozenset({here}), None)  # the robot leaves, and returns
+            there = rules.alternating(frozenset({here}), None)  # the robot leaves and returns
             return self._toward(i, (graph.on({here}),), there)
         return Role(rules.waiting(frozenset({here})))
 
@@ -140,7 +140,7 @@ class Roles:
         return found[:1]
 
     def own(self, i: int) -> Role | None:
-        """Return the role for the own objective, if possible around open obstacles, or None."""
+        """Return the role for the own objective, around open obstacles if possible, or None."""
         member, floor, state = self.team.members[i], self.floor, self.state
         shut = self._shut(i)
         must = frozenset(k for k in state.requests if i in dict(state.obstacles[k].asked))
@@ -170,14 +170,14 @@ class Roles:
     def _goes_between(self, i: int, targets: tuple[Mask, ...]) -> bool:
         graph, safe = self.floor.graphs[i], self.found.safe[i]
         allowed = self.floor.allowed(i, self.stages) & (-1 if safe is None else safe)
-        # A robot can leave a closed region, but reenter it only if a target is there.
+        # A robot can leave a closed region, but may enter it again only if a target is there.
         inside = sum(1 << pose for _, _, pose, _ in self.floor.inside[i])
         again = allowed if any(each & inside for each in targets) else allowed & ~inside
         return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, again))
 
     def _forbidden(self, i: int, targets: tuple[Mask, ...]) -> frozenset[Pose]:
-        """Return the poses one step from a safe pose that are not safe, but from which a robot
-        could still meet its targets."""
+        """Return the unsafe poses one step from a safe pose from which a robot could still meet its
+        targets."""
         safe, graph = self.found.safe[i], self.floor.graphs[i]
         allowed = self.floor.allowed(i, self.stages)
         if safe is None:

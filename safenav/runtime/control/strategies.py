@@ -1,9 +1,9 @@
-"""Strategies: a robot's specification for its role, and slugs' result; its observations; the
+"""Strategies: a robot's specification for its role, and the result of slugs; its observations; the
 commands of an assignable robot.
 
 If goals are assigned at run time (the paper's alternative to resynthesis), a robot keeps its
-strategy. Inputs command it to wait, or to go to a region, around known obstacles that the strategy
-does not contain. The command follows from the strategy's node, so no other state is kept.
+strategy. Inputs command it to wait or go to a region, around known obstacles that the strategy does
+not contain. The strategy's node determines the command, so no other state is kept.
 """
 
 from collections.abc import Iterator, Mapping
@@ -37,8 +37,8 @@ Step = tuple[int, int]
 
 
 class Controller(Struct, frozen=True, eq=False):
-    """The strategy of a robot for a task. ``asked``: the objective, of which the task has a
-    ``form``; ``node``: the first node of the strategy."""
+    """The strategy of a robot for a task. ``asked``: the objective; ``form``: its form in the task;
+    ``node``: the first node of the strategy."""
 
     task: tasks.Task
     asked: Objective
@@ -56,12 +56,12 @@ class Controller(Struct, frozen=True, eq=False):
         return Form.OTHER_MEMORY if self.rung.weakening is tasks.Weakening.TURNED else Form.LITERAL
 
     def allows(self, word: Word) -> str | None:
-        """Return, in words, how the form is weaker than the objective, and why; None for the
+        """Return, in words, how and why the form is weaker than the objective; None for the
         strongest form."""
         return tasks.concession(self.asked, self.rung, word)
 
     def words(self, word: Word) -> str:
-        """Return the objective in the user's words, in the form that the task has."""
+        """Return the objective in the user's words, in the task's form."""
         allows = self.allows(word)
         return describe(self.asked, word) + (f" ({allows})" if allows else "")
 
@@ -80,8 +80,8 @@ class Controller(Struct, frozen=True, eq=False):
         return None
 
     def values(self, node: int | None) -> Values | None:
-        """Return the values at a node of the memory of formulas and of the inputs in them; None if
-        there are none."""
+        """Return the values at a node: of the formulas' memory and their inputs; None if there are
+        none."""
         objective, strategy = self.task.objective, self.result.strategy
         names = (*objective.memory, *objective.inputs)
         if node is None or strategy is None or not names:
@@ -91,7 +91,7 @@ class Controller(Struct, frozen=True, eq=False):
 
 
 Candidate = tuple[tasks.Task, tasks.ObjectiveForm]
-"""A task, and the form of its robot's objective in it."""
+"""A task and the form of its robot's objective in it."""
 
 
 def synthesized(
@@ -159,7 +159,7 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
 
 def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
     """Return whether poses show that a robot with rivals can pursue its objective alone past all
-    open obstacles. If not, only a synthesis can tell."""
+    open obstacles. Otherwise a synthesis must decide."""
     member, robot = team.members[i], team.members[i].robot
     objective = member.objective
     if (
@@ -181,7 +181,7 @@ def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
 
 
 def shown_by_poses(team: Team, state: State, roles: Mapping[int, Role]) -> dict[int, Controller]:
-    """Return controllers without a strategy for the robots that need no strategy (``pursues``)."""
+    """Return controllers without a strategy for the robots that need none (``pursues``)."""
     plain, here = without_memory(team, state)
     floor, found = floor_now(plain, here), dict[int, Controller]()
     for i, role in roles.items():
@@ -193,11 +193,11 @@ def shown_by_poses(team: Team, state: State, roles: Mapping[int, Role]) -> dict[
 
 
 def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:
-    """Return whether a strategy does not suffice for a role, since it has another objective or
-    lacks walls or forbidden poses."""
+    """Return whether a strategy does not suffice for a role: it has another objective, or lacks
+    walls or forbidden poses."""
     robot = state.robots[i]
     if not controller.realizable or (robot.node is None and robot.to is None):
-        return True  # the robot has no strategy, or has left it
+        return True  # the robot has no strategy or has left it
     if team.assignable(i):
         role = Role(team.members[i].objective)
     if controller.task.objective.relaxed() != role.objective.relaxed():
@@ -208,8 +208,7 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
 
 
 def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[tasks.Known, ...]:
-    """Return the regions, except walls, that are closed in a robot's specification, each with the
-    reason."""
+    """Return the closed regions in a robot's specification, except walls, each with the reason."""
     robot = team.members[i].robot
     found = [
         tasks.Known(r, f"robots.{robot.name}.objective.avoid", f"{robot.name} avoids it")
@@ -281,7 +280,7 @@ def heard(team: Team, state: State, i: int, task: tasks.Task) -> dict[str, int]:
 
 
 def looked(team: Team, state: State, i: int, task: tasks.Task) -> now.Looked | None:
-    """Return a robot's knowledge of others after an observation; None if it tracks no robot."""
+    """Return a robot's knowledge of other robots after an observation; None if it tracks none."""
     if not task.observed:
         return None
     watch, before = watch_for(task, team.world), dict(state.robots[i].known)
@@ -296,16 +295,16 @@ def looked(team: Team, state: State, i: int, task: tasks.Task) -> now.Looked | N
 
 
 MOST_STEPS = 40
-"""Number of steps of a strategy that ``leads`` follows: the strategy may first meet the goal that
-it pursued before."""
+"""Maximum number of steps of a strategy that ``leads`` follows, since the strategy may first meet
+its previous goal."""
 
 
 def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
 ) -> Step | None:
     """Return the step of a robot's strategy under the first command that leads the robot toward its
-    goal. If there is none, a strategy that has just begun waits; else None: the robot needs another
-    one. ``safe``: the poses in which the team can continue (None: any)."""
+    goal. If there is none, a new strategy waits; otherwise None, since the robot needs a new one.
+    ``safe``: the poses in which the team can continue (None: any)."""
     robot, member, task = state.robots[i], team.members[i], found.task
     node, strategy = robot.node, found.result.strategy
     assert node is not None and strategy is not None
@@ -318,14 +317,14 @@ def commanded(
         return found.step(node, others | {"assigned": place}, team.size)
 
     free = member.floor & ~graph.on(shut) & (-1 if safe is None else safe)
-    free_or_here = free | 1 << robot.pose  # the robot may stand in an obstacle
+    free_or_here = free | 1 << robot.pose  # the robot may be in an obstacle
     goal = _goal(team, state, i, role) & free_or_here
     if own and (not shut or goal >> robot.pose & 1):
         return under(none, node)
     field = graph.distances(goal, free_or_here)
 
     def leads(step: Step | None, place: int) -> bool:
-        """Return whether this step or the strategy's next ones lead nearer to the goal."""
+        """Return whether this step, or the strategy's next ones, lead nearer to the goal."""
         for _ in range(MOST_STEPS):
             if step is None or not free >> step[0] & 1:
                 return False
@@ -339,8 +338,8 @@ def commanded(
     nearest = graph.regions_of(graph.nearest(robot.pose, goal, free_or_here))
 
     def near(region: Region) -> tuple[int, bool, Region]:
-        """Return the sort key of a region: its number of steps to the goal, whether others of the
-        goal are nearer, and its index."""
+        """Return the sort key of a region: its number of steps to the goal, whether other regions
+        of the goal are nearer, and its index."""
         steps = min(field[pose] for pose in bits(graph.on({region})))
         return steps, not nearest >> region & 1, region
 
@@ -357,7 +356,7 @@ def commanded(
 
 
 def _goal(team: Team, state: State, i: int, role: Role) -> Mask:
-    """Return the poses of which the robot must reach one next."""
+    """Return the poses one of which the robot must reach next."""
     member, robot = team.members[i], state.robots[i]
     own = role.objective == member.objective
     return member.awaited(robot.own.memory) if own else targets_of(role.objective, member.graph)[0]
