@@ -304,8 +304,8 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
 
 
 def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
-    """Return, for a state in which SOLVE fails, the steps to a dead end, lossless ones if possible,
-    after its closure: some robot can never continue there (None: no step is possible)."""
+    """Return the dead end of a state in which SOLVE fails: a closure in which some robot can never
+    continue (None: no step is possible), and the steps to it, lossless ones if possible."""
     taken: tuple[Step, ...] = ()
     while all((closure := closure_of(now)).live):
         steps = options(now, None)

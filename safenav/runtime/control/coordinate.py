@@ -170,7 +170,7 @@ class Decision:
                 node = mine.node if mine is not None and new else robot.node
                 values = None if mine is None or planned else mine.values(node)
                 self._decide(now.Told(i, role.objective, node, values))
-                if mine and new and mine.form == "other_memory":  # else the progress is restored
+                if mine and new and mine.form == "other_memory":  # else progress is restored
                     self._decide(now.Turned(i, mine.task.memory.index))
         for i in told:
             robot, keeps = self.state.robots[i], team.members[i].planned or team.assignable(i)

@@ -46,8 +46,8 @@ _TRAPPED = "every remaining option traps a robot needed elsewhere"
 class End(Struct, frozen=True):
     """The end of a run. ``cause``, ``proof``: fields of ``operator_needed`` (docs/trace.md);
     ``links``: its reasons, one sentence each; ``stuck``: robots that cannot continue;
-    ``unrealizable``: robots without a strategy, each with its specification; ``refused``: deadlines
-    and charges that do not suffice, each with the least value that does (None: there is none)."""
+    ``unrealizable``: robots without a strategy, each with its specification; ``refused``:
+    insufficient deadlines and charges, each with the least that suffices (None: none)."""
 
     outcome: str
     explanation: str
@@ -72,7 +72,7 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
         floor = replace(floor, robots=here.robots, floors=within)
     found = around(floor, tuple(r.next for r in state.robots), known.stages_of(floor, state))
     for i, robot in enumerate(state.robots):
-        if robot.to is not None and not team.live:  # a robot in transit acts in its old region
+        if robot.to is not None and not team.live:  # in transit it acts where it departed
             found = found.placed(i, found.sets[i] | (1 << robot.pose))
     return found
 
@@ -313,7 +313,7 @@ class Request:
         able = floor.able(g, self.stages)
         absent = (i for i in self._skilled() if not self.state.robots[i].active)
         out = [i for i in absent if i not in able]
-        if len(able) + len(out) < missing:  # because of loads: else the obstacle would be given up
+        if len(able) + len(out) < missing:  # due to loads: else it would be given up
             return self._loads()
         if len(able) < missing:
             return self._absent(out)
@@ -380,7 +380,7 @@ class Request:
         return [i for i in self.floor.candidates(self.g, self.stages) if i not in done]
 
     def _loads(self) -> str | None:
-        """Return, in words, the loads of robots that can take no other one; None without loads."""
+        """Return, in words, the loads of robots that can take no further one; None if none."""
         floor, parts = self.floor, []
         carrying = floor.carriers(self.stages) if self.need.takes else frozenset()
         for i in carrying.intersection(floor.skilled(self.g, self.stages)):

@@ -88,7 +88,7 @@ class Planning(Struct, frozen=True, dict=True):
             return self._rounds(floor, joint) if not (self.complete or open_) else ()
         floor, better = self._with_helpers(floor), blind(state) and not due
         answer = answers.plan(floor, joint, self.found.served, state, better=better)
-        if floor.team is not team and not isinstance(answer, Found):  # then for any input values
+        if floor.team is not team and not isinstance(answer, Found):  # now for any inputs
             floor = replace(floor, team=team, graphs=floor_now(team, state).graphs)
             joint = joint_now(state, floor)
             if idle and floor.completed(joint, frozenset(), self.sharing):
@@ -106,7 +106,7 @@ class Planning(Struct, frozen=True, dict=True):
 
     def _home(self) -> Sequence[now.Event]:
         """Return a plan that brings robots with low charge to chargers, if there is one. A robot
-        with work does not turn back twice without progress: its charge may suffice for the work."""
+        with work does not turn back twice without progress: its charge may suffice."""
         team, state = self.team, self.state
         stage, went = self.answers.stage, self.answers.went
         free = (i for i in self.sharing if done(team, state, i) and self.roles[i].helps is None)
@@ -120,7 +120,7 @@ class Planning(Struct, frozen=True, dict=True):
         return (now.Planned(plan),)
 
     def _is_due(self) -> bool:
-        """Return whether a plan is due: none is in force, or it has ended or cannot continue."""
+        """Return whether a plan is due: none is in force, or it has ended or is stuck."""
         state, sharing = self.state, self.team.sharing
         if state.plan is None:
             return True

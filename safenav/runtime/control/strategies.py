@@ -97,8 +97,8 @@ Candidate = tuple[tasks.Task, tasks.ObjectiveForm]
 def synthesized(
     team: Team, state: State, roles: Mapping[int, Role], answers: Answers
 ) -> dict[int, Controller]:
-    """Return, for each robot, the strategy for its role in the strongest form that is realizable;
-    if none is, the verdict on the last form. All are synthesized simultaneously. Raises Pending."""
+    """Return, for each robot, the strategy for its role in the strongest realizable form, or the
+    verdict on the last form. All are synthesized simultaneously. Raises Pending."""
     found: dict[int, Controller] = {}
     left = {i: candidates(team, state, i, role) for i, role in roles.items()}
     while tried := {i: each for i in left if (each := next(left[i], None)) is not None}:

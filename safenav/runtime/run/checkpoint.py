@@ -1,9 +1,9 @@
-"""Checkpoints: the state of a run, stored in its trace, from which ``resume`` continues the run.
+"""Checkpoints: states of a run in its trace, from which ``resume`` continues the run.
 
-A checkpoint describes the run before a pass. Its data are read strictly, and no part of them is
-executed. A checksum reveals a changed checkpoint or header (except for the limits), unless the
-checksum was changed also. Strategies are synthesized again where the robots are. In a live run,
-commands under way count as ended where they began.
+A checkpoint describes the run before a pass. Its data are read strictly and never executed. A
+checksum reveals a changed checkpoint or header (except for the limits), unless the checksum was
+also changed. Strategies are synthesized again where the robots are. In a live run, open commands
+count as ended where they began.
 """
 
 import json
@@ -31,13 +31,13 @@ FREE = ("name", "limits", "seed", "expect", "requirements", "catalogue", "clock"
 """Parts of a scenario that may differ when a run continues."""
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE, SECONDS = 50, 2, 150, 10.0
-"""A checkpoint follows after at least ``FEWEST`` lines, when they take ``SHARE`` times the space of
-the last checkpoint, at ``LINE`` bytes per line; of real robots also ``SECONDS`` after the last one,
-or after a need was fulfilled: their run cannot be repeated."""
+"""A checkpoint follows at least ``FEWEST`` lines that take ``SHARE`` times the space of the last
+checkpoint, at ``LINE`` bytes per line. Runs of real robots cannot be repeated, so one also follows
+``SECONDS`` after the last one, and each fulfilled need."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
-    """The attributes of the recorder, and those of its ledger, by name."""
+    """The attributes of the recorder and of its ledger, by name."""
 
     tick: int
     stack: tuple[tuple[int, int | None, tuple[str, ...]], ...] = ()
@@ -48,7 +48,7 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Kept(Struct, frozen=True, forbid_unknown_fields=True):
-    """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
+    """A run before a pass. ``own``: each robot's objective, with rounds of at most ``within``
     ticks; ``helps``: the obstacle that each robot has to resolve; ``introduced``: obstacles that
     the scenario does not list, each with the robot whose empty battery it is, or None."""
 
@@ -68,15 +68,15 @@ def sealed(line: records.Checkpoint, first: str | bytes) -> records.Checkpoint:
 
 
 def _digest(run: Mapping[str, object], first: str | bytes) -> str:
-    """Return the digest of a run and of its header without the limits, which may change."""
+    """Return the digest of a run and its header without the limits, which may change."""
     data = {key: value for key, value in run.items() if key != "sha256"}
-    header = json.loads(first, parse_int=float)  # 1 and 1.0 must give the same digest
+    header = json.loads(first, parse_int=float)  # 1 and 1.0 need the same digest
     header["scenario"].pop("limits", None)
     return sha256(json.dumps([header, data], sort_keys=True).encode()).hexdigest()
 
 
 class Resumption(Struct, frozen=True):
-    """A run to continue: its team, its other data, and the lines before its last checkpoint."""
+    """A run to continue: its team, other data, and the lines before its last checkpoint."""
 
     team: Team
     kept: Kept
@@ -90,19 +90,19 @@ class Resumption(Struct, frozen=True):
 
     @property
     def stages(self) -> dict[str, Stage]:
-        """The stage of each obstacle that the team knows as unresolved, by name."""
+        """The stage of each obstacle that the team knows to be unresolved, by name."""
         rows = zip(self.team.obstacles, self.kept.state.obstacles, strict=True)
         return {each.name: there.stage for each, there in rows if there.known}
 
     def resolved(self, obstacle: Obstacle) -> bool:
-        """Return whether an obstacle, as far as the team knows, is resolved or gone."""
+        """Return whether the team knows an obstacle to be resolved or gone."""
         k, there = number(self.team, self.kept.state, obstacle), self.kept.state.obstacles
         gone = k < len(there) and there[k].state in (Is.OVER, Is.SEALED)
         return gone and not there[k].given_up
 
 
 def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
-    """Return the last checkpoint of a trace, as the number of lines before it, and the run."""
+    """Return the number of lines before the last checkpoint of a trace, and its run."""
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
     if not found:
         none = "the trace ends before its first checkpoint; run the scenario again, with --trace"
@@ -120,7 +120,7 @@ def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     """Return the run of a trace at its last checkpoint. ``scenario``: its scenario, perhaps with
-    other limits. Raises UsageError if the run has ended, has no checkpoint or is of another
+    other limits. Raises UsageError if the run has ended, lacks a checkpoint or is of another
     scenario."""
     if trace.outcome is not None and trace.outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")
@@ -160,7 +160,7 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
 
 
 class Checkpoints:
-    """The writer of a run's checkpoints. ``emit`` receives their lines, which are at most a share
+    """The writer of a run's checkpoints. ``emit`` receives their lines, which form a limited share
     of the trace unless the run is ``real``."""
 
     def __init__(self, emit: Callable[[records.Record], None], *, real: bool) -> None:

@@ -1,6 +1,6 @@
-"""The deadlines of a run: their beginnings and verdicts (docs/deadlines.md), as a fold over events.
+"""The deadlines of a run: their starts and verdicts (docs/deadlines.md), as a fold over events.
 Their lines follow those of the event, or of the turn with new requests or bounds. Before the start,
-the deadlines that cannot be met and the charges that do not suffice are found."""
+infeasible deadlines and insufficient charges are refused."""
 
 from collections.abc import Callable, Iterable
 from math import ceil
@@ -24,15 +24,15 @@ from safenav.world.poses import Mask
 MISSION = "mission"
 THE_MISSION, REQUEST, ROUND = range(3)
 Of = tuple[int, int]
-"""The subject of a deadline: the mission, the request of an obstacle, or the round of a robot, with
-its number."""
+"""The subject of a deadline and its number: the mission, an obstacle's request, or a robot's
+round."""
 
 
 class Due(Struct, frozen=True):
     """A deadline, due by the end of tick ``due``. ``past``: whether it was missed; ``reported``:
-    whether it was recorded as lost. For a round: ``disturbed``, ``before``: whether the robot also
-    waited, helped or was out of service, in this round and in the previous one; ``done``: the
-    number of rounds since the last resolution."""
+    whether it was recorded as lost. For a round: ``disturbed``, ``before``: whether the robot
+    waited, helped or was out of service in this and in the previous round; ``done``: the number of
+    rounds since the last resolution."""
 
     tick: int
     past: bool = False
@@ -47,8 +47,8 @@ class Due(Struct, frozen=True):
 
 
 class Ledger:
-    """The deadlines of a run. ``dues``: those of the mission, the open requests and the rounds;
-    ``late``: those that were missed; ``had``: how many robots have had their turn."""
+    """The deadlines of a run. ``dues``: the deadlines of the mission, open requests and rounds;
+    ``late``: the missed ones; ``had``: the number of robots that have had their turn."""
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario
@@ -78,7 +78,7 @@ class Ledger:
         match event:
             case now.Time(at):
                 self.tick, self.had = int(at), 0
-                for of, due in self._open():  # due in the previous tick, and not met
+                for of, due in self._open():  # due in the previous tick but not met
                     if due.tick < self.tick:
                         self.dues[of] = replace(due, past=True)
                         verdict = DeadlineVerdict.EXCUSED if due.excused else DeadlineVerdict.LATE
@@ -110,7 +110,7 @@ class Ledger:
                         self._begins(team, i, done=0)
 
     def turn_ends(self, team: Team, state: State) -> None:
-        """Record the verdicts that follow from a turn. ``state``: the team's state afterwards."""
+        """Record the verdicts that follow from a turn. ``state``: the team's state after it."""
         if not self.active:
             return
         for kind, k in sorted(self.dues):
@@ -129,11 +129,11 @@ class Ledger:
                     self._tell(team, of, due, DeadlineVerdict.LOST, soonest)
 
     def completed(self, team: Team) -> None:
-        """Record that the deadline of the mission, if there is one, was kept."""
+        """Record that the mission's deadline, if there is one, was kept."""
         self._ends(team, (THE_MISSION, 0), DeadlineVerdict.KEPT)
 
     def _open(self) -> list[tuple[Of, Due]]:
-        """Return the deadlines of the mission, requests and rounds that are not missed so far."""
+        """Return the deadlines of the mission, requests and rounds that are not yet missed."""
         return [(of, self.dues[of]) for of in sorted(self.dues) if not self.dues[of].past]
 
     def _begins(self, team: Team, i: int, done: int | None = None) -> None:
@@ -162,7 +162,7 @@ class Ledger:
         self.emit(records.Deadline(self.tick, name, due.tick, verdict, earliest))
 
     def _soonest(self, bound: Bound, of: Of) -> int:
-        """Return a tick before whose end a deadline cannot be met (0: there is no bound)."""
+        """Return a lower bound on the tick in which a deadline is met (0: there is no bound)."""
         team, state, (kind, number) = bound.team, bound.state, of
         ruled = any(formulas_in(member.objective) for member in team.members)
         if (ruled or kind == THE_MISSION) and objectives_change(team, self.tick):
@@ -186,8 +186,8 @@ class Ledger:
 def objectives_change(
     team: Team, tick: int, members: Iterable[Member] | None = None, most: int = NEVER
 ) -> bool:
-    """Return whether the scenario gives another objective to one of the robots ``names`` (None: to
-    any) after ``tick`` and until ``most``. This changes the bound of the mission, and perhaps the
+    """Return whether the scenario assigns another objective to one of the robots ``names`` (None:
+    any) after ``tick`` and until ``most``. This changes the mission's bound, and perhaps the
     robot's rules for steps."""
     robots = {each.name: each.robot for each in members or team.members}
     changes = (one for one in team.scenario.changes if one.robot in robots)
@@ -198,14 +198,14 @@ def objectives_change(
 
 
 Orders = list[list[Mask]]
-"""Alternative sequences of targets, one of which a robot must meet; none if it chooses the
+"""Alternative sequences of targets, one of which a robot must meet; none if it may choose the
 order."""
 
 
 def _orders_left(team: Team, state: State, i: int, most: int, *, begun: bool = True) -> Orders:
     """Return the sequences of targets that a robot must still meet for ``most`` rounds: several if
-    it may begin with any target, or with the one where it stands. ``begun``: whether it has counted
-    goals; otherwise a target on which it stands counts as met."""
+    it may begin with any target, or with the one on which it stands. ``begun``: whether it has
+    counted goals; if not, a target on which it stands counts as met."""
     member, robot = team.members[i], state.robots[i]
     if not member.objective.ordered():
         return []
@@ -223,7 +223,7 @@ def _orders_left(team: Team, state: State, i: int, most: int, *, begun: bool = T
 
 
 def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
-    """Return a tick before whose end the mission cannot be completed; NEVER if it never can.
+    """Return a lower bound on the tick in which the mission is completed; NEVER if it never can be.
     ``orders``: the alternative sequences of each robot's targets."""
     received = (each.source.appears or 0 for each in bound.team.obstacles if each.ordered)
     ends = [int(bound.state.time), *received]
@@ -234,8 +234,8 @@ def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
 
 
 def refusal_of(team: Team, state: State) -> End | None:
-    """Return the end of a run with a deadline that the robots could not meet even alone, or with a
-    charge that does not suffice; None if there is neither."""
+    """Return the end of a run with a deadline that no robot could meet even alone, or with an
+    insufficient charge; None if there is neither."""
     refused: dict[str, int | None] = {}
     parts = []
     pairs = [*zip(team.members, state.robots, strict=True)]

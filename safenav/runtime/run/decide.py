@@ -1,4 +1,4 @@
-"""A robot's next move: the proposal of its plan or strategy (NP), and whether it is safe (EC)."""
+"""A robot's next move: the proposal of its plan or strategy (NP) and its safety (EC)."""
 
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ from safenav.team.team import Team
 
 class Proposal(NamedTuple):
     """A proposed move: its destination (the robot's own pose: a stay), the origin of the decision,
-    and the strategy's node there with the values of its formulas."""
+    and the strategy's node there, with the values of its formulas."""
 
     pose: int
     by: str
@@ -30,7 +30,7 @@ class Proposal(NamedTuple):
 
 def continues(run: Situation, i: int) -> bool:
     """Return whether a robot moves while the team waits for outside help: it can undo each of its
-    steps, and has an objective for that time or needs no help on its path."""
+    steps, and it has an objective for a wait or needs no help on its path."""
     team, state = run.team, run.state
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or member.objective.formulas is not None:
@@ -71,8 +71,8 @@ def propose(run: Situation, i: int) -> Proposal:
 
 
 def _counts_again(team: Team, state: State, i: int) -> bool:
-    """Return whether a robot with a strategy counts a target by staying, so that it need not return
-    to the target in this round."""
+    """Return whether a robot with a strategy counts a target by staying, and need not return to it
+    in this round."""
     member, robot = team.members[i], state.robots[i]
     objective, own = member.objective, robot.own
     if objective.ordered() or formulas_in(objective) or member.robot.tracks or team.assignable(i):
@@ -95,8 +95,8 @@ def _is_kept(run: Situation, i: int, pose: int) -> bool:
 
 
 def successor(run: Situation, i: int) -> Proposal | None:
-    """Return the move to the only successor of the strategy's node for the present inputs; None if
-    there is none, or if the team could not continue there."""
+    """Return the move to the strategy node's only successor for the present inputs; None if there
+    is none, or the team could not continue there."""
     team, state = run.team, run.state
     controller, robot = run.control.controllers[i], state.robots[i]
     if controller is None or robot.node is None or not controller.realizable:
@@ -122,9 +122,9 @@ def successor(run: Situation, i: int) -> Proposal | None:
 
 
 def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | None, bool]:
-    """Return the node of a robot that stays, and whether its strategy has lost track (is astray).
-    If the strategy tracks other robots and has not chosen the stay, the new node has the values of
-    the last one with the present observation."""
+    """Return the node of a robot that stays, and whether its strategy is astray. If the strategy
+    tracks other robots and has not chosen the stay, the new node combines the last node's values
+    with the present observation."""
     controller, node = run.control.controllers[i], run.state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if step.node is not None or controller is None or strategy is None or node is None:
@@ -139,8 +139,8 @@ def node_while_staying(run: Situation, i: int, step: Proposal) -> tuple[int | No
 
 
 def broken(run: Situation, i: int) -> tuple[str, ...]:
-    """Return the assumptions of a robot's strategy that are violated by an observation for which
-    the strategy has no successor."""
+    """Return the assumptions of a robot's strategy that an observation without a successor
+    violates."""
     team, state = run.team, run.state
     controller, node = run.control.controllers[i], state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
@@ -158,8 +158,8 @@ def broken(run: Situation, i: int) -> tuple[str, ...]:
 
 
 def closing(run: Situation, i: int, pose: int) -> int | None:
-    """Return the known obstacle that forbids a move to a pose: the robot would enter it, or would
-    leave it by a side that it did not enter by; None if there is none."""
+    """Return the known obstacle that forbids a move to a pose: the robot would enter it, or leave
+    it by another side than it entered; None if there is none."""
     team, state = run.team, run.state
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size

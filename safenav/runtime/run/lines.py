@@ -1,5 +1,4 @@
-"""Trace lines of moves, joint plans and requests, and of syntheses with all data of their
-specifications."""
+"""Trace lines of moves, joint plans, requests, and syntheses with their specification data."""
 
 from itertools import accumulate, pairwise
 
@@ -48,8 +47,8 @@ def move_line(
 def command_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
-    """Return the line of a live command to move, or of the end of one; None for other events, and
-    for a step that changes only the memory of formulas."""
+    """Return the line of a live move command, or of its end; None for other events, and for a step
+    that changes only the memory of formulas."""
     regions, reason = None, None
     match event:
         case now.Departed(i, pose, by, node) if event.command:
@@ -74,8 +73,8 @@ def command_line(
 
 
 def plan_line(tick: int, team: Team, state: State, plan: Plan) -> records.Plan:
-    """Return the line of a joint plan from the present waypoint of each robot on. It omits steps
-    that change only the memory of formulas."""
+    """Return the line of a joint plan from each robot's present waypoint on, without steps that
+    change only the memory of formulas."""
     ways, orders, states = {}, list[tuple[str, int, str, int]](), state.robots
     pairs, members = zip(team.members, plan.ways, strict=True), team.members
     every = [[member.graph.pose(visit.pose).place for visit in way] for member, way in pairs]
@@ -103,7 +102,7 @@ def request_line(
     control: Control,
     because: str | None = None,
 ) -> records.Request:
-    """Return the line of a request with its helpers. ``because``: why they help, if it is known."""
+    """Return the line of a request with its helpers. ``because``: why they help, if known."""
     request, there = Request(team, state, control.found, k), state.obstacles[k]
     bids, helping = request.bids(), helpers_of(control.roles, k)
     if because is None and helping:

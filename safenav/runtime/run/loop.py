@@ -38,13 +38,13 @@ from safenav.trace.records import Act, Depart, Synthesis
 from safenav.trace.words import listed, obstacle_words
 
 Action = Iterator[now.Event]
-"""The results of an action; each one applies before the next one is read."""
+"""The results of an action; each one is applied before the next one is read."""
 MOST_PASSES = 50
-"""Maximum number of passes at one moment, for each robot and for ten more."""
+"""Maximum number of passes at one moment, per robot (plus ten)."""
 
 
 class Run(Situation):
-    """A run. ``state``: the facts; ``control``: the team's intentions; ``team`` grows by obstacles
+    """A run. ``state``: the facts; ``control``: the team's intentions; ``team`` also gets obstacles
     that the scenario does not list. ``check`` raises if the run must end."""
 
     def __init__(
@@ -77,8 +77,8 @@ class Run(Situation):
         return Kept(self.state, *about, truth)
 
     def resume(self, begun: Resumption) -> None:
-        """Continue a run that was interrupted. In a live run, commands under way have ended where
-        they began. Strategies are synthesized where the robots are."""
+        """Continue an interrupted run. In a live run, open commands have ended where they began.
+        Strategies are synthesized where the robots are."""
         kept, self.team, self.state = begun.kept, begun.team, begun.kept.state
         self.recorder.team = self.team
         self.world.operator.resume(self.state.time, begun.lines)
@@ -104,7 +104,7 @@ class Run(Situation):
         decision for all changes of a pass."""
         changed = happened = False
         strayed = list[int]()
-        for event in self.world.wait(self, self.still()):  # reports of the world, and turns
+        for event in self.world.wait(self, self.still()):  # reports of the world and turns
             self.check()
             happened = True
             if isinstance(event, now.Change | now.Strayed):
@@ -116,7 +116,7 @@ class Run(Situation):
                 self.settle_after(strayed)
                 changed = False
                 if self.world.live and self.control.end is not None and self.is_complete():
-                    break  # the run is complete, and only has to end
+                    break  # the run is complete and only has to end
             before = self.state
             self.happens(event)
             if isinstance(event, now.Turn | now.Arrived | now.Goes):
@@ -150,9 +150,9 @@ class Run(Situation):
                 self.happens(seen)
 
     def execute_controller(self, i: int) -> None:
-        """Run a robot's turn (lines 6 to 8). It first acts where it stands. Its plan or strategy
-        then proposes a move (NP), which is checked for obstacles (EC). If an obstacle is there, the
-        robot backs up by a safe move."""
+        """Run a robot's turn (lines 6 to 8). The robot first acts where it stands. Its plan or
+        strategy then proposes a move (NP), which is checked for obstacles (EC). If one is found,
+        the robot backs up by a safe move."""
         if not self.state.robots[i].idle:
             return
         action = self.action(i)
@@ -168,7 +168,7 @@ class Run(Situation):
             obstacle = self.characterize(i, step)  # EC
             here = self.state.robots[i].pose
             if obstacle is not None and self.state.obstacles[obstacle].state is now.Is.SEALED:
-                step = decide.Proposal(here, "stay")  # the team waits: there is nothing to request
+                step = decide.Proposal(here, "stay")  # the team waits and requests nothing
             elif obstacle is not None:
                 inside = self.team.obstacles[obstacle].region == here % self.team.size
                 self.happens(now.Met(i, obstacle, here if inside else step.pose))  # 7
@@ -222,7 +222,7 @@ class Run(Situation):
             for event in action:
                 self.happens(event)
             if not on_own(self.team, self.state, i):
-                self.settle()  # the action ends its duty; else the robot first counts its goals
+                self.settle()  # the action ends its duty; otherwise the robot first counts goals
 
     def moves(self, i: int) -> bool:
         """Return whether a robot may move. While the team waits, only some robots may."""
@@ -230,7 +230,7 @@ class Run(Situation):
             rests = i in self.control.resting and not self.team.members[i].planned
             return not rests or self.control.roles[i].helps is not None
         pause = self.world.pause(self)
-        if self.team.members[i].planned:  # by its plan for that time
+        if self.team.members[i].planned:  # by its plan for the wait
             return pause is not None and self.control.waits
         return pause is not None and decide.continues(self, i)
 
@@ -242,9 +242,9 @@ class Run(Situation):
         return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:
-        """Count a robot's goals where it stands, at the end of its turn; those of a new objective
-        were counted when the robot got it. An action ends a duty. Own goals count besides a duty if
-        a joint plan, or the strategy of an assignable robot, counts them."""
+        """Count a robot's goals where it stands, at the end of its turn. Goals of a new objective
+        counted when the robot got it. An action ends a duty. Own goals count besides a duty if a
+        joint plan, or an assignable robot's strategy, counts them."""
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
@@ -254,7 +254,7 @@ class Run(Situation):
                 if isinstance(event, now.Acted) and keeps and robot.idle:
                     self.happens(now.Counted(i, duty=False))
                 return
-            was = before.robots[i]  # the decision has already counted a new objective
+            was = before.robots[i]  # the decision has counted a new objective
             same = robot.fresh or (robot.objective == was.objective and not was.fresh)
             if robot.idle and same and (robot.active or isinstance(event, now.Arrived)):
                 at_once = self.world.live and isinstance(event, now.Turn)
@@ -267,8 +267,8 @@ class Run(Situation):
         self.settle()
 
     def drains(self, i: int) -> bool:
-        """Put a robot off the chargers out of service if its charge does not suffice for a step,
-        until it gets another battery. Return whether that is the case."""
+        """Put a robot off the chargers out of service, until it gets another battery, if its charge
+        does not suffice for a step. Return whether it is out."""
         robot, energy = self.state.robots[i], self.team.members[i].energy
         if energy is None or not (robot.active and robot.to is None):
             return False
@@ -310,10 +310,10 @@ class Run(Situation):
                 self.happens(now.Reopened())
 
     def settle(self) -> None:
-        """Update the intentions of the team. Its decisions are events like all others."""
+        """Update the team's intentions. Its decisions are events like all others."""
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
-            return  # nothing has changed since
+            return  # nothing has changed
         hopes = self.world.attended or self.world.awaited(self) is not None
         decision = Decision(self.team, before, self.answers, hopes=hopes)
         self.control = decision.control(intended)
@@ -337,7 +337,7 @@ class Run(Situation):
         return not given_up <= {around.floor.gates[g] for g in closure_of(around).stuck}
 
     def has_ended(self, event: now.Event) -> bool:
-        """Return whether the run ends after this turn, before the other robots' turns: by a missed
+        """Return whether the run ends after this turn, before other robots' turns: after a missed
         deadline, or since nothing can help."""
         if self.recorder.ledger.stops:
             return True
@@ -346,7 +346,7 @@ class Run(Situation):
         return self.world.pause(self) is None and not self.arrives()
 
     def arrives(self) -> bool:
-        """Return whether a robot is in transit without which the run would end; it may act where it
+        """Return whether a robot in transit keeps the run from ending, since it may act where it
         arrives."""
         absent = self.control.end is not None and self.control.end.cause == "out_of_service"
         return absent and any(r.to is not None and not r.active for r in self.state.robots)
@@ -378,8 +378,8 @@ class Run(Situation):
         return not self.acts() and self.is_met()
 
     def is_met(self) -> bool:
-        """Return whether the mission is complete unless an action restarts rounds. An order that no
-        robot can serve yet waits for a change if enough robots have its actions."""
+        """Return whether the mission is complete unless an action restarts rounds. An order that
+        robots cannot serve yet waits for a change if enough of them have its actions."""
         if not is_complete(self.team, self.state, self.control):
             return False
         known = (k for k, each in enumerate(self.state.obstacles) if each.known)
@@ -404,13 +404,13 @@ class Run(Situation):
         return End("time_limit", words)
 
     def left(self) -> str:
-        """Return, in words, the reason why the mission is not complete yet."""
+        """Return, in words, the reason why the mission is incomplete."""
         return what_is_left(self.team, self.state, self.control.roles)
 
 
 def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
-    """Return the robot whose paths an event may change (it gets other rules, is put elsewhere, or
-    leaves a region that it avoids); None if there is none."""
+    """Return the robot whose paths an event may change, since it gets other rules, is placed
+    elsewhere, or leaves a region that it avoids; None if there is none."""
     if isinstance(event, now.Assigned | now.Placed):
         return event.robot
     if not isinstance(event, now.Departed | now.Ended):
@@ -420,12 +420,12 @@ def _elsewhere(team: Team, before: now.State, event: now.Event) -> int | None:
 
 
 def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
-    """Return whether an event may make a given-up resolution possible. ``ended``: whether nothing
-    else can help."""
+    """Return whether an event may make a given-up resolution possible. ``ended``: whether only this
+    can help."""
     match event:
         case now.Gone(k):
             return ended or state.obstacles[k].stands
-        case now.Acted(truths=found):  # it may open what was given up or declared meanwhile
+        case now.Acted(truths=found):  # it may open obstacles given up or declared meanwhile
             opened = (state.obstacles[k] for k, truth in found if truth is not False)
             return any(each.state is now.Is.SEALED for each in opened)
         case now.Served(_, active):

@@ -1,8 +1,8 @@
-"""A mission: the run of a scenario in the actual world, in one call or tick by tick.
+"""Missions: runs of a scenario in the actual world, in one call or tick by tick.
 
     result = Mission(load_scenario(path)).run()
 
-Nothing here depends on a simulation: an implementation of ``World`` can drive real robots.
+No part depends on a simulation: an implementation of ``World`` can drive real robots.
 """
 
 import time
@@ -48,7 +48,7 @@ RunResult = records.End
 
 
 def uninterrupted(ended: RunResult) -> RunResult:
-    """Return the result of a run, unless a KeyboardInterrupt ended it, which is raised again."""
+    """Return the result of a run. Raise a KeyboardInterrupt that ended it again."""
     if ended.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return ended
@@ -63,7 +63,7 @@ class Mission:
     syntheses. ``attended``: whether a live run waits for an operator instead of ending. ``begun``:
     an interrupted run to continue, whose lines the listeners receive first; ``checkpoints``:
     whether the trace gets the lines from which an interrupted run can continue. ``ending``: whether
-    the run has ended, or is about to record its end. ``end``: the reasons of the ``result``.
+    the run has ended or is about to record its end. ``end``: the reasons of the ``result``.
 
     Raises InputError for a scenario that cannot run on the clock of its world.
     """
@@ -108,7 +108,7 @@ class Mission:
         raise TypeError("a Mission is a running program: pickle its scenario or its result")
 
     def run(self) -> RunResult:
-        """Run to the end. Ctrl-C ends the run, and its trace, with the outcome ``interrupted``.
+        """Run to the end. Ctrl-C ends the run and its trace with the outcome ``interrupted``.
 
         Raises SafenavError if the synthesizer or the world fails, or a synthesis reaches a limit;
         the trace then ends in ``error``.
@@ -121,7 +121,7 @@ class Mission:
         return self.result
 
     def start(self) -> None:
-        """Synthesize the first controllers. If a robot has none, the run ends here.
+        """Synthesize the first controllers. The run ends here if a robot has none.
 
         Raises UsageError if the mission was started before.
         """
@@ -157,8 +157,8 @@ class Mission:
         self.check_time_limit()
 
     def check_time_limit(self) -> None:
-        """Abort a running computation by an exception if the run must end. In threads other
-        than the run's own, this has no effect."""
+        """Abort a running computation by an exception if the run must end. This has no effect in
+        threads other than the run's own."""
         if self._run.answers.busy and get_ident() == self._thread:
             self._check()
 
@@ -178,13 +178,13 @@ class Mission:
         return self.result
 
     def intervene(self, wanted: str | Mapping[str, Any]) -> None:
-        """Change the world at the beginning of the next tick, by an operator's line or its data.
-        Robots have to encounter a closed region; the team immediately knows all other changes.
-        Raises UsageError, with the reason, if the change is impossible."""
+        """Change the world at the beginning of the next tick, by an operator's line or data. Robots
+        have to encounter a closed region; the team immediately knows all other changes. Raises
+        UsageError, with the reason, if the change is impossible."""
         self._world.operator.ask(self._run, wanted)
 
     def exclude_idle_time(self, seconds: float) -> None:
-        """Do not count the time in which no tick was requested in the run's time limit."""
+        """Exclude the time without requested ticks from the run's time limit."""
         self._begun_at += seconds
 
     def post(self, event: protocol.WorldEvent) -> None:
@@ -244,21 +244,21 @@ class Mission:
             raise Stopped(End(Outcome.TIME_LIMIT, why))
 
     def _guarded(self, part: Callable[[], None]) -> None:
-        """Execute a part of the run. End the run if its end is due, or if the part raises an
+        """Execute a part of the run. End the run if its end is due or the part raises an
         exception."""
         self._thread = get_ident()
         try:
             part()
             end = self._run.over()
             if end is None:
-                self._check()  # even if no event came
+                self._check()  # even without an event
         except Stopped as stopped:
             end = stopped.end
         except KeyboardInterrupt:
             self._end(End(Outcome.INTERRUPTED, "stopped by the user"))
             return
         except SafenavError as error:
-            with suppress(SafenavError):  # perhaps it was the trace that could not be written
+            with suppress(SafenavError):  # the trace itself may have been the cause
                 self._end(End(Outcome.ERROR, str(error)))
             self.result = None
             raise
@@ -288,7 +288,7 @@ def first_results(
 ) -> dict[str, Controller]:
     """Return the first controllers of the named robots (default: all), in the scenario's order,
     without a run. No obstacle is known yet, so each robot pursues its own objective. As in a run,
-    robots whose poses prove that they can do so get no strategy, except with ``strategies``."""
+    robots whose poses prove this possible get no strategy, except with ``strategies``."""
     team, answers = team_of(scenario), Answers(synthesizer, progress=progress)
     state, every = initial(team), enumerate(team.members)
     asked = {i: Role(m.objective) for i, m in every if names is None or m.name in names}

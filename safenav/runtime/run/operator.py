@@ -1,11 +1,11 @@
-"""Changes by an operator, and by the scenario's list, as events at the beginning of a tick.
+"""Changes by an operator or the scenario's list, as events at the beginning of a tick.
 
-The team has to encounter a closed region like any part of the scenario. It immediately knows a new
-objective, an order, a robot's service, and that a known obstacle is gone. An impossible change is
-refused at the call; a change that becomes impossible later is dropped, and recorded.
+The team has to encounter a closed region like any part of the scenario. It immediately knows new
+objectives and orders, a robot's service, and the disappearance of a known obstacle. An impossible
+change is refused at the call; one that becomes impossible later is dropped and recorded.
 
-An operator's change is read from the words of a terminal, a file or a program, or from the data of
-a page. A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``;
+An operator's change is read from a line of words (of a terminal, file or program) or from data of a
+page. A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``;
 see ``LINES``.
 """
 
@@ -82,9 +82,9 @@ KEYS = {
     "input": "input on",
     "give_up": "",
 }
-"""The keys of the data of each kind, in the order of its line; one with ``?`` may be missing."""
+"""The keys of each kind's data, in the order of its line; keys with ``?`` are optional."""
 SWITCHES = {"active": {"out": False, "back": True}, "on": {"on": True, "off": False}}
-"""The words of a line that are truth values in its data."""
+"""The words of a line that denote truth values."""
 
 
 class Operator:
@@ -101,7 +101,7 @@ class Operator:
         self._ordered: set[str] = set()
 
     def resume(self, time: float, lines: Iterable[records.Record]) -> None:
-        """Continue after the changes until ``time``, with the inputs that users had set by then."""
+        """Continue after the changes until ``time``, with the inputs set by users until then."""
         self._listed = [change for change in self._listed if change.at > time]
         for line in lines:
             if isinstance(line, records.Inputs):
@@ -432,7 +432,7 @@ def _read(key: str, data: Mapping[str, Any], scenario: Scenario, reading: Readin
 
 
 def _obstacle(written: str, reading: Reading) -> str:
-    """Return an obstacle's name with its region as an index, since reports print ``door@gate``."""
+    """Return an obstacle's name with its region's index, since reports print ``door@gate``."""
     kind, where, number = name_parts(written)
     region = reading.written(where)
     return written if region is None else f"{kind}@{region}" + f"#{number}" * (number > 1)

@@ -1,5 +1,5 @@
 """Derivation of the trace's lines from consecutive states and the event between them. The recorder
-stores only recorded facts: the stack, the helpers of each request, objectives, and the plan."""
+stores only recorded facts: the stack, each request's helpers, objectives and the plan."""
 
 from collections.abc import Callable, Iterable, Sequence
 
@@ -47,9 +47,9 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 
 
 class Recorder:
-    """The recorder of a trace. ``stack``: pushed entries. As last recorded: ``helpers``: those of
-    each request; ``told``: the objectives in force; ``plan``: the joint plan in force.
-    ``makespan``: the time at which the last command ended."""
+    """The recorder of a trace. ``stack``: pushed entries. As last recorded: ``helpers`` of each
+    request; ``told``: the objectives in force; ``plan``: the joint plan in force. ``makespan``: the
+    end of the last command."""
 
     def __init__(
         self, team: Team, listener: Callable[[records.Record], None], *, simulated: bool
@@ -96,7 +96,7 @@ class Recorder:
             self.emit(records.PlanEnd(self.tick, PlanEndReason.CHANGED))
 
     def record(self, before: State, event: now.Event, after: State) -> None:
-        """Record an event, the changes of charges, and the deadlines that are kept or missed."""
+        """Record an event, changed charges, and the deadlines that are kept or missed."""
         self._record(before, event, after)
         for i in self.team.charged if after.robots is not before.robots else ():
             energy = self.team.members[i].energy
@@ -221,7 +221,7 @@ class Recorder:
         return self.team.members[i].name
 
     def tell_plan(self, decided: Sequence[Decided], state: State) -> None:
-        """Record a new joint plan, and that one is given up for a wait."""
+        """Record a new joint plan, or that one is given up for a wait."""
         for before, event in decided:
             if isinstance(event, now.Planned) and event.plan is None:
                 self._plan_reached(before)
@@ -258,7 +258,7 @@ class Recorder:
 
     def _acted(self, before: State, event: now.Acted) -> None:
         """Record the fulfilled parts and the resolution of each obstacle on which a robot has
-        acted. Loads are put down first, and taken last, in the order of ``Floor.acted``."""
+        acted. Loads are put down first and taken last, in the order of ``Floor.acted``."""
         truths, stages = dict(event.truths), dict(event.stages)
         i, obstacles = event.robot, self.team.obstacles
         at = before.robots[i].pose % self.team.size
@@ -308,7 +308,7 @@ class Recorder:
         group = [*sorted({i, *(stage.done if later is None else ())})]
         if need.together:
             moving = not (self.team.live and self.simulated)
-            for leader in (i, None):  # any leader, if the team did not know the obstacle
+            for leader in (i, None):  # any leader if the team did not know it
                 at = standing(self.team, state, moving=moving, leader=leader)
                 at[i] = state.robots[i].pose % self.team.size  # even if it is out of service now
                 group = [*participants(self.team, state, at, i, k, later)]
@@ -322,7 +322,7 @@ class Recorder:
         self, decided: Sequence[Decided], after: State, control: Control, *, coming: bool
     ) -> None:
         """Record a decision: given-up obstacles, the stack, strategies, and goals met where robots
-        stand. ``coming``: whether the scenario still changes something."""
+        stand. ``coming``: whether the scenario has further changes."""
         for state, event in decided:
             if isinstance(event, now.GaveUp):
                 self._given_up(state, event.obstacle, control, coming=coming)
@@ -343,7 +343,7 @@ class Recorder:
                 self.record(state, event if kept else replace(event, duty=False), after)
 
     def _duties(self, objectives: Sequence[Objective]) -> None:
-        """Record the new objectives of the robots whose objectives have changed."""
+        """Record the changed objectives of robots."""
         pairs = enumerate(zip(self.told, objectives, strict=True))
         new = {self._robot(i): own for i, (told, own) in pairs if told != own}
         if new:
@@ -368,7 +368,7 @@ class Recorder:
                 self._entry(records.Pop, entry)
 
     def _stack(self, state: State, control: Control) -> None:
-        """Record requests that are new, get other helpers, or lose these by being set aside; and a
+        """Record requests that are new, have other helpers, or are set aside without helpers, and a
         push for each new requester."""
         for k in state.requests:
             each = state.obstacles[k]

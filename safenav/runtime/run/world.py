@@ -1,9 +1,9 @@
-"""The world of a run as numbered events: its commands, and their results.
+"""The world of a run: commands and their results, as numbered events.
 
-A simulated world and a real one obey the same commands (``runtime.worlds.commands``), so the team
-knows only those obstacles that robots notice. In lockstep a pass is a tick, in which the robots in
-turn move or continue; a step of one tick has ended when ``start`` returns. In a live run a pass is
-an instant at which something ends, after which each idle robot has its turn.
+Simulated and real worlds obey the same commands (``runtime.worlds.commands``), so the team knows
+only obstacles that robots notice. In lockstep a pass is a tick, in which the robots take turns to
+move or continue; a step of one tick has ended when ``start`` returns. In a live run a pass is an
+instant at which something ends; each idle robot then has its turn.
 """
 
 from collections.abc import Iterable, Iterator
@@ -33,15 +33,15 @@ from safenav.trace.vocabulary import ActResult
 HELPED = ("operator_needed", "assumption_violated", "search_limit")
 """Outcomes that an operator can avert."""
 SLOWEST = 20.0
-"""Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
+"""Seconds per tick of the limit if a simulated live run has no limit in seconds."""
 
 
 class World:
     """The world of a run. ``truth``: the simulated obstacles, if the world is a simulation or a
     user's extension of one; ``simulated``: whether it is safenav's own simulation; ``attended``:
     whether an operator may help; ``still``: whether no robot moves and nothing will ever happen;
-    ``passes``: the number of passes at the present moment; ``limit``: the latest end of the run,
-    and the outcome then."""
+    ``passes``: the number of passes at this moment; ``limit``: the latest end of the run and its
+    outcome."""
 
     def __init__(
         self,
@@ -68,12 +68,12 @@ class World:
         self._set: frozenset[str] = frozenset()
         self._stands: object = None
         self._stood: list[State] = []
-        """The states since the last move of a robot or new strategy: strategies may repeat their
-        nodes while robots stand."""
+        """The states since a robot last moved or got a strategy. Strategies may repeat nodes while
+        robots stand."""
         self._asked: set[int] = set()
         """The robots that have acted since their last move."""
         self._opened: dict[str, float] = {}
-        """The time at which each obstacle was last resolved or gone: earlier reports of it are
+        """The time at which each obstacle was last resolved or gone. Earlier reports of it are
         late."""
 
     def resume(self, run: Situation, truth: Truth | None, last: int) -> None:
@@ -97,7 +97,7 @@ class World:
             if self.truth is not None:
                 self.truth.excuse(run.state.robots)
             robots = run.state.robots
-            if run.team.charged:  # charges change in a wait: ``due`` covers them
+            if run.team.charged:  # ``due`` covers the changes of charges in a wait
                 robots = tuple(replace(robot, charge=0) for robot in robots)
             here = replace(run.state, time=0, robots=robots)
             places = tuple((robot.pose, robot.to, robot.acting) for robot in robots)
@@ -129,7 +129,7 @@ class World:
             yield from self._changed(run, change)
         if isinstance(commands, Commands):
             yield from self._reported(run, commands)
-        # Live: all arrivals, then actions in the order of their start. A turn may end the pass.
+        # Live: all arrivals, then actions by start. A turn may end the pass.
         each = enumerate(run.state.robots)
         ranks = [
             (r.idle, r.to is None, *([0, r.command] if r.acting == i else [1])) for i, r in each
@@ -153,7 +153,7 @@ class World:
                 yield now.Turn(i)
 
     def _on(self, run: Situation) -> frozenset[str]:
-        """Return the inputs that are on: by the operator's setting or else by the world's."""
+        """Return the inputs that are on, as the operator or else the world has set them."""
         names = [each.name for each in run.team.scenario.inputs]
         found = {name: name in run.state.inputs for name in names}
         world, tick = self._inputs if names else None, int(self.commands.now())
@@ -162,7 +162,7 @@ class World:
         return frozenset(name for name in names if found[name])
 
     def _heard(self, run: Situation) -> Iterator[now.Event]:
-        """Yield the event of the present inputs, and those of the objectives that they select."""
+        """Yield the event of the present inputs and those of the objectives that they select."""
         by_user, on = self.operator.inputs, self._on(run)
         if on != run.state.inputs or by_user.keys() != self._set:
             self._set = frozenset(by_user)
@@ -246,7 +246,7 @@ class World:
     # Commands.
 
     def sense(self, run: Situation, i: int, region: int) -> model.Obstacle | None:
-        """Return the obstacle that a robot notices in a region beside its own; None if none."""
+        """Return the obstacle that a robot notices in a neighbouring region, or None."""
         robot, floor = run.team.members[i].robot, run.team.world
         return protocol.sensed(self._world, robot, region, floor)
 
@@ -270,13 +270,13 @@ class World:
         if absent or not robot.capabilities or there.acting is not None:
             return None
         if self.simulated and not run.team.worksites >> there.pose % run.team.size & 1:
-            return None  # a quick result for most turns
+            return None  # quick for most turns
         if self.truth is not None:
             self.truth.excuse(run.state.robots)  # robots may have returned in this instant
         among = self._acts(run, i)
         expected = self._changes(run, i, among)
         asks = (self.truth is not None and not self.live) or i not in self._asked
-        if not expected and not (asks and not self._is_busy(run, i)):  # acting shows hidden ones
+        if not expected and not (asks and not self._is_busy(run, i)):  # acting reveals hidden ones
             return None
         self._asked.add(i)
         here = run.team.members[i].graph.pose(there.pose)
@@ -299,8 +299,8 @@ class World:
             yield from self._acted(run, i, event)
 
     def _acted(self, run: Situation, i: int, event: protocol.Acted) -> Iterator[now.Event]:
-        """Yield the results of an action. The results of earlier needs follow from the robots'
-        poses; the result of the last need is that which the world reports."""
+        """Yield the results of an action. Those of earlier needs follow from the robots' poses; the
+        world reports that of the last need."""
         begun = run.state.robots[i].works
         for obstacle, _ in event.found:
             yield from acts.joined(run.team, run.state, obstacle)
@@ -317,14 +317,14 @@ class World:
         )
         reported = {k: result for k, result in reported.items() if k not in again}
         among = self._acts(run, i)
-        if begun:  # the robot may now be sent for another load
+        if begun:  # the robot may now fetch another load
             loads = [k for k in begun if run.state.obstacles[k].known and _takes(run, k)]
             among = [k for k in among if not _takes(run, k)] + loads
         stages = {k: stage for k, stage in self._changes(run, i, among) if k not in again}
         ready = {k for k, stage in stages.items() if team.obstacles[k].next(stage) is None}
-        if self.live:  # robots that came meanwhile may have made a need ready
+        if self.live:  # robots that arrived meanwhile may have made a need ready
             stages = {k: stages[k] for k in stages if k in (*begun, *reported) or k not in ready}
-        there = run.state.obstacles  # those that are OVER have disappeared in this instant
+        there = run.state.obstacles  # OVER: it has disappeared in this instant
         if self.truth is not None:
             stages = {k: stages[k] for k in stages if k in ready} | {
                 n: stage
@@ -342,7 +342,7 @@ class World:
                 truths[k] = (done if has_truth else None) if done else False
                 stages[k] = now.Stage(len(team.obstacles[k].needs))
         if event.reason and {*reported.values()} <= {ActResult.FAILED}:
-            stages = {}  # the action failed: only reported effects count
+            stages = {}  # only reported effects of a failed action count
         gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
         over = {team.obstacles[k].name for k in (*truths, *gone)}
         self._opened |= dict.fromkeys(over, self.commands.now())
@@ -360,8 +360,8 @@ class World:
         yield from acts.vain(run.team, before, run.state, i, failed)
 
     def _news(self, run: Situation, i: int, event: protocol.Acted) -> protocol.Acted:
-        """Return an action with the results that are new to the team, since a world that repeats
-        results would keep a robot acting forever. A load is not delivered where it is taken."""
+        """Return an action with only the results that are new to the team, since repeated results
+        would keep a robot acting forever. A load is not delivered where it is taken."""
         if not event.found:
             return event
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
@@ -398,7 +398,7 @@ class World:
 
     def _unnoticed(self, run: Situation, i: int) -> dict[int, now.Stage]:
         """Return the new stages of unknown obstacles that a robot changes, but does not resolve,
-        where it stands. A world may act on these, and reports only the last need."""
+        where it stands. A world may act on these, but reports only the last need."""
         team, state = run.team, run.state
         pairs = ((k, each) for k, each in enumerate(state.obstacles) if each.state is now.Is.HIDDEN)
         hidden = [k for k, each in pairs if not team.obstacles[k].needs[each.stage.need].takes]
@@ -406,8 +406,8 @@ class World:
         return {k: stage for k, stage in changes if team.obstacles[k].next(stage)}
 
     def _acts(self, run: Situation, i: int) -> list[int]:
-        """Return the known obstacles on which a robot acts. If it is sent for a load, it leaves
-        other loads. (A joint plan decides which loads its robots take.)"""
+        """Return the known obstacles on which a robot acts. A robot with a duty to take a load
+        leaves other loads. (A joint plan decides which loads its robots take.)"""
         roles = run.control.roles
         pairs = ((k, each.state) for k, each in enumerate(run.state.obstacles) if each.known)
         known = [k for k, at in pairs if at is not now.Is.SEEN or not _takes(run, k)]
@@ -424,8 +424,8 @@ class World:
         return others > 0 and (need.together or others + len(stage.done) >= need.robots)
 
     def _is_busy(self, run: Situation, i: int) -> bool:
-        """Return whether a robot leaves a neighbouring obstacle to other robots that act on it. If
-        they fail, the robot may act later."""
+        """Return whether a robot leaves a neighbouring obstacle to other robots that act on it. The
+        robot may act later if they fail."""
         if not any(robot.works for robot in run.state.robots):
             return False
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
@@ -435,7 +435,7 @@ class World:
 
     def pause(self, run: Situation) -> tuple[End, float | None] | None:
         """Return the end of the run that a future change or an operator may avert, and the time of
-        that change (None: there is none); None if the team does not wait for help."""
+        the change (None: there is none). Return None if the team does not wait for help."""
         end = run.control.end
         if end is None or end.outcome not in HELPED:
             return None
@@ -449,8 +449,8 @@ class World:
         return None if real else self.coming(run)
 
     def given_up(self, run: Situation) -> End:
-        """Return the end of the run if an operator gives up now. While a change of the scenario may
-        still help, nothing proves that an operator is needed."""
+        """Return the end of the run if an operator gives up now. It proves nothing while a change
+        of the scenario may still help."""
         end = run.control.end
         return GIVEN_UP if end is None or self.coming(run) is not None else end
 
@@ -460,8 +460,8 @@ class World:
         return self._next(run, self.truth.helpful_times() if self.truth is not None else ())
 
     def _next(self, run: Situation, times: Iterable[float]) -> float | None:
-        """Return the first of these times, and of the scenario's orders and changes of robots and
-        inputs, before the limit."""
+        """Return the first time before the limit among these, the scenario's orders, and its
+        changes of robots and inputs."""
         most = self.limit[0] if self.live else run.team.scenario.limits.ticks
         switches = switching(run.team.scenario.inputs) if self.truth is not None else []
         listed = [change.at for change in run.team.scenario.changes]
@@ -478,8 +478,8 @@ def _takes(run: Situation, k: int) -> bool:
 def _is_early(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Return whether a report claims that a robot has delivered a load that it has only just taken,
-    so that it must still fulfil a need elsewhere."""
+    """Return whether a report claims the delivery of a load that a robot has only just taken: it
+    must still fulfil a need elsewhere."""
     here = state.robots[i].pose % team.size
     return any(
         need.same and here not in obstacle.resolution_regions(team.world, number)
@@ -490,7 +490,7 @@ def _is_early(
 def _shows(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Return whether a failed action reveals an obstacle that the team did not know is present."""
+    """Return whether a failed action reveals an obstacle whose presence the team did not know."""
     here, last = state.robots[i].pose % team.size, len(obstacle.needs) - 1
     able = obstacle.needs[last].action in team.members[i].robot.capabilities
     able = able and here in obstacle.resolution_regions(team.world, last)
