@@ -268,7 +268,7 @@ class Run(Situation):
 
     def drains(self, i: int) -> bool:
         """Put a robot off the chargers out of service, until it gets another battery, if its charge
-        does not suffice for a step. Return whether it is out."""
+        does not suffice for a step. Return whether it did so."""
         robot, energy = self.state.robots[i], self.team.members[i].energy
         if energy is None or not (robot.active and robot.to is None):
             return False

@@ -277,7 +277,7 @@ class Recorder:
             for number in parts(k):
                 need = obstacles[k].needs[number]
                 able = need.action in self.team.members[i].robot.capabilities
-                if able and need.regions >> at & 1:  # else fulfilled before the obstacle was known
+                if able and need.regions >> at & 1:  # else fulfilled while unknown
                     what = self._name(k), number, need.action, self._robot(i), at
                     group = self._group(before, k, number, i) if need.together else None
                     left = need.robots - len(stages[k].done) if number == stages[k].need else None

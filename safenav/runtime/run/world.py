@@ -2,7 +2,7 @@
 
 Simulated and real worlds obey the same commands (``runtime.worlds.commands``), so the team knows
 only obstacles that robots notice. In lockstep a pass is a tick, in which the robots take turns to
-move or continue; a step of one tick has ended when ``start`` returns. In a live run a pass is an
+move or continue; a one-tick step has ended when ``start`` returns. In a live run a pass is an
 instant at which something ends; each idle robot then has its turn.
 """
 
@@ -90,7 +90,7 @@ class World:
         self._set = frozenset(self.operator.inputs)
 
     def wait(self, run: Situation, still: End | None) -> Iterator[now.Event]:
-        """Yield the next events and turns; none if nothing will ever happen. An event is read after
+        """Yield the next events and turns; none if nothing will ever happen. Each is read after the
         earlier ones were applied. ``still``: the end of the run if no robot will ever move."""
         commands = self.commands
         if isinstance(commands, Commands):

@@ -1,8 +1,8 @@
-"""The commands of a run to its world, in ticks or live, and the events that end them, each checked
-before it is used.
+"""A run's commands to its world, in lockstep or live, and the events that end them, which are
+checked.
 
-In a live run, an event that cannot be true counts as a lost robot or a failed action, and an event
-that ends no open command is dropped. Neither changes the run otherwise.
+In a live run, an event that cannot be true counts as a lost robot or a failed action. An event that
+ends no open command is dropped. Neither has any other effect.
 """
 
 import queue
@@ -24,22 +24,21 @@ SLICE = 0.05
 """Seconds between checks for posted events and finished syntheses during a wait for a real
 world."""
 LEAST = 1e-6
-"""Seconds of the shortest wait: a clock that advances only by waits, and counts seconds since 1970
-in floating point, does not change by much less."""
+"""Seconds of the shortest wait. A floating-point clock of seconds since 1970 that advances only by
+waits cannot advance by much less."""
 KEPT, FEWEST = 50, 5
-"""Maximum number of durations kept of a robot's commands, and the minimum for a median."""
+"""Maximum number of durations kept per robot, and the minimum for a median."""
 FIRST = 60.0
-"""Least time limit of a step, in seconds, before there is a median: the robot's own software may be
-starting."""
+"""Minimum time limit of a step, in seconds, before there is a median: the robot's own software may
+still be starting."""
 SOONEST = 1.0
-"""Least time limit of a step, in seconds, without a ``timeout``: the median of a mock-up, or of
-steps that take no time by the world's clock, may be shorter than a pause of the operating
-system."""
+"""Minimum time limit of a step, in seconds, without a ``timeout``. The median of a mock-up, or of
+steps without duration on the world's clock, may be shorter than a pause of the operating system."""
 
 
 class Lockstep:
     """The commands of a run to a blocking world. Each command has ended when its call returns,
-    except a step of several ticks, which a simulation makes at its end, and another world at its
+    except a step of several ticks: a simulation makes it at its end, another world at its
     beginning. Raises WorldError for impossible results."""
 
     live = simulated = pauses = idle = False
@@ -130,7 +129,7 @@ class Lockstep:
 
 class OpenCommand(Struct):
     """A command that has not ended. ``target``: the pose to which a step leads; None for an action.
-    ``trouble``: the error that its cancellation raised."""
+    ``trouble``: the error raised by its cancellation."""
 
     command: int
     robot: Robot
@@ -143,14 +142,14 @@ class OpenCommand(Struct):
     trouble: str = ""
 
     def failed(self, at: float, why: str) -> protocol.Acted:
-        """Return the event that this action has failed."""
+        """Return the event of this action's failure."""
         found = tuple((obstacle, ActResult.FAILED) for obstacle in self.obstacles)
         return protocol.Acted(at, self.robot.name, found, why, command=self.command)
 
 
 class Commands:
     """The commands to a live world, and its reports. ``dropped`` (with the reason) and ``sensed``:
-    reports that wait for their reader, which removes them."""
+    reports that their reader has not removed yet."""
 
     live = True
 
@@ -177,7 +176,7 @@ class Commands:
 
     @property
     def idle(self) -> bool:
-        """Whether no command is open, and the end of each command has been processed."""
+        """Whether no command is open and each command's end has been processed."""
         return not self._open and not self._ended
 
     def now(self) -> float:
@@ -213,7 +212,7 @@ class Commands:
         return self.ended(robot, pose)
 
     def ended(self, robot: Robot, to: Pose) -> protocol.Ended | None:
-        """Return the end of a robot's step, in its turn; None while it is in transit."""
+        """Return the end of a robot's step in its turn; None while it is in transit."""
         del to
         found = self._ended.pop(robot.name, None)
         assert isinstance(found, protocol.Ended | None)
@@ -226,14 +225,14 @@ class Commands:
         return self.acted(robot)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
-        """Return the end of a robot's action, in its turn; None until it has ended."""
+        """Return the end of a robot's action in its turn; None until it has ended."""
         found = self._ended.pop(robot.name, None)
         assert found is None or isinstance(found, protocol.Acted)
         return found
 
     def hear(self, due: float | None, changed: bool) -> bool:
-        """Receive events. If there are none and nothing has ``changed``, wait for an event until
-        ``due`` (None: without limit). Return whether the run has something to do."""
+        """Receive events. If there are none and nothing has ``changed``, wait for one until ``due``
+        (None: without limit). Return whether the run has something to do."""
         heard = self._drain() or changed
         times = [due, *(time for _, time in self._overdue())]
         due = min((time for time in times if time is not None), default=None)
@@ -323,7 +322,7 @@ class Commands:
     def _checked(
         self, event: protocol.WorldEvent, open_: OpenCommand, wrong: str | None
     ) -> protocol.WorldEvent:
-        """Return the event or, if it cannot be true, a failed action or a lost robot (since the
+        """Return the event or, if it cannot be true, a failed action or a lost robot (whose
         reported pose is unreliable). ``wrong``: the reason why the event is malformed."""
         name, here, at = open_.robot.name, open_.start, self.zero + self.now()
         if open_.target is None:
@@ -364,7 +363,7 @@ class Commands:
                 yield open_, since + open_.limit
 
     def _cancel_overdue(self) -> None:
-        """Cancel commands that take too long. Robots that do not end cancelled ones are lost."""
+        """Cancel commands that take too long. A robot that does not end a cancelled one is lost."""
         now = self.now()
         for open_, due in list(self._overdue()):
             if due > now:

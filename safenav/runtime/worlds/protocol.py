@@ -1,9 +1,9 @@
 """The protocols of the actual world: commands that return immediately and events that end them, or
-three methods that block; and checks of reports, since a world may report anything.
+three blocking methods. Reports are checked, since a world may report anything.
 
-A robot that was sent somewhere occupies its departure region and its destination until an event
-ends the command. So events must be true, and sent after the robot has left all regions that they do
-not name (docs/library.md).
+Until an event ends a command to move, the robot occupies its departure region and its destination.
+So events must be true, and sent after the robot has left all regions that they do not name
+(docs/library.md).
 """
 
 import re
@@ -41,7 +41,7 @@ class WorldEvent(DatedEvent, frozen=True, kw_only=True):
 
 
 class Arrived(WorldEvent, frozen=True):
-    """The robot is in the commanded pose and in no other region. ``reason``: why there was more
+    """The robot is in the commanded pose and in no other region. ``reason``: the reason for more
     than one attempt."""
 
     robot: str
@@ -49,7 +49,7 @@ class Arrived(WorldEvent, frozen=True):
 
 
 class Elsewhere(WorldEvent, frozen=True):
-    """The robot is in ``pose``, not in the commanded one, and in no other region."""
+    """The robot is in ``pose``, not in the commanded pose, and in no other region."""
 
     robot: str
     pose: Pose
@@ -93,7 +93,7 @@ class Sensed(WorldEvent, frozen=True):
 class Acted(WorldEvent, frozen=True):
     """The action of a robot has ended. It has a result for each obstacle of the command, and for
     each other obstacle that it has resolved; ``done`` means that the obstacle's last need is
-    fulfilled. ``reason``: why the action failed or had no effect."""
+    fulfilled. ``reason``: the reason for a failure or no effect."""
 
     robot: str
     found: Sequence[tuple[Obstacle, ActResult]] = ()
@@ -121,9 +121,8 @@ class World(Protocol):
         """Send the robot to ``pose``, in a neighbouring region."""
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
-        """Let the robot act in its region: on ``obstacles``, which the team knows, and on others.
-        The action always ends with ``Acted``, whose result for an absent obstacle is
-        ``nothing``."""
+        """Let the robot act in its region, on ``obstacles``, which the team knows, and on others.
+        The action always ends with ``Acted``; its result for an absent obstacle is ``nothing``."""
 
     def cancel(self, robot: Robot) -> None:
         """Stop the robot as soon as possible; the command still ends with its event."""
@@ -142,13 +141,13 @@ class BlockingWorld(Protocol):
         """Return the unresolved obstacle in a region that ``robot`` is about to enter, or None."""
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
-        """Bring the robot to ``pose``, in a neighbouring region. Return the pose that it has
-        reached, or None if that is the commanded one."""
+        """Bring the robot to ``pose``, in a neighbouring region. Return the reached pose, or None
+        if that is the commanded one."""
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
         """Let a robot with capabilities act in its region: at its start, after each ``move``, and
-        while it can act on a known obstacle. Return the obstacles whose last need this fulfils,
-        each with whether its region is traversable (None: its type has no truth).
+        while it can act on a known obstacle. Return each obstacle whose last need this fulfils, and
+        whether its region is traversable (None: its type has no truth).
 
         The mission derives earlier needs from the poses of the robots."""
 
@@ -172,9 +171,9 @@ def optional(world: object, name: str, without: object = None) -> Callable[..., 
 
 
 class Change(Struct, frozen=True):
-    """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
-    watches the run caused it. ``truth``: the truth that resolving it reveals, if it differs from
-    that of the last obstacle of this name."""
+    """An obstacle that appeared, or disappeared unresolved. ``by_user``: whether a user who watches
+    the run caused it. ``truth``: the truth that its resolution reveals, if that differs from the
+    truth of the last obstacle of this name."""
 
     obstacle: Obstacle
     appeared: bool
@@ -186,7 +185,7 @@ def is_time(found: Any) -> bool:
     """Return whether a value is a valid time in seconds."""
     try:
         return isinstance(found, (float, Real)) and isfinite(found)
-    except OverflowError:  # an int too large for a float
+    except OverflowError:  # an int may be too large for a float
         return False
 
 
@@ -264,7 +263,7 @@ def wrong_step(
 
 
 def wrong_result(event: WorldEvent) -> str | None:
-    """Return the reason why a well-formed event is not the result of an action; None if it is."""
+    """Return the reason why a well-formed event is not a result of an action; None if it is."""
     if isinstance(event, Acted):
         return None
     if isinstance(event, Failed):
@@ -303,8 +302,8 @@ def returned(call: str, ask: Callable[[], Any], kind: Any) -> Any:
 
 
 def inputs_of(world: object, names: Collection[str], tick: int) -> dict[str, bool]:
-    """Return the inputs that a world sets in a tick. Raises WorldError if this fails, for a value
-    such as "off", and for a name that is not among ``names``."""
+    """Return the inputs that a world sets in a tick. Raises WorldError if the call fails, a value
+    is not valid (such as "off"), or a name is not among ``names``."""
 
     def read() -> dict[str, bool]:
         values = optional(world, "inputs", {})(tick)

@@ -1,7 +1,7 @@
-"""The simulated actual world of a scenario, with all its obstacles, known to the team or not; and
-the same world in seconds, where time passes in ``wait`` only.
+"""The simulated actual world of a scenario, with all its obstacles, known to the team or not; also
+in seconds, where time passes only in ``wait``.
 
-The modelled world is the map with its known obstacles O; the actual one also has the hidden
+The modelled world is the map with its known obstacles O. The actual one also has the hidden
 obstacles R, found when a robot is about to enter one (paper, Sections III and V-A). The truth is a
 state of the team's model in which each present obstacle is open; no other module has it.
 """
@@ -28,8 +28,8 @@ from safenav.world.poses import Pose
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):
     """The state of a simulated world. ``named``: the truth of the last obstacle of each name;
-    ``added``: the obstacles (the last ones) that the scenario does not list, each with the robot
-    whose empty battery it is, or None."""
+    ``added``: the obstacles (the last ones) that the scenario omits, each with the robot whose
+    empty battery it is, or None."""
 
     obstacles: tuple[ObstacleNow, ...]
     named: dict[str, bool | None]
@@ -53,7 +53,7 @@ class SimulatedWorld:
         self._state = replace(there, obstacles=opened)
         self._regions: list[Region | None] = [robot.start.region for robot in scenario.robots]
         self.truths: dict[str, bool | None] = {}
-        """The truth of the latest obstacle of each name; at first that of the earliest one."""
+        """The truth of each name's latest obstacle; at first, of its earliest one."""
         for obstacle in sorted(scenario.obstacles, key=lambda each: each.appears or 0):
             self.truths.setdefault(obstacle.name, obstacle.traversable)
         self.cleared: Collection[str] = ()
@@ -86,7 +86,7 @@ class SimulatedWorld:
         return self.standing().get(region)
 
     def move(self, robot: Robot, pose: Pose | None) -> None:
-        """Move a robot. None: it has departed, and no longer acts in the region that it left."""
+        """Move a robot. None: it has departed and no longer acts in the region that it left."""
         self._regions[self.leave(robot)] = None if pose is None else pose.region
 
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
@@ -103,8 +103,8 @@ class SimulatedWorld:
         return [(sources[k], sources[k].traversable) for k in done]
 
     def excuse(self, robots: Sequence[RobotNow]) -> None:
-        """Let robots that the team knows to be out of service or busy take part in no new action.
-        Robots that are out of service and have no command also leave their present actions."""
+        """Exclude robots that the team knows to be out of service or busy from new actions. Robots
+        out of service without a command also leave their present actions."""
         live, every = self._team.live, [*enumerate(robots)]
         self.absent = {i for i, r in every if not r.active or (live and not r.idle)}
         self._idle = {i for i, r in every if r.idle}
@@ -112,7 +112,7 @@ class SimulatedWorld:
         self.leave_service(name for name, robot in pairs if not robot.active)
 
     def leave_service(self, robots: Iterable[str]) -> None:
-        """Exclude robots out of service from the actions under way, unless they have a command."""
+        """Exclude robots out of service and without a command from the actions under way."""
         out = self._idle.intersection(self._number[name] for name in robots)
         self._groups = {j: group - out for j, group in self._groups.items()}
 
@@ -124,8 +124,8 @@ class SimulatedWorld:
     # Simulation of durations.
 
     def begin(self, robot: Robot) -> None:
-        """Let a robot begin an action with the robots that are there now. If it is on obstacles
-        that the team knows, they leave actions in which they take part without its knowledge."""
+        """Let a robot begin an action with the robots that are there now. If the action is on
+        obstacles that the team knows, they leave actions of which it does not know."""
         i, before = self.leave(robot), self._groups
         if self.cleared:
             self._groups = {j: group & {j, *self.absent} for j, group in before.items()}
@@ -140,7 +140,7 @@ class SimulatedWorld:
         return i
 
     def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
-        """Return the obstacles of which a robot can fulfil a need where it stands, each with the
+        """Return the obstacles with a need that a robot can fulfil where it stands, each with the
         robots that take part. Obstacles that the robot takes as a load come last."""
         i, found = self._number[robot.name], list[tuple[Obstacle, tuple[str, ...]]]()
         for k in sorted((k for k, _ in self._changes(i)), key=self._as_moved):
@@ -154,8 +154,7 @@ class SimulatedWorld:
         return any(source.name == obstacle.name for source in self._there())
 
     def stopping(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return the obstacle in a region whose next need forbids a robot to enter; None if there
-        is none."""
+        """Return the obstacle in a region whose next need closes the region to a robot, or None."""
         i = self._number[robot.name]
         for k, each in enumerate(self._state.obstacles):
             obstacle = self._team.obstacles[k]
@@ -189,7 +188,7 @@ class SimulatedWorld:
 
     def standing(self) -> Mapping[Region, Obstacle]:
         """Return the present obstacles that robots notice: all except orders. (The team already
-        knows empty batteries, each of which may share its region with another obstacle.)"""
+        knows empty batteries, which may share their regions with other obstacles.)"""
         there = (each for each in self._there() if not each.ordered)
         ranked = sorted(there, key=lambda each: each.type.blocks != frozenset())
         return {each.region: each for each in ranked}
@@ -250,7 +249,7 @@ class SimulatedWorld:
         return [None if j in out else place for j, place in every]
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
-        """Return the sort key of a part of an action, in the order of motions: loads come last."""
+        """Return the sort key of a part of an action in the order of motions: loads are last."""
         need = self._state.obstacles[k].stage.need
         return self._team.obstacles[k].needs[need].takes, self._team.obstacles[k].name
 
@@ -265,13 +264,13 @@ class SimulatedWorld:
                 yield each.source
 
     def _due(self, tick: int) -> list[int]:
-        """Return the obstacles that are to appear, the earliest first."""
+        """Return the obstacles that have to appear, the earliest first."""
         pairs = enumerate(self._state.obstacles)
         away = [(self._team.obstacles[k].source.appears, k) for k, e in pairs if e.state is Is.AWAY]
         return [k for _, k in sorted((at, k) for at, k in away if at is not None and at <= tick)]
 
     def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
-        """Return whether an obstacle can appear now; an order can, even in an occupied region."""
+        """Return whether an obstacle can appear now. An order can, even in an occupied region."""
         if obstacle.ordered:
             return not self.stands(obstacle)
         return obstacle.region not in occupied and obstacle.region not in self.standing()
@@ -302,7 +301,7 @@ class LiveSimulation:
         return self._now
 
     def expected(self, robot: Robot) -> float | None:
-        """Return the seconds that a robot's last command takes; None if it has had none."""
+        """Return the seconds that a robot's last command takes; None if there is none."""
         return self._takes.get(robot.name)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
