@@ -1,1 +1,1 @@
-"""The run model: the content of a trace as robots, obstacles, requests and events over time."""
+"""The run model: a trace's content as robots, obstacles, requests and events over time."""

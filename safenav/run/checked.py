@@ -1,4 +1,4 @@
-"""Check of a trace by the judge (docs/judge.md), for the commands and the library."""
+"""The check of a trace by the judge (docs/judge.md), for the commands and the library."""
 
 from collections.abc import Iterable
 from io import BytesIO
@@ -15,9 +15,9 @@ from safenav.trace.file import Trace, as_data, read_bytes
 
 class CheckedTrace(Struct, frozen=True):
     """The result of the check of a trace. ``complete``: whether the trace has its outcome;
-    otherwise it was cut off, for example by a crash, and the result covers the existing part.
-    ``notes``: parts that were not judged; ``strays``: number of steps that ended elsewhere than
-    commanded; ``hands``: number of changes by a user, an operator or the world."""
+    otherwise a crash, for example, cut it off, and the result covers the existing part. ``notes``:
+    parts that were not judged; ``strays``: the number of steps that did not end as commanded;
+    ``hands``: the number of changes by a user, an operator or the world."""
 
     source: str
     outcome: str | None
@@ -34,8 +34,8 @@ class CheckedTrace(Struct, frozen=True):
 
 
 def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
-    """Check a trace, given as a path, as lines, or as content that was read. Raises InputError if
-    it is not a trace."""
+    """Check a trace, given as a path, lines or read content. Raises InputError if it is not a
+    trace."""
     if isinstance(trace, Trace):
         records = (trace.header, *trace.records)
         return checked("".join(json_line(as_data(r)) for r in records).encode(), trace)
@@ -48,7 +48,7 @@ def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
 
 
 def checked(content: bytes, trace: Trace) -> CheckedTrace:
-    """Return the result of the check of a trace that was read."""
+    """Return the result of the check of a read trace."""
     source = trace.source
     try:
         found = judge(BytesIO(content))

@@ -1,8 +1,8 @@
-"""The reader that builds a run from a trace. No other module reads trace lines for people.
+"""The reader that builds a run from a trace, the only reader of trace lines for people.
 
-It checks only the requirements of a picture (the judge checks the run itself): regions on the map,
-robots and obstacles that the header names, one move for each robot and tick. A trace that was cut
-off is shown up to its last complete tick."""
+The judge checks the run itself. This reader checks only what pictures require: regions on the map,
+robots and obstacles that the header names, one move for each robot and tick. A cut-off trace is
+shown up to its last complete tick."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -45,7 +45,7 @@ Line = records.Record
 """A line of a trace, for listeners that only pass it on."""
 Beginning = records.Header
 Place = Callable[[RegionMap, Region], str]
-"""The words for the region of an event."""
+"""A function that returns the words for an event's region."""
 
 
 def read_run(path: str | Path) -> Run:
@@ -67,7 +67,7 @@ def run_of(trace: Trace) -> Run:
     except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
     run, last = reader.run, reader.run.last
-    # An incomplete last tick: its events move to the tick before, its moves are left out.
+    # An incomplete last tick: its events move to the previous tick, its moves are omitted.
     run.events = [replace(e, tick=min(e.tick, last)) for e in run.events]
     for track in run.robots:
         del track.regions[last + 1 :], track.headings[last + 1 :]
@@ -83,8 +83,8 @@ def _refuse_gaps(run: Run) -> None:
 
 
 class RunReader:
-    """Reader of a run. ``append`` takes the lines of its trace in order, and updates ``run`` after
-    each line."""
+    """Reader of a run. ``append`` takes the lines of its trace in order and updates ``run`` after
+    each."""
 
     def __init__(self, header: records.Header, place: Place = RegionMap.place) -> None:
         scenario = self._scenario = header.scenario
@@ -107,7 +107,7 @@ class RunReader:
             exclusions=scenario.never_together,
             interrupts=None if scenario.flat is None else scenario.flat.name,
         )
-        # Several obstacles can appear in a region in turn, in any order.
+        # Several obstacles can appear in a region one after the other, in any order.
         for each in sorted(scenario.obstacles, key=lambda each: each.appears is not None):
             if each.name not in self.run.hidden:
                 self._add(each)
@@ -129,7 +129,7 @@ class RunReader:
 
     @staticmethod
     def beginning(line: records.Record) -> records.Header | None:
-        """Return the line if it is a header, with which a run begins; else None."""
+        """Return the line if it is the header of a new run, else None."""
         return line if isinstance(line, records.Header) else None
 
     def append(self, line: records.Record) -> None:
@@ -162,7 +162,7 @@ class RunReader:
                 self.run.events[-1] = replace(told, text=f"{told.text}; {instead}")
             case records.Act():
                 self._acts[line.command] = line.tick
-                kind = kind if line.obstacles else None  # none: on an obstacle unknown to the team
+                kind = kind if line.obstacles else None  # none on an obstacle unknown to the team
             case records.ActionEnd():  # the results can name undiscovered obstacles
                 begun = self._acts.pop(line.command, line.tick)
                 for name in line.results:
@@ -215,8 +215,8 @@ class RunReader:
         return region
 
     def _instant(self, time: float | None) -> int:
-        """Return the index of an instant of a live run. At a new instant all robots first get their
-        last pose again; later lines may move them."""
+        """Return the index of an instant of a live run. At a new instant all robots keep their last
+        poses until later lines move them."""
         seconds = self.run.seconds
         assert seconds is not None
         if time is not None and time > seconds[-1] + SAME:
@@ -226,7 +226,7 @@ class RunReader:
         return len(seconds) - 1
 
     def _move(self, line: records.Move) -> None:
-        """Read a line of a robot's turn in lockstep, of which each robot has one in each tick."""
+        """Read a robot's turn in lockstep. Each robot has one such line in each tick."""
         track, to = self._robot(line.robot), self._on_map(line.to)
         due = len(track.regions)
         if line.tick != due:
@@ -235,7 +235,7 @@ class RunReader:
         track.move(to, line.heading, None if line.toward is None else self._on_map(line.toward))
 
     def _end(self, line: records.End) -> None:
-        """Read the end of a run. Robots that had no turn in its tick stay, or remain in transit."""
+        """Read the end of a run. Robots without a turn in its tick stay or remain in transit."""
         run, tick = self.run, line.tick
         run.ending = line
         for track in run.robots:
@@ -280,7 +280,7 @@ class RunReader:
                 hidden.loads.put(line.tick, ())
                 if run.restarts_rounds(line.obstacle):  # rounds count from the last resolution
                     self._restart(line.tick, run.robots)
-            case records.Appeared():  # the obstacle may have disappeared before
+            case records.Appeared():  # it may have disappeared before
                 self._known(line.obstacle).met.put(line.tick, 0)
             case records.Gone():
                 self._known(line.obstacle).loads.put(line.tick, ())
@@ -305,7 +305,7 @@ class RunReader:
     def _event(
         self, line: records.Record, kind: values.StoryKind, text: str = "", **more: Any
     ) -> None:
-        """Add an event at the region that its line states, else at the region of its obstacle."""
+        """Add an event at its line's region or, if there is none, at its obstacle's region."""
         robot: str | None = getattr(line, "robot", None) or getattr(line, "requester", None)
         late = isinstance(line, records.Late)
         obstacle: str | None = None if late else getattr(line, "obstacle", None)
@@ -326,7 +326,7 @@ class RunReader:
     def _stacked(self, line: records.Push | records.Pop) -> None:
         run, rows, helpers = self.run, [*self.run.stack.now], line.helpers
         if isinstance(line, records.Push):
-            # With another helper, the entry is pushed again at the same depth.
+            # An entry with another helper is pushed again at the same depth.
             rows[max(0, line.depth - 1) :] = [
                 values.StackRow(line.obstacle, line.requester, helpers)
             ]
@@ -348,7 +348,7 @@ class RunReader:
         track = self._robot(line.robot)
         (last, before), objective = track.progress[-1], track.objectives.now
         settles = objective is not None and objective.settles
-        rounds = 0 if settles else line.round  # a round per held tick is not shown
+        rounds = 0 if settles else line.round  # the rounds of held ticks are not shown
         reached = values.RobotProgress(rounds, self._on_map(line.region))
         track.progress.append((line.tick, reached))
         stays = settles or (before.rounds and line.tick <= last + 1)
@@ -363,7 +363,7 @@ class RunReader:
         self._event(line, values.StoryKind.GOAL, self._wording.goal(shown, does), round=new)
 
     def _switched(self, line: records.Inputs) -> None:
-        """Restart the rounds when an input gives a robot another objective, or its own again."""
+        """Restart the rounds when an input changes a robot's objective."""
         self.run.inputs |= line.values
         of = ((robot.name, name) for robot in self._scenario.robots for name, _ in robot.when)
         modes = {robot for robot, name in of if line.values.get(name)}

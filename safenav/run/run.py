@@ -1,9 +1,9 @@
 """A run: the robots' positions and the team's knowledge at each of its ticks.
 
 ``safenav.run.reading`` builds it from the lines of a trace. Pages, pictures, bags, tables and the
-story on the terminal are all drawn from it, so they cannot disagree. None of them depends on the
-clock of the run: each moment of a ``Run`` (a tick of lockstep, or the instant of an event of a live
-run) has an index and a time.
+story on the terminal all use it, so they cannot disagree. None of them depends on the clock of the
+run: each moment of a ``Run`` has an index and a time. It is a tick of lockstep, or the instant of
+an event of a live run.
 """
 
 from bisect import bisect_right
@@ -19,15 +19,15 @@ from safenav.trace.records import End
 from safenav.world.map import Region, RegionMap
 
 AHEAD = 100
-"""Maximum number of ticks of the path ahead that is shown."""
+"""Maximum number of ticks for which the path ahead is shown."""
 _FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
 TURNED_BACK = 0.4
-"""The fraction of a failed step after which a robot turns back to its region."""
+"""The fraction of a failed step after which the robot turns back to its region."""
 
 
 class Run(Struct):
     """A run up to the last complete tick of its trace. ``hidden``: obstacles by name; ``ending``:
-    None until the run ends, and in a cut-off trace."""
+    None until the run ends and in a cut-off trace."""
 
     name: str
     map: RegionMap
@@ -38,15 +38,15 @@ class Run(Struct):
     ending: End | None = None
     version: str = ""
     seconds: list[float] | None = None
-    """Seconds of each tick if the run has a clock; its ticks are then the instants of its events.
-    None: time is in ticks only."""
+    """The seconds of each tick if the run has a clock: its ticks are then the instants of its
+    events. None: time is in ticks only."""
     inputs: dict[str, bool] = field(default_factory=dict)
     """The last values of the environment's inputs."""
     chargers: tuple[Region, ...] = ()
     """Regions where batteries are charged."""
     exclusions: tuple[Exclusion, ...] = ()
     interrupts: str | None = None
-    """The type of obstacle whose resolution does not restart the rounds: a flat battery."""
+    """The type of the obstacles whose resolution does not restart rounds: flat batteries."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict)
 
     @property
@@ -56,12 +56,12 @@ class Run(Struct):
 
     @property
     def failed(self) -> bool:
-        """Whether the run ended neither completed nor stopped by a user."""
+        """Whether the run ended, but was neither completed nor stopped by a user."""
         return self.ending is not None and self.ending.outcome in _FAILURES
 
     @property
     def told(self) -> list[Event]:
-        """The events that are part of a story: all except notes."""
+        """The events of a story: all except notes."""
         return [event for event in self.events if event.kind is not StoryKind.NOTE]
 
     # Time.
@@ -72,7 +72,7 @@ class Run(Struct):
 
     @property
     def speed(self) -> float:
-        """The speed of films in ticks, or seconds of the run, per second."""
+        """The speed of animations in ticks, or seconds of the run, per second."""
         return 4.0 if self.seconds is None else 12.0
 
     def time(self, tick: int) -> float:
@@ -92,7 +92,7 @@ class Run(Struct):
         return tick, min(1.0, max(0.0, time - self.time(tick)) / span) if span > 0 else 0.0
 
     def stamp(self, tick: int) -> str:
-        """Return the time of a tick as story lines show it: ``tick 12 ``, `` 12.3 s``."""
+        """Return the time of a tick in the form of story lines: ``tick 12 ``, `` 12.3 s``."""
         return f"tick {tick:<4}" if self.seconds is None else f"{self.seconds[tick]:>7.1f} s"
 
     # One moment.
@@ -109,7 +109,7 @@ class Run(Struct):
         return {track.name: track for track in self.robots}[name]
 
     def restarts_rounds(self, obstacle: str) -> bool:
-        """Return whether resolving an obstacle restarts the rounds."""
+        """Return whether the resolution of an obstacle restarts the rounds."""
         return self.interrupts is None or self.hidden[obstacle].type != self.interrupts
 
     def present(self, tick: int) -> list[Hidden]:
@@ -136,7 +136,7 @@ class Run(Struct):
 
     def ahead(self, track: RobotTrack, tick: int) -> tuple[Region | None, list[Region]]:
         """Return the target that a robot reaches next (None: unknown), and the regions that it
-        visits from now until then."""
+        visits until then."""
         aim, end = self._aim(track, track.objectives.at(tick), tick)
         return aim, track.regions[tick : min(end, tick + AHEAD) + 1]
 
@@ -144,7 +144,7 @@ class Run(Struct):
         self, track: RobotTrack, objective: Objective | None, tick: int
     ) -> tuple[Region | None, int]:
         """Return the target that a robot reaches next before its objective changes, and the tick.
-        If there is none, return a guess and the tick of the change: the robot's region then if that
+        If there is none, return the tick of the change and a guess: the robot's region then if it
         is a target, else the only target of the objective (None: it has several)."""
         targets = target_regions(objective)
         changes = (at for at, _ in track.objectives.after(tick))

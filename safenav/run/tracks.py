@@ -11,7 +11,7 @@ from safenav.scenario.objective import Objective
 from safenav.world.map import HEADINGS, Heading, Region
 
 SAME = 1e-3
-"""Seconds within which two times are one instant."""
+"""Maximum difference in seconds of two times of one instant."""
 
 
 class ContradictionError(Exception):
@@ -19,9 +19,9 @@ class ContradictionError(Exception):
 
 
 class LongStep(Struct, frozen=True):
-    """A step that takes several ticks. After ticks ``first`` to ``last`` the robot is between its
-    region and ``toward``, and occupies both; it arrives in the next tick. ``begin`` and ``end``:
-    times of departure and arrival in ticks, or in seconds if the run has a clock."""
+    """A step of several ticks. After ticks ``first`` to ``last`` the robot is between its region
+    and ``toward`` and occupies both; it arrives in the next tick. ``begin`` and ``end``: times of
+    departure and arrival in ticks, or in seconds if the run has a clock."""
 
     first: int
     last: int
@@ -35,9 +35,9 @@ class LongStep(Struct, frozen=True):
 
 
 class RobotTrack(Struct):
-    """One robot and its history. ``regions[t]`` and ``headings[t]``: its pose after tick t, also
-    after its turn in an incomplete tick. ``steps``: the steps of more than one tick, in order;
-    ``charge``: the charge of its battery, in percent of the capacity; empty if it has none."""
+    """A robot and its history. ``regions[t]`` and ``headings[t]``: its pose after tick t, or after
+    its turn in an incomplete tick. ``steps``: the steps of several ticks, in order; ``charge``: its
+    charge, in percent of the capacity; empty if it has no battery."""
 
     name: str
     model: str
@@ -52,7 +52,7 @@ class RobotTrack(Struct):
     """Whether it is out of service."""
     steps: list[LongStep] = field(default_factory=list)
     beliefs: dict[str, Changes[RobotBelief | None]] = field(default_factory=dict)
-    """Its knowledge about other robots, once it is recorded."""
+    """Its knowledge of other robots, once recorded."""
 
     @property
     def pose(self) -> tuple[Region, Heading | None]:
@@ -60,12 +60,12 @@ class RobotTrack(Struct):
         return self.regions[-1], self.headings[-1]
 
     def transit(self, tick: int) -> LongStep | None:
-        """Return the step under way after ``tick``; None if the robot is in one region."""
+        """Return the step under way after ``tick``; None if the robot occupies one region."""
         i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
         return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
 
     def stand(self) -> None:
-        """Add a tick in which the robot keeps its pose, or remains in its step."""
+        """Add a tick in which the robot keeps its pose or continues its step."""
         tick = len(self.regions)
         self.regions.append(self.regions[-1])
         self.headings.append(self.headings[-1])

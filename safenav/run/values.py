@@ -1,5 +1,5 @@
-"""The values of a run, at one moment or over time: knowledge, actions and words; and the appearance
-of each robot, the same in all pictures and pages."""
+"""Values of a run, at one moment or over time: knowledge, actions and words. Also the appearance of
+each robot, the same in all pictures and pages."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ T = TypeVar("T")
 
 
 class Changes(list[tuple[int, T]]):
-    """A value over time, as pairs (tick, value) in order: each value holds from its tick. If one
-    tick has several values, the last one counts."""
+    """A value over time, as pairs (tick, value) in order. Each value holds from its tick on. The
+    last of several values of a tick counts."""
 
     @classmethod
     def of(cls, first: T) -> Changes[T]:
-        """Return a history of one value, which holds from the start."""
+        """Return a history of one value that holds from the start."""
         return cls([(-1, first)])
 
     @property
@@ -49,7 +49,7 @@ class Changes(list[tuple[int, T]]):
 
 
 class ObstacleStatus(StrEnum):
-    """The team's knowledge of a hidden obstacle. ``ABSENT``: it has not appeared yet, or has
+    """The team's knowledge of a hidden obstacle. ``ABSENT``: it has not appeared yet or has
     disappeared."""
 
     ABSENT = "absent"
@@ -74,7 +74,7 @@ class StoryKind(StrEnum):
     REQUEST = "request"
     PUSH = "push"
     ACT = "act"
-    """Only in a live run; in lockstep an action takes no time."""
+    """Used only in live runs; in lockstep an action takes no time."""
     RESOLVED = "resolved"
     BLOCKED = "blocked"
     POP = "pop"
@@ -85,7 +85,7 @@ class StoryKind(StrEnum):
     TRUTH = "truth"
     REOPENED = "reopened"
     WAITING = "waiting"
-    """For an operator; ``paused``: for a change of the scenario."""
+    """A wait for an operator; ``paused``: for a change of the scenario."""
     PAUSED = "paused"
     OPERATOR = "operator"
     FAILURE = "failure"
@@ -102,8 +102,8 @@ class StoryKind(StrEnum):
 
 
 class Event(Struct, frozen=True):
-    """An event of a run. ``text`` describes it in scenario terms; ``robot`` and ``region``: where
-    it concerns one. ``round``: the round of the robot that a goal completes, or 0. ``synthesis``:
+    """An event of a run. ``text`` describes it in scenario terms; ``robot``, ``region``: those that
+    it concerns, if any; ``round``: the robot's round that a goal completes, or 0; ``synthesis``:
     the result of a synthesis."""
 
     tick: int
@@ -117,15 +117,15 @@ class Event(Struct, frozen=True):
 
 
 class RobotBelief(Struct, frozen=True):
-    """A robot's knowledge of another robot, which it has ``seen`` in the only region of
-    ``regions``, or believes to be in one of these regions."""
+    """A robot's knowledge of another robot: ``seen`` in the only region of ``regions``, or believed
+    to be in one of these."""
 
     seen: bool
     regions: frozenset[Region]
 
 
 class RobotProgress(Struct, frozen=True):
-    """A robot's progress with its present objective: rounds, and the target reached last."""
+    """A robot's progress with its present objective: rounds and the last reached target."""
 
     rounds: int = 0
     reached: Region | None = None
@@ -134,7 +134,7 @@ class RobotProgress(Struct, frozen=True):
 class Hidden(Struct):
     """A hidden obstacle and its history. ``actions``: the action of each need, in order; ``met``:
     the number of fulfilled needs; ``loads``: the robots that carry it. ``carried``: for each need
-    except the last, whether the robots that fulfil it carry the obstacle to the next."""
+    except the last, whether the robots that fulfil it carry the obstacle to the next need."""
 
     name: str
     type: str
@@ -147,7 +147,7 @@ class Hidden(Struct):
     loads: Changes[tuple[str, ...]] = field(default_factory=lambda: Changes.of(()))
 
     def open_needs(self, met: int) -> str:
-        """Return, in words, the actions of the needs that remain after the first ``met`` ones."""
+        """Return, in words, the actions of the needs after the first ``met`` ones."""
         named = ("an operator" if a == OPERATOR_ACTION else f"'{a}'" for a in self.actions[met:])
         return ", then ".join(named)
 
@@ -161,12 +161,12 @@ class StackRow(Struct, frozen=True):
 
 
 class Look(Struct, frozen=True):
-    """Appearance of one robot: shape and colour of the body, and colour of the letters on it.
-    Colours are those of Okabe and Ito (Color Universal Design, 2008), distinct with every common
-    kind of colour blindness; shapes repeat what colours show. Paths are SVG path data in a square
-    from -1 to 1.
+    """The appearance of a robot: shape and colour of the body, and colour of the letters on it. The
+    colours of Okabe and Ito (Color Universal Design, 2008) are distinct with every common kind of
+    colour blindness; shapes repeat the information. Paths are SVG path data in a square from -1 to
+    1.
 
-    ``size`` of the letters and ``drop`` of their baseline are in radii of the body."""
+    The ``size`` of the letters and the ``drop`` of their baseline are in radii of the body."""
 
     path: str
     colour: str
@@ -209,12 +209,12 @@ def looks(names: Sequence[str]) -> tuple[Look, ...]:
 
 
 def labels(names: Sequence[str]) -> list[str]:
-    """Return a label for each robot: at most two characters, different for up to 36 robots of one
+    """Return a label for each robot: at most two characters, different for up to 36 robots with one
     initial. The terminal, the page and pictures use these labels.
 
-    A robot alone with its initial gets that letter. Others add their number (``Q2``), or a letter
-    of their name (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two figures stand alone
-    (``robot_11``: ``11``)."""
+    A robot with a unique initial gets that letter. Others add their number (``Q2``) or a letter of
+    their name (``drone``, ``digit``: ``Dr``, ``Di``). Two-digit numbers stand alone (``robot_11``:
+    ``11``)."""
     chosen: list[str] = []
     for name in names:
         free = (label for label in _candidates(name, names) if label not in chosen)

@@ -1,5 +1,5 @@
-"""The wording of trace lines for people, in scenario terms: one sentence per line, the same in the
-story on the terminal, the page, pictures, bags and tables."""
+"""The wording of trace lines for people, in scenario terms: one sentence per line, the same on the
+terminal and page, and in pictures, bags and tables."""
 
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -37,17 +37,17 @@ _REASONS = {
     "violation": "an obstacle is in its way",
     "changed": "the situation has changed",
 }
-"""Reasons of permanent obstacles, and of ends of joint plans."""
+"""Reasons for permanent obstacles and for ends of joint plans."""
 
 _LISTED_ROBOTS = 4
-"""Largest team whose robots are listed by name in place of the whole team."""
+"""Maximum size of a team whose robots are listed by name."""
 _OBSTACLE = re.compile(r"[\w-]+@\d+(?:#\d+)?")
 
 
 class Wording(Struct, frozen=True):
-    """The wording of the lines of a run. ``place``: returns the name of an event's place;
-    ``skills``: the capabilities of each robot; ``actions``: the action of each need of an obstacle;
-    ``live``: whether the scenario counts seconds."""
+    """The wording of the lines of a run. ``place``: function that returns the name of an event's
+    place; ``skills``: the capabilities of each robot; ``actions``: the action of each need of an
+    obstacle; ``live``: whether the scenario counts seconds."""
 
     map: RegionMap
     place: Callable[[RegionMap, Region], str] = RegionMap.place
@@ -153,7 +153,7 @@ class Wording(Struct, frozen=True):
         if line.action == OPERATOR_ACTION:
             if line.obstacle.startswith(f"lost_{line.robot}@"):
                 return f"{who} is lost: it may also be at {self._at(line.proposed)}"
-            if line.obstacle.startswith("unknown_"):  # the robot's steps failed, or it was stopped
+            if line.obstacle.startswith("unknown_"):  # the robot's steps failed or it was stopped
                 unknown = self.obstacle(line.obstacle)
                 found = f"cannot enter {self._at(line.proposed)}, which counts as {unknown}"
             return f"{who} {found}: only an operator can resolve it"
@@ -200,7 +200,7 @@ class Wording(Struct, frozen=True):
         return obstacle_words(name, self.map.word)
 
     def instead(self, violation: records.Violation, backtrack: records.Backtrack) -> str:
-        """Return, in words, the safe action that a robot takes to avoid a violation."""
+        """Return, in words, the safe action by which a robot avoids a violation."""
         stays = backtrack.to == violation.at
         return "it stays" if stays else f"it goes to {self._at(backtrack.to)}"
 
@@ -239,7 +239,7 @@ class Wording(Struct, frozen=True):
         return text if line.requested else text + " (without a request)"
 
     def _with(self, line: records.Part | records.Resolved) -> str:
-        """Return the other participants of an action in words; an empty text if there are none."""
+        """Return the other participants of an action in words, or an empty text."""
         others = [name for name in line.robots or () if name != line.robot]
         return f" with {self._all(others)}" if others else ""
 

@@ -84,7 +84,7 @@ class Lockstep:
         return self._ended.pop(robot.name, None) or self._moved(robot, to)
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
-        """Return the obstacles that a robot has resolved. Raises WorldError if it cannot have."""
+        """Return the obstacles that a robot has resolved. Raises WorldError if impossible."""
         if self._simulated is not None:  # other worlds resolve all that the robot can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call, kind = f"act({robot.name!r})", list[tuple[Obstacle, bool | None]]
@@ -264,7 +264,7 @@ class Commands:
         obstacles: Sequence[Obstacle],
         send: Callable[[int], protocol.WorldEvent | None],
     ) -> None:
-        """Send the next command to the world. If a user's world raises an exception, it fails."""
+        """Send the next command to the world. It fails if a user's world raises an exception."""
         assert robot.name not in self._open, "one command at a time"
         self._count += 1
         command = OpenCommand(self._count, robot, here, target, obstacles, self.now())
