@@ -1,4 +1,4 @@
-"""Rules on changes that happen to a team: obstacles, inputs and objectives follow the scenario."""
+"""Rules on changes: obstacles, inputs, objectives and service follow the scenario."""
 
 from collections.abc import Iterator
 
@@ -22,7 +22,7 @@ def listed(e: Line, s: State) -> Iterator[str]:
 
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered by the scenario, a user, or a user's world.
+    """The scenario, a user or a user's world lets obstacles appear and disappear, and orders them.
     Obstacles of a scenario or user, except orders, never appear where a robot is. Truths change
     only when obstacles appear."""
     one, now = s.obstacles[e.obstacle], s.now(e)
@@ -58,7 +58,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
     """Inputs change as the scenario lists, or by a user; objectives and service also with an input
-    or a battery, or in a user's world. The scenario's changes of a robot come in order."""
+    or a battery, or in a user's world. The scenario's changes of a robot keep their order."""
     if e.kind == "inputs":
         if e.values.items() <= s.inputs.items() and not e.user:
             yield "no input changes"
@@ -74,7 +74,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
     if e.active is not None and e.active is not robot.out:
         yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
     still = (one for one in s.changes if one.at > s.now(e) or not in_force(one, s))
-    found = [one for one in still if one.robot == e.robot][:1]  # changes come in listed order
+    found = [one for one in still if one.robot == e.robot][:1]  # changes keep the listed order
     found += [one for one in s.scenario.changes if one.at == s.now(e) and e.kind == "service"]
     if e.cause == "scenario" and not any(applies(one, e, s) for one in found):
         yield f"not the next change of {e.robot} that the scenario lists by {s.now(e):g}"
@@ -96,7 +96,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
 
 
 def unread(robot: str, own: Objective | None) -> Iterator[NotJudged]:
-    """Report that formulas of an objective with too many memory values are not judged."""
+    """Report that an objective's formulas with too many memory values are not judged."""
     if own is not None and own.formulas is not None and not own.formulas.whole:
         yield NotJudged(f"the formulas of {robot}: too many memory values")
 
@@ -147,8 +147,8 @@ def applies(change: Line, e: Line, s: State) -> bool:
 
 
 def in_force(change: Line, s: State) -> bool:
-    """Return whether a change of a robot's service has no effect: the service is already as
-    demanded, or the robot is lost, and only an operator can bring it back."""
+    """Return whether a change of a robot's service has no effect: the robot already has the
+    demanded service, or it is lost and only an operator can bring it back."""
     robot = s.robots[change.robot]
     return change.objective is None and (robot.lost or change.active is not robot.out)
 
@@ -159,16 +159,16 @@ def _is_on(each: Line, now: float) -> bool:
 
 
 def _taken(region: int, now: float, s: State) -> bool:
-    """Return whether nothing may appear in a region now: it contains a robot or an open obstacle
-    that is not an order, or a robot leaves it at this instant."""
+    """Return whether no obstacle may appear in a region now: a robot or an open obstacle (not an
+    order) is in it, or a robot leaves it at this instant."""
     held = any(region in robot.holds for robot in s.robots.values())
     left = s.live and s.left.get(region) == now
     return held or left or any(one.open and not one.ordered for one in s.at[region])
 
 
 def later_change(e: Line, s: State) -> float | None:
-    """Return the next time at which the scenario certainly changes something before the run reaches
-    its limit; None if there is none. In a user's world, only changes of robots are certain."""
+    """Return the time of the scenario's next certain change before the run's limit; None if there
+    is none. In a user's world, only changes of robots are certain."""
     now = (e.t or s.time) if s.live else s.tick
     late = (x for x in s.scenario.inputs if s.inputs[x.name] is not _is_on(x, now))
     spans = [span for each in s.scenario.inputs for span in each.spans]
@@ -198,7 +198,7 @@ def memory(e: Line, s: State) -> Iterator[str]:
             what = ", ".join(stated or formulas.names)
             yield f"the formulas of {e.robot} exclude this memory: {what}"
         return
-    # If targets count in turn, any may come first; otherwise the memory matters.
+    # If targets count in turn, any may be first; otherwise the memory matters.
     refutes = e.objective.strict and e.form != "alternation" and e.verdict == "unrealizable"
     if not (stated and (e.objective.ends or refutes)):
         return

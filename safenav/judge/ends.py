@@ -11,7 +11,7 @@ from safenav.judge.state import Robot, State
 from safenav.judge.world import TooLargeError
 
 UNFINISHED = ("tick_limit", "time_limit", "search_limit")
-"""Outcomes of missions that are not completed."""
+"""Outcomes of incomplete missions."""
 
 
 @rule("header")
@@ -105,8 +105,8 @@ def goal(e: Line, s: State) -> Iterator[str]:
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
     """`kept` is recorded by the due tick, `late` after it, `lost` only if no behaviour can meet the
-    deadline. An obstacle's deadline is excused once the obstacle need not be resolved, a
-    round's deadline if the robot pursued something else in this or the previous round."""
+    deadline. An obstacle's deadline is excused once the obstacle need not be resolved. A round's
+    deadline is excused if the robot pursued something else in this or the previous round."""
     due = {"kept": s.kept, "excused": s.dues | s.excused}.get(e.verdict, s.dues).get(e.of)
     robot, one = s.robots.get(e.of), s.obstacles.get(e.of)
     excused = bool(robot.away or robot.was_away if robot else one and (one.shut or not one.open))
@@ -206,7 +206,7 @@ def _is_finished(s: State) -> bool:
     known = any(one.open and one.known for one in s.obstacles.values())
     todo = known or any(one.ordered for one in s.coming) or s.restarted == s.tick
     busy = any(x.acts is not None or not x.given.serves(x.own) for x in robots.values())
-    most = s.scenario.until.rounds + 1  # the first ticks of a stay may not have counted
+    most = s.scenario.until.rounds + 1  # a stay's first ticks may not have counted
     stays = any(x.own.settles and (s.live or s.rounds(n, now) <= most) for n, x in robots.items())
     return not (todo or busy or stays or any(_unmet(now, s)))
 
@@ -227,7 +227,7 @@ def counted(e: Line, s: State) -> Iterator[str]:
 
 
 def _unrecorded(robot: Robot) -> list[int]:
-    """Return the targets that a robot has met where it is, and that no line records."""
+    """Return the targets that a robot has met where it is and that no line records."""
     own, progress = robot.own, robot.progress
     if own.kind in ("hold", "ltl") or progress.ended(own):
         return []
@@ -248,7 +248,7 @@ def negative(e: Line, s: State) -> Iterator[str]:
         if s.disobeys(robot):
             yield f"{name} lacks the objective that the inputs give it"
     out = any(robot.out and robot.own.settles for robot in s.robots.values())
-    # The rounds of a robot out of service may not have counted.
+    # Rounds of a robot out of service may not have counted.
     if not out and next(_unmet(e, s), None) is None:
         yield "every robot has met its objective: the mission is completed"
     yield from _proven(negative_problems(e, s))
@@ -267,7 +267,7 @@ def permanence(e: Line, s: State) -> Iterator[str]:
     elif e.robots != one.blocks:
         yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
     elif one.declared:
-        return  # whatever the reason
+        return  # for any reason
     elif e.reason == "untraversable" and not (one.resolved and one.shut):
         yield f"{one.name} was not found untraversable"
     elif e.reason == "operator":
@@ -295,7 +295,7 @@ def _unmet(e: Line, s: State) -> Iterator[str]:
 
 
 def _proven(problems: Iterator[str]) -> Iterator[str]:
-    """Yield the errors in a proof; or raise NotJudged if the proof is too large."""
+    """Yield the errors in a proof. Raise NotJudged if the proof is too large."""
     try:
         yield from problems
     except TooLargeError as error:

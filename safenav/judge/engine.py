@@ -1,5 +1,5 @@
-"""The judge of a trace: every line is judged by its rules, and then takes effect by ``after``, the
-only function that changes the state."""
+"""The judge of a trace. The rules judge each line; then ``after``, the only function that changes
+the state, applies it."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -43,7 +43,7 @@ def after(e: Line, s: State) -> None:
             for name, objective in e.objectives.items():
                 robot = s.robots[name]
                 if s.keeps(name) and not robot.given.serves(robot.own):
-                    s.arrived.discard(name)  # it counts in its turn
+                    s.arrived.discard(name)  # the robot counts in its turn
                 robot.given = objective
         case "deadline" if e.verdict == "kept" and e.of == "mission":
             s.promised = e.tick if s.promised is None else s.promised
@@ -65,7 +65,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.pose = robot.before = (e.region, e.heading if robot.faces else None)
             robot.holds, robot.bound = frozenset([e.region]), None
             robot.came, robot.lost = None, False
-            # Its battery stays empty if the obstacle that represents this disappears.
+            # Its battery stays empty if the obstacle that represents it disappears.
             s.flat = {one: name for one, name in s.flat.items() if name != robot.name}
             s.barred = {pair for pair in s.barred if pair[0] != robot.name}
             robot.progress.stayed += robot.stays
@@ -98,13 +98,13 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.follow(s.inputs)
             robot.progress.stayed += robot.stays  # now, and again in the robot's turn
         case "service":
-            if s.live or e.cause != "battery":  # in lockstep the tick's changes follow that line
+            if s.live or e.cause != "battery":  # in lockstep the tick's changes follow this line
                 _find_changes(e, s)
             robot.out = not e.active
             if e.cause == "scenario":
                 s.told[e.robot, e.active] = s.told.get((e.robot, e.active), 0) + 1
             s.drained.discard(robot.name)
-            again = robot.first is None and not s.keeps(e.robot)  # also counts in its turn
+            again = robot.first is None and not s.keeps(e.robot)  # it also counts in its turn
             robot.progress.stayed += (s.live or again) and robot.stays
             if e.active:
                 robot.given = robot.own  # until a line gives the robot a duty
@@ -175,8 +175,8 @@ def _memories(robot: Robot, here: tuple[int, str | None]) -> None:
 
 
 def _find_changes(e: Line, s: State) -> None:
-    """Remove the due changes of service that have no effect. A change stays if an earlier change of
-    its robot stays."""
+    """Remove the due changes of service without an effect. A change remains if an earlier change of
+    its robot remains."""
     left, waits = list[Line](), set[str]()
     for change in s.changes:
         if not in_force(change, s) or change.at > s.now(e) or change.robot in waits:
@@ -194,7 +194,7 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
 
 
 def _use_charge(e: Line, robot: Robot, s: State) -> None:
-    """Update a robot's charge, first for the time in which it stood, then for its step."""
+    """Update a robot's charge: first for the time in which it stood, then for its step."""
     if robot.charge is None:
         return
     now = s.now(e) if s.live else robot.moved
@@ -235,7 +235,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             _due(e, one, s)
         case "request":
             _due(e, one, s)
-            # The team tries again what it has given up, not what an operator has declared.
+            # The team tries given-up obstacles again, but not those that an operator declared.
             one.shut = one.shut and (one.resolved or one.declared)
         case "appeared":
             one.begin()
@@ -344,7 +344,7 @@ FACTS: tuple[Rule, ...] = tuple(RULES)
 
 @dataclass(frozen=True)
 class Finding:
-    """A broken rule at a line, or the reason why a part of a line is not judged."""
+    """A broken rule at a line, or the reason for a part of a line that is not judged."""
 
     rule: str
     tick: int
@@ -359,9 +359,9 @@ class Finding:
 
 @dataclass
 class Judgement:
-    """The result of a trace: ``findings``, broken rules; ``notes``, parts that are not judged;
-    ``outcome``, None if the trace ends before it; ``strays``: number of steps that ended elsewhere
-    than commanded; ``hands``: number of changes by a user, an operator or the world."""
+    """The result of a trace. ``findings``: broken rules; ``notes``: parts that are not judged;
+    ``outcome``: None if the trace ends before it; ``strays``: the number of steps that did not end
+    as commanded; ``hands``: the number of changes by a user, an operator or the world."""
 
     findings: list[Finding] = field(default_factory=list)
     notes: list[Finding] = field(default_factory=list)
@@ -380,7 +380,7 @@ def judge(texts: Iterable[Text], rules: Iterable[Rule] = FACTS) -> Judgement:
     of_kind = {kind: [r for r in rules if not r.kinds or kind in r.kinds] for kind in KINDS}
     for line in reader.lines(texts):
         state = state or State(line)
-        if line.kind == "outcome":  # proofs of the outcome get the whole limit
+        if line.kind == "outcome":  # the outcome's proofs get the whole limit
             state.world.work = 0
         line.step = state.step(line)
         for rule in of_kind[line.kind]:

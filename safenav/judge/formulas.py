@@ -1,6 +1,6 @@
-"""Formulas of objectives (docs/scenario.md) as functions built from closures.
+"""Formulas of objectives (docs/scenario.md) as closures.
 
-No text of a file is ever evaluated as code. A variable with a prime is its next value.
+No text of a file is ever evaluated as code. A variable with a prime denotes its next value.
 """
 
 import operator
@@ -13,21 +13,21 @@ from typing import Any, NamedTuple
 
 HEADINGS = ("north", "east", "south", "west")
 MOST_VALUES = 64
-"""Maximum number of memory values; formulas over more are not judged."""
+"""Maximum number of memory values; formulas with more are not judged."""
 MOST_WORK = 2_000_000
-"""Maximum number of symbols that are evaluated for a step with all memory values."""
+"""Maximum number of symbols evaluated for a step with all memory values."""
 MOST_LEVELS, MOST_DIGITS = 200, 10
 
-Pose = tuple[int, "str | None"]  # a region, and the heading of a robot with headings
-Values = Mapping[str, int]  # values of variables; truth values are 0 and 1
+Pose = tuple[int, "str | None"]  # a region, and a heading if the robot has headings
+Values = Mapping[str, int]  # values of variables: truth values are 0 and 1
 
 
 class UnreadError(Exception):
-    """A formula that the judge cannot read; the message states the reason."""
+    """A formula that the judge cannot read. The message states the reason."""
 
 
 class Part(NamedTuple):
-    """A formula or a part of it. ``value``: a function from the values of its variables to its
+    """A formula or a part of it. ``value``: a function that maps its variables' values to its
     value; ``truth``: whether this is a truth value, not a number; ``names``: its variables;
     ``levels``: its depth of nesting."""
 
@@ -49,7 +49,7 @@ _FOLDS: dict[str, Callable[[Iterable[Any]], Any]] = {"+": sum, "&": all, "|": an
 _PAIRS: dict[str, Callable[[Any, Any], Any]] = {
     **{"=": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le},
     **{">": operator.gt, ">=": operator.ge, "<->": operator.eq, "^": operator.ne},
-    "->": operator.le,  # of truth values
+    "->": operator.le,  # on truth values
 }
 
 
@@ -84,8 +84,8 @@ class _Parser:
         return part
 
     def read(self, least: int, prime: str, depth: int) -> Part:
-        """Return the longest expression of operators with at least this precedence. Within
-        ``next(...)`` each variable gets a prime."""
+        """Return the longest expression of operators with at least this precedence. Variables
+        within ``next(...)`` get a prime."""
         self.require(depth < MOST_LEVELS, "too much nesting")
         part = self.operand(prime, depth)
         while (strength := _STRENGTH.get(sign := self.left[-1], -1)) >= least:
@@ -93,7 +93,7 @@ class _Parser:
             while self.left[-1] == sign and (len(parts) < 2 or sign in "&|+"):
                 self.left.pop()
                 parts.append(self.read(strength + 1, prime, depth + 1))
-            takes = strength < _NOT  # these take truth values, other signs take numbers
+            takes = strength < _NOT  # these take truth values, other signs numbers
             self.require(all(each.truth is takes for each in parts), f"wrong operands of '{sign}'")
             levels = max(each.levels for each in parts) + 1
             self.require(levels < MOST_LEVELS, "too much nesting")
@@ -126,15 +126,15 @@ class _Parser:
 
 @cache
 def read_formula(text: str, truths: frozenset[str]) -> Part:
-    """Return the formula that a text holds. Raises UnreadError."""
+    """Return the formula in a text. Raises UnreadError."""
     return _Parser(text, truths).whole()
 
 
 class Formulas:
-    """The safety formulas, the goals and the memory of a robot's objective. ``values``: all joint
-    values of the memory and of the inputs; a *memory* is an index in this list. ``fixed``:
-    variables with a single possible value. ``whole``: whether all formulas are evaluated; otherwise
-    the memory has too many values, and the formulas that read it are omitted."""
+    """The safety formulas, goals and memory of a robot's objective. ``values``: all joint values of
+    the memory and the inputs; a *memory* is an index in this list. ``fixed``: variables with a
+    single possible value. ``whole``: whether all formulas are evaluated; otherwise the memory has
+    too many values, and the formulas that read it are omitted."""
 
     def __init__(self, body: Mapping[str, Any], always: Iterable[str] = ()) -> None:
         memory = body.get("memory") or {}
@@ -150,7 +150,7 @@ class Formulas:
         texts = {part: [*body.get(part, ())] for part in ("init", "safety", "liveness")}
         texts["safety"] += [f"region' = region | ({text})" for text in always]
         size = sum(len(_tokens(text)) for each in texts.values() for text in each)
-        # Further variables are not counted: the values are too many, and the product takes long.
+        # Further variables do not count, since the product of too many values takes long.
         count = prod(map(len, ranges[: MOST_VALUES + len(self.fixed)]))
         self.work = size * count**2
         self.whole = count <= MOST_VALUES and self.work <= MOST_WORK
@@ -168,7 +168,7 @@ class Formulas:
         self.steps = cache(self._steps)
 
     def begins(self, pose: Pose) -> list[int]:
-        """Return the memories with which the robot may begin in a pose."""
+        """Return the possible memories of a robot that begins in a pose."""
         every = enumerate(self.values)
         rows = ((i, self._row(pose, pose, row, row)) for i, row in every)
         return [i for i, at in rows if all(holds(at) for holds in self._init)]
@@ -217,15 +217,15 @@ class Formulas:
         return {j for i, j, _ in self.steps(before, then) if i in known}
 
     def lasting(self, memories: Iterable[int], pose: Pose, heard: set[int]) -> set[int]:
-        """Return the memories that a robot may have after it has stayed in ``pose`` any number of
-        times, with inputs as in ``heard``."""
+        """Return the memories that a robot may have after any number of stays in ``pose``, with
+        inputs as in ``heard``."""
         known = {*memories}
         while more := (self.after(known, pose, pose) & heard) - known:
             known |= more
         return known
 
     def hearing(self, memories: set[int], heard: Iterable[int]) -> set[int]:
-        """Return ``memories`` and each of ``heard`` that equals one of them except in inputs."""
+        """Return ``memories`` and those of ``heard`` that equal one of them except in inputs."""
         own = len(self.names) - len(self.inputs)
         known = {self.values[one][:own] for one in memories}
         return memories | {one for one in heard if self.values[one][:own] in known}

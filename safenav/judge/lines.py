@@ -1,7 +1,7 @@
-"""The only reader of the judge: a trace (docs/trace.md) as lines with typed fields. It checks
-everything before a rule reads it: JSON without repeated keys, names and sizes (``strict_json``),
-the fields of each type of line with their words, and that robots and obstacles are known. Lines and
-fields that only explain are dropped.
+"""The only reader of the judge: a trace (docs/trace.md) as lines with typed fields. It checks all
+data before a rule reads them: JSON without repeated keys, names and sizes (``strict_json``), the
+fields of each type of line with their words, and that robots and obstacles are known. It drops
+lines and fields that only explain.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from safenav.strict_json import flaws, note_flaw, read_json
 
 VERSION = 4
 PASSING = ("tick", "t", "seconds", "cached")
-"""Fields of a synthesis that do not describe its task; the other fields are its ``text``."""
+"""Fields of a synthesis that do not describe its task; the others are its ``text``."""
 MOST_BYTES = 10_000_000
-"""Bytes of a line."""
+"""Maximum bytes of a line."""
 
 
 class NotATraceError(ValueError):
-    """Lines that are not a trace; the message states the place and the reason."""
+    """Lines that are not a trace. The message states the place and the reason."""
 
 
 class Line:
@@ -50,8 +50,8 @@ class Objective(Line):
     """An objective. ``targets``: the regions of each target, none for formulas; ``formulas``:
     formulas of ``ltl`` and ``always``, or None; ``texts``: the formulas of ``ltl`` in words.
     ``settles``: whether the robot stays at its ``last`` target, where each tick is a round;
-    ``ends``: whether it does so after meeting each target once. ``strict``: whether it leaves
-    targets immediately, touching none out of turn; ``ordered``: whether a single target is next."""
+    ``ends``: whether it does so after meeting each target once; ``strict``: whether it leaves
+    targets immediately and touches none out of turn; ``ordered``: whether one target is next."""
 
     targets: list[frozenset[int]]
 
@@ -71,14 +71,14 @@ class Objective(Line):
         return self.targets[-1]
 
     def serves(self, own: Objective) -> bool:
-        """Return whether this objective has the goals of ``own``: it is the same, or a weaker form
-        of it."""
+        """Return whether this objective has the goals of ``own``, since it is equal or a weaker
+        form."""
         alternate = self.in_turn and own.in_turn and not (self.settles or own.settles)
         return (self.kind == own.kind or alternate) and self.data == own.data
 
 
 class WrongError(Exception):
-    """A value that does not have the type of its field."""
+    """A value of the wrong type for its field."""
 
 
 def _require(holds: object, problem: str) -> None:
@@ -90,8 +90,8 @@ Fields = list[tuple[str, bool, str]]  # name, whether the field may be absent, t
 
 
 def _fields(text: str) -> Fields:
-    """Return the fields that ``text`` declares. A field is ``name`` or ``name?`` (it may be
-    absent), followed by ``:type`` unless it is a string."""
+    """Return the fields that ``text`` declares. A field is ``name`` or ``name?`` (optional),
+    followed by ``:type`` unless it is a string."""
     words = (word.partition(":") for word in text.split())
     return [(name.rstrip("?"), name.endswith("?"), kind or "str") for name, _, kind in words]
 
@@ -199,7 +199,7 @@ VALUES: dict[str, tuple[tuple[type, ...], int | None]] = {
     **{"number": ((int, float), 0), "count": ((int,), 0), "times": ((int,), 1)},
     **{"truth": ((bool, type(None)), None), "least": ((int, type(None)), None)},
 }
-"""Types of values of JSON, each with its least value."""
+"""Types of JSON values, each with its least value."""
 TUPLES = {
     **{"place": ("int", "heading"), "span": ("count", "count"), "range": ("int", "int")},
     **{"mark": ("int", "str"), "order": ("str", "count", "str", "count")},
@@ -291,14 +291,14 @@ KINDS = {
         " unrealizable?:str~ late?:str* refused?:least~ makespan?:number",
     }.items()
 }
-"""The types of facts, which are judged; all other lines are marked as notes, and explain."""
+"""The types of facts, which are judged. All other lines are notes, which explain."""
 
 for _name in {name for each in (*KINDS.values(), *OBJECTS.values()) for name, _, _ in each}:
-    setattr(Line, "start" if _name == "from" else _name, None)  # as ``__getattr__``, but fast
+    setattr(Line, "start" if _name == "from" else _name, None)  # like ``__getattr__``, but fast
 
 
 Text = str | bytes | dict[str, Any]
-"""A line of a trace, or the data of one that has been read without flaws."""
+"""A line of a trace, or the data of one that was read without flaws."""
 
 
 class Reader:

@@ -1,4 +1,4 @@
-"""Progress of a robot with its objective: the one definition of how goals count."""
+"""Progress of a robot with its objective: the only definition of counting goals."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from safenav.judge.lines import Objective
 
 @dataclass(unsafe_hash=True)
 class Progress:
-    """Progress of a robot with its own objective since the last resolution. ``goals``: how many it
-    has met in turn, or rounds of goals in any order; ``turn``: the next target (None: the first);
-    ``seen``: a bit mask of the goals met in a round in any order; ``stayed``: ticks at the last
-    target; ``since``: without goals, the tick after which each tick counts."""
+    """Progress of a robot with its own objective since the last resolution. ``goals``: the number
+    of goals met in turn, or of rounds of goals in any order; ``turn``: the next target (None: the
+    first); ``seen``: a bit mask of the goals met in a round in any order; ``stayed``: ticks at the
+    last target; ``since``: without goals, the tick after which each tick counts."""
 
     goals: int = 0
     turn: int | None = None
@@ -21,7 +21,7 @@ class Progress:
     since: int = 0
 
     def rounds(self, own: Objective, tick: int) -> int:
-        """Return how often the robot has met its whole objective."""
+        """Return how often the robot has completed its objective."""
         if own.settles:
             return self.stayed
         if not own.count:
@@ -29,7 +29,7 @@ class Progress:
         return int(self.goals // own.count) if own.ordered else self.goals
 
     def after(self, own: Objective, goal: int) -> Progress:
-        """Return the progress after a goal is met, unchanged if the goal is out of turn."""
+        """Return the progress after a goal is met. It is unchanged if the goal is out of turn."""
         if not own.ordered:
             seen = self.seen | 1 << goal
             whole = seen + 1 == 1 << own.count

@@ -1,6 +1,6 @@
-"""The table of rules, and the rules on what robots do: motion, charge, actions.
+"""The table of rules, and the rules on robots: motion, charge, actions.
 
-A rule is a generator function of a line and the state before it. It yields the violations.
+A rule is a generator function of a line and the state before it. It yields violations.
 """
 
 from collections.abc import Callable, Iterator
@@ -12,7 +12,7 @@ from safenav.judge.state import MARGIN, Obstacle, Robot, State
 
 
 class NotJudged(str):
-    """A part that a rule cannot judge, and why."""
+    """A part that a rule cannot judge. The message states the reason."""
 
 
 Judge = Callable[[Line, State], Iterator[str]]
@@ -32,7 +32,7 @@ STEPS, RESULTS = ("move", "depart", "arrive"), ("part", "resolved", "goal")
 
 
 def rule(*kinds: str) -> Callable[[Judge], Judge]:
-    """Add a function to the table; its docstring is the documentation of the rule."""
+    """Add a function to the table. Its docstring documents the rule."""
 
     def add(judge: Judge) -> Judge:
         name = judge.__name__.replace("_", "-")
@@ -44,7 +44,7 @@ def rule(*kinds: str) -> Callable[[Judge], Judge]:
 
 @rule(*STEPS)
 def continuity(e: Line, s: State) -> Iterator[str]:
-    """A robot departs from where it is, and arrives only if it has departed. A robot out of
+    """A robot departs from its present pose, and arrives only if it has departed. A robot out of
     service, or lost, begins no step."""
     robot, step = s.robots[e.robot], e.step
     begins = robot.bound is None and step.to != step.start and not step.strays
@@ -62,7 +62,7 @@ def continuity(e: Line, s: State) -> Iterator[str]:
 
 @rule("operator")
 def placed(e: Line, s: State) -> Iterator[str]:
-    """An operator puts a robot that rests, or is lost, in a free region that no obstacle closes."""
+    """An operator puts a resting or lost robot in a free region that no obstacle closes."""
     if e.region is None or e.robot is None:
         return
     robot = s.robots[e.robot]
@@ -82,8 +82,8 @@ def placed(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def mobility(e: Line, s: State) -> Iterator[str]:
     """A robot stays or steps to a free neighbouring region. A robot with a heading never steps
-    backwards. A step ends where it leads or, interrupted in a live run, where it began. Only in a
-    user's world may a step fail, or end elsewhere."""
+    backwards. A step ends at its destination or, interrupted in a live run, where it began. Only in
+    a user's world may a step fail or end elsewhere."""
     robot, step = s.robots[e.robot], e.step
     if (e.result == "lost") is not bool(e.regions):
         yield f"{e.robot} is {e.result}, with {len(e.regions or ())} regions in which it may be"
@@ -120,7 +120,7 @@ def pace(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} acts on {e.obstacle}, but not in its turn"
     if s.live or e.kind not in ("move", "outcome"):
         return
-    whole = e.outcome == "tick_limit"  # runs with another outcome may end within a tick
+    whole = e.outcome == "tick_limit"  # other runs may end within a tick
     before = s.names if whole else s.names[: s.names.index(e.robot)] if e.kind == "move" else ()
     for name in s.names:
         if (moved := s.robots[name].moved) < e.tick - (name not in before):
@@ -152,7 +152,7 @@ def collision(e: Line, s: State) -> Iterator[str]:
 @rule(*STEPS)
 def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
     """A robot enters the region of an unresolved obstacle that blocks it only to resolve it by
-    entering. Inside, it returns to where it came from; if the obstacle appeared around it (user's
+    entering. Inside, it returns the way it came; if the obstacle appeared around it (user's
     worlds), it leaves on any side."""
     robot, step = s.robots[e.robot], e.step
     entered = step.holds - robot.holds
@@ -172,8 +172,7 @@ def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
 def own_rules(e: Line, s: State) -> Iterator[str]:
     """No robot enters a region that its own objective avoids. Each of its steps satisfies its
     `always` and the `safety` of its `ltl`, with some possible memory. A literal patrol that no plan
-    drives enters no target out of turn. A robot moves with the objective that the inputs give
-    it."""
+    drives enters no target out of turn. A robot moves with the objective that the inputs select."""
     robot, step = s.robots[e.robot], e.step
     if s.disobeys(robot):
         yield f"{e.robot} lacks the objective that the inputs give it"
@@ -188,7 +187,7 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
             yield f"{e.robot} enters its target {s.show(region)} out of turn"
     formulas = own.formulas
     if formulas is None or step.start == step.to or robot.bound is not None:
-        return  # a step may end under other rules than it began under
+        return  # rules may change during a step
     way = s.world.side(step.start, step.to) if robot.faces else None
     here = step.start, robot.pose[1]
     known = range(len(formulas.values)) if robot.memories is None else s.memories(robot)
@@ -266,7 +265,7 @@ def actions(e: Line, s: State) -> Iterator[str]:
 
 def _may_act(robot: Robot, one: Obstacle, s: State, *, knew: bool) -> bool:
     """Return whether a robot of a simulated world can take part in an action on an obstacle where
-    it stands. ``knew``: the team knew the obstacle when the action began; in a live run, only the
+    it stands. ``knew``: the team knew the obstacle when the action began. In a live run, only the
     robots of that action then take part, otherwise also all idle robots in service."""
     act = robot.acts or (robot.acted if robot.acted.tick == s.tick else None)
     if s.live and (knew or act is not None):
@@ -315,10 +314,10 @@ def encounter(e: Line, s: State) -> Iterator[str]:
 @rule("part", "resolved")
 def resolution(e: Line, s: State) -> Iterator[str]:
     """A present obstacle is resolved need by need, each by enough robots that have its action and
-    stand in its regions (simultaneously, if together). The last need reveals its truth."""
+    stand in its regions (simultaneously, if together). The last need reveals the truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
-    # Earlier needs may have been fulfilled without the team's knowledge.
+    # The team may not know of earlier fulfilled needs.
     untold = s.external and (one.declared or one.shut or not one.known)
     if not one.there and not s.external:
         yield f"{one.name} is absent"
@@ -337,7 +336,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
 
 
 def _part(e: Line, one: Obstacle, number: int, s: State, *, told: bool) -> Iterator[str]:
-    """Yield why robots cannot do a part of a need. ``told``: whether earlier lines
+    """Yield the reasons why robots cannot do a part of a need. ``told``: whether earlier lines
     record all other parts."""
     need, who = one.rest.left[number - one.stage], frozenset(e.robots or [e.robot])
     knew = one.known and (one.name, number) in s.robots[e.robot].knew

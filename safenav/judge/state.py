@@ -21,9 +21,9 @@ EXTERNAL = (
 DECIMALS = 9
 """Decimals of a charge."""
 MARGIN = 2e-6
-"""The charge that a step may lack: the lines of live runs have rounded times."""
+"""The charge that a step may lack, since lines of live runs have rounded times."""
 SLOWEST = 20
-"""Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
+"""Seconds per tick of the limit if a simulated live run has no limit in seconds."""
 
 
 @dataclass
@@ -31,19 +31,18 @@ class Robot:
     """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region to
     which it is in transit since tick ``began``; ``came``: the region from which it entered its
     present one; ``before``: its pose before its last move; ``given``: the objective that trace
-    lines gave it last; ``begun``: the tick in which its round began; ``within``: the ticks that a
+    lines assigned last; ``begun``: the tick in which its round began; ``within``: the ticks that a
     round may take; ``away``, ``was_away``: whether it pursues something else in this round, or did
-    in the previous one, so that there is no deadline; ``memories``: those that its formulas may
-    have (None: not followed); ``recalled``: those before its last step; ``heard``: those with the
-    inputs since that step began; ``stands``: the time since which it uses ``charge`` without a step
-    (None: in a step); ``filled``: the tick in which its battery was replaced (0: it was not);
+    in the previous one, so that there is no deadline; ``memories``: the possible memories of its
+    formulas (None: not followed); ``recalled``: those before its last step; ``heard``: those with
+    the inputs since that step began; ``stands``: the time since which it uses ``charge`` without a
+    step (None: in a step); ``filled``: the tick in which its battery was replaced (0: it was not);
     ``kept``: its progress with the objective that it resumes after an input; ``first``: the target
-    with which its strategy begins;
-    ``told``: whether a user gave it its objective; ``since``: the tick in which it got it;
-    ``acts``: the action in which it takes part; ``acted``: the last action that ended, with its
-    end; ``knew``: the obstacles that the team knew when the action began, each with its stage;
-    ``met``: the goals that its last step has met, each with its tick; ``turn``: the line of its
-    last turn."""
+    with which its strategy begins; ``told``: whether a user assigned its objective; ``since``: the
+    tick of that assignment; ``acts``: the action in which it takes part; ``acted``: the last action
+    that ended, with its end; ``knew``: the obstacles that the team knew when the action began, each
+    with its stage; ``met``: the goals that its last step has met, each with its tick; ``turn``: the
+    line of its last turn."""
 
     name: str
     data: Line
@@ -87,7 +86,7 @@ class Robot:
 
     @property
     def stays(self) -> bool:
-        """Whether the robot is in service at its last target, where it may stay."""
+        """Whether the robot is in service and at its last target, where it may stay."""
         return self.settled and not self.out
 
     @property
@@ -98,8 +97,8 @@ class Robot:
         return ended and rests and self.pose[0] in own.last
 
     def again(self, e: Line, live: bool) -> bool:
-        """Return whether an earlier line records the same goal (if goals are met in turn: any goal)
-        for the same step. In a live run only goals of formulas are compared."""
+        """Return whether an earlier line records the same goal (in turn: any goal) of the same
+        step. In a live run only goals of formulas are compared."""
         if live:
             return self.own.kind == "ltl" and e.tick == self.met.get(e.goal)
         return bool(self.met) if self.own.in_turn else e.goal in self.met
@@ -110,7 +109,7 @@ class Robot:
         return arrived or self.acted.tick == e.tick != self.met.get(e.goal)
 
     def hears(self, inputs: Mapping[str, bool]) -> set[int]:
-        """Return the memories of the robot's formulas in which the inputs have these values."""
+        """Return the memories of the robot's formulas with these values of the inputs."""
         stated = {name: inputs.get(name, 0) for name in self.own.formulas.inputs}
         return {*self.own.formulas.remembering(stated)}
 
@@ -130,7 +129,7 @@ class Robot:
 
 class Need(NamedTuple):
     """A need of an obstacle: ``robots`` of the ``able`` robots do ``action``. Able robots also have
-    the actions of the later needs that the same robots must fulfil."""
+    the actions of later needs for the same robots."""
 
     action: str
     regions: frozenset[int]
@@ -159,7 +158,7 @@ class Rest(NamedTuple):
         return robot in self.blocks and not (len(self.left) == 1 and robot in self.enters)
 
     def chain(self) -> tuple[Need, ...]:
-        """Return the needs, after the next one, that the robots of the next one must fulfil."""
+        """Return the needs after the next one that its robots must also fulfil."""
         return tuple(takewhile(lambda need: need.same, self.left[1:]))
 
     def takes(self) -> bool:
@@ -167,8 +166,8 @@ class Rest(NamedTuple):
         return bool(self.chain()) and not self.left[0].same
 
     def laden(self) -> frozenset[str]:
-        """Return the robots that carry the obstacle, or have taken their part of it, and so can
-        take no other load."""
+        """Return the robots that can take no other load, since they carry the obstacle or have
+        taken their part of it."""
         if self.left and self.left[0].same:
             return self.left[0].able
         return self.done if self.takes() and not self.left[0].together else frozenset()
@@ -191,10 +190,10 @@ class Rest(NamedTuple):
 class Obstacle:
     """An obstacle. ``rest``: its open needs; ``group``: the robots that did the last part;
     ``asked``: the robots that have encountered it; ``there``: whether it is present; ``since``: the
-    tick in which it last appeared, except by the scenario; ``shut``: whether it is given up or
+    tick in which it last appeared, unless by the scenario; ``shut``: whether it is given up or
     permanent; ``known``: whether the team knows it; ``declared``: whether an operator declared it
-    permanent; ``begun``: the line since which its next need is next and no robot has returned to
-    service."""
+    permanent; ``begun``: the line since which its next need has been next and no robot has returned
+    to service."""
 
     name: str
     type: str
@@ -231,7 +230,7 @@ class Obstacle:
 
     @property
     def short(self) -> bool:
-        """Whether fewer robots have the actions of an open need than it requires."""
+        """Whether an open need requires more robots with its actions than there are."""
         return any(len(need.able) < need.robots for need in self.needs[self.stage :])
 
     @property
@@ -248,7 +247,7 @@ class Obstacle:
 class Step(NamedTuple):
     """A move, departure or arrival in one form. The robot was in ``start``. It is now ``at`` a
     region with a ``heading``, in transit to ``bound`` (None: not in transit), and ``holds``
-    regions. ``to``: where the step ends. ``strays``: whether it failed, or ended elsewhere than
+    regions. ``to``: the end of the step; ``strays``: whether it failed or did not end as
     commanded."""
 
     start: int
@@ -266,14 +265,14 @@ class Step(NamedTuple):
 class State:
     """The state at a line of a trace. ``tick``, ``time`` (live: seconds); ``coming``: the
     scenario's obstacles that have not appeared yet; ``changes``: changes of robots that are not
-    applied yet; ``dues``: the deadlines of rounds, requests and the mission that were not met yet;
-    ``missed``: those not met in time; ``kept``: for each robot and obstacle, the last deadline that
-    was met; ``switched``: the tick in which each input changed last; ``limit``: ticks (live:
-    seconds); ``rivals``: the robots in conflict with each robot; ``mates``: these, and those with
-    which it shares a zone of ``never_together``; ``promised``: the tick in which the mission's
-    deadline is kept; ``over``: the tick in which a lost deadline shows that the present turn is
-    over (None: none does); ``strays``: number of steps that ended elsewhere than commanded;
-    ``hands``: number of changes by a user or the world."""
+    applied yet; ``dues``: the open deadlines of rounds, requests and the mission; ``missed``: those
+    not met in time; ``kept``: for each robot and obstacle, the last deadline that was met;
+    ``switched``: the tick in which each input changed last; ``limit``: ticks (live: seconds);
+    ``rivals``: the robots in conflict with each robot; ``mates``: these, and those with which it
+    shares a zone of ``never_together``; ``promised``: the tick in which the mission's deadline is
+    kept; ``over``: the tick in which a lost deadline shows that the present turn has ended (None:
+    none does); ``strays``: the number of steps that did not end as commanded; ``hands``: the number
+    of changes by a user or the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
@@ -308,13 +307,13 @@ class State:
         self.flat_type = h.flat and h.flat.name
         self.flat: dict[str, str] = {}  # for each empty-battery obstacle, its robot
         self.drained: set[str] = set()  # these robots, until they leave service
-        self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
+        self.left: dict[int, float] = {}  # live: the last time a robot left a region
         self.moves = self.strays = self.hands = 0
-        self.told: dict[tuple[str, bool], int] = {}  # changes of service by the scenario so far
+        self.told: dict[tuple[str, bool], int] = {}  # the scenario's changes of service so far
         self.waits = False  # the team waits: robots keep their duties
-        self.arrived = {*self.names}  # robots that may have met goals that no line records yet
+        self.arrived = {*self.names}  # robots that may have met unrecorded goals
         self.restarted = -1  # the tick of the last resolution
-        self.barred: set[tuple[str, str]] = set()  # robots that failed too often on an obstacle
+        self.barred: set[tuple[str, str]] = set()  # robots with too many failures on an obstacle
         self.failed: dict[tuple[str, str], dict[str, int]] = {}  # memories of failed syntheses
         self.unrealizable: set[tuple[str, str]] = set()  # robots and their specifications
         self.ended: str | None = None
@@ -363,8 +362,8 @@ class State:
         self.at.setdefault(found.region, []).append(found)
 
     def due_within(self, data: Line) -> int | None:
-        """Return how many ticks after its request an obstacle must be resolved; None if there is no
-        deadline."""
+        """Return the number of ticks after its request by which an obstacle must be resolved; None
+        if it has no deadline."""
         limits = data.resolve_within, data.type.resolve_within, self.scenario.resolve_within
         return next((each for each in limits if each is not None), None)
 
@@ -410,7 +409,7 @@ class State:
         return None
 
     def closing(self, robot: str, region: int) -> Iterator[Obstacle]:
-        """Yield the obstacles in a region that forbid a robot to enter it."""
+        """Yield the obstacles that close their region to a robot."""
         for one in (x for x in self.at.get(region, ()) if x.there and robot in x.blocks):
             known = not self.external or one.known  # an unknown obstacle may be absent
             if one.shut or (one.open and known and one.rest.closes(robot)):
@@ -425,8 +424,7 @@ class State:
         return float(round(min(battery.capacity, max(0.0, charge)), DECIMALS))
 
     def is_empty(self, robot: Robot, now: float, margin: float = 0.0) -> bool:
-        """Return whether a robot that is not on a charger lacks more than ``margin`` of the charge
-        of a step."""
+        """Return whether a robot off the chargers lacks more than ``margin`` of a step's charge."""
         if robot.charge is None or robot.filled or robot.pose[0] in self.scenario.chargers:
             return False
         return bool(self.charge(robot, now) < robot.data.battery.move - margin)
@@ -445,11 +443,11 @@ class State:
 
     def is_planned(self, robot: str) -> bool:
         """Return whether joint plans drive a robot: it has rivals, shares a zone, or has a battery,
-        none of which a strategy observes."""
+        which strategies do not observe."""
         return bool(self.mates[robot] or self.robots[robot].data.battery)
 
     def keeps(self, robot: str) -> bool:
-        """Return whether a robot meets its own goals even while it pursues something else."""
+        """Return whether a robot meets own goals even while it pursues something else."""
         return self.is_planned(robot) or self.scenario.coordination == "assignable"
 
     def memories(self, robot: Robot) -> set[int]:
@@ -459,7 +457,7 @@ class State:
 
     def arriving(self, robot: Robot, known: Iterable[int] | None = None) -> set[int]:
         """Return the memories that a robot's formulas may have at its destination, given the
-        present ones."""
+        present memories."""
         known = self.memories(robot) if known is None else {*known}
         if robot.bound is None:
             return known
@@ -467,11 +465,11 @@ class State:
         return after & robot.heard
 
     def by_inputs(self, robot: Robot) -> Objective | None:
-        """Return the objective that the inputs give a robot instead of its own, or None."""
+        """Return the objective that the inputs select for a robot instead of its own, or None."""
         return next((own for name, own in robot.data.when if self.inputs.get(name)), None)
 
     def disobeys(self, robot: Robot) -> bool:
-        """Return whether a robot lacks the objective that the inputs give it."""
+        """Return whether a robot lacks the objective that the inputs select."""
         if robot.told or not robot.data.when:
             return False
         return bool(robot.own != (self.by_inputs(robot) or robot.data.objective))
@@ -481,15 +479,15 @@ class State:
         return float(e.tick if e.t is None or not self.live else e.t)
 
     def rounds(self, name: str, e: Line) -> int:
-        """Return how many rounds of its objective a robot has met. In a live run, a robot at its
-        last target has met at least as many as the outcome states."""
+        """Return how many rounds of its objective a robot has completed. In a live run, a robot at
+        its last target has completed at least as many as the outcome states."""
         own, stated = self.robots[name].own, (e.rounds or {}).get(name, 0)
         rounds, wanted = self.robots[name].progress.rounds(own, e.tick), self.scenario.until.rounds
         stays = self.live and own.settles and rounds
         return min(max(wanted, stated), rounds + wanted) if stays else rounds
 
     def behind(self, name: str, e: Line) -> str:
-        """Return, in words, why a robot has not met its objective yet; '' if it has."""
+        """Return the reason, in words, why a robot has not met its objective; '' if it has."""
         robot, wanted = self.robots[name], self.scenario.until.rounds
         if (rounds := self.rounds(name, e)) < wanted:
             return f"{name} has met its objective {rounds} of {wanted} times"
@@ -502,7 +500,7 @@ class State:
         return late - {name for name, robot in self.robots.items() if robot.away or robot.was_away}
 
     def restart(self, robot: Robot) -> None:
-        """Begin a new round of a robot, and the deadline of this round."""
+        """Begin a new round of a robot and its deadline."""
         # a round may begin twice in a tick
         was_away = robot.away or (robot.was_away and robot.begun == self.tick)
         robot.begun, robot.was_away, robot.away = self.tick, was_away, False

@@ -13,9 +13,9 @@ from safenav.judge.formulas import HEADINGS, Pose
 Poses = frozenset[Pose]
 Graph = Mapping[Pose, tuple[Pose, ...]]  # the poses after one step from each
 MOST_STATES = 1_000_000
-"""Maximum number of states that the proofs before the outcome may visit; for its proof the same."""
+"""Maximum number of states of the proofs before the outcome, and of its own proof."""
 PER_POSE = 4
-"""Cost of each pose of the map that a proof lists, in states."""
+"""Cost, in states, of each pose of the map that a proof lists."""
 
 
 class TooLargeError(Exception):
@@ -38,7 +38,7 @@ class World:
 
     def _steps(self, faces: bool, pose: Pose) -> tuple[Pose, ...]:
         """Return the poses that one step reaches from a pose. A robot with a heading (``faces``)
-        never goes backwards, and then faces the direction of its step."""
+        never goes backwards and then faces the direction of its step."""
         (region, heading), found = pose, []
         back = HEADINGS[HEADINGS.index(heading) - 2] if faces and heading else None
         for way, (down, right) in zip(HEADINGS, ((-1, 0), (0, 1), (1, 0), (0, -1)), strict=True):
@@ -78,7 +78,7 @@ class World:
         walls: Collection[int],
     ) -> bool:
         """Return whether a robot in one of the poses can meet every aim infinitely often: some
-        reachable poses reach each other and include a pose of each aim."""
+        reachable poses can reach each other and include a pose of each aim."""
         there, seen = self.reach(graph, starts, walls), set[Pose]()
         before: dict[Pose, list[Pose]] = {}
         for one in there:

@@ -1,2 +1,2 @@
-"""The rules that a bundle adds to the judge: its strategies obey the scenario, and the run follows
+"""The judge's additional rules for a bundle: its strategies obey the scenario, and the run follows
 them."""

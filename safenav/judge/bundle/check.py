@@ -1,14 +1,14 @@
-"""Check a bundle: the proof that a run of robots followed its rules, by proven strategies.
+"""Check a bundle: the proof that robots followed their rules in a run, by proven strategies.
 
     python3 -I -S check.py BUNDLE [--json]
 
 BUNDLE is a folder or a .zip. Exit status 0: accepted; 1: refused, with the first reason; 2: not a
 bundle; 3: exceeds the limits of this checker. Only Python's standard library is needed.
 
-The folder ``judge`` judges each line of the trace; ``judge/bundle`` adds ``keeps``, ``apart`` and
+The folder ``judge`` judges each line of the trace. ``judge/bundle`` adds ``keeps``, ``apart`` and
 ``follows``: each strategy obeys the scenario, strategies and plans keep rivals apart, and the run
-follows them. These remain trusted: this program and Python; the truth of the trace; the mobility of
-the robots. The last lines of the output name the parts that were not compared.
+follows them. You must trust this program and Python, the truth of the trace, and the robots'
+mobility. The last lines of the output name the parts that were not compared.
 """
 
 import argparse
@@ -28,12 +28,12 @@ if __name__ == "__main__":
     unread = [path for path in (*own.glob("__pycache__"), *own.glob("judge.*")) if path.exists()]
     unread += [p for p in parts if p.is_symlink() or (p.suffix != ".py" and not p.is_dir())]
     unread += [p for p in parts if p.is_dir() and (p.suffix or p.with_suffix(".py").exists())]
-    if unread:  # compiled code, or a package with the name of a module
+    if unread:  # no compiled code, and no package named like a module
         sys.exit(
             f"refused: Python may run {unread[0]} in place of a part of this checker: remove it"
         )
     sys.dont_write_bytecode = True  # leave the bundle unchanged
-    sys.path.append(str(own))  # last, so that no file of the bundle hides a standard module
+    sys.path.append(str(own))  # last: no file of the bundle hides a standard module
 
 try:
     from safenav.judge.bundle.evidence import Evidence
@@ -53,12 +53,12 @@ if __name__ == "__main__" and loaded != own:
 
 VERSION = 5
 MOST_BYTES = 100_000_000
-"""Largest file of a bundle; its values take some 20 times its size."""
+"""Maximum bytes of a file of a bundle; its values take about 20 times as much."""
 KNOWN = re.compile(
     r"(?as)trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py"
-    r"|source/(?!(.*/)?\.*(/|$))[^\\]+"  # no folder above, no name without text
+    r"|source/(?!(.*/)?\.*(/|$))[^\\]+"  # no parent folder, no empty name
 )
-"""Names of files that no line of the trace needs to name."""
+"""Names of files that trace lines need not name."""
 SOURCE = "source/"
 UNCOMPARED = {
     "index.html": "the page index.html",
@@ -68,8 +68,8 @@ UNCOMPARED = {
 
 @dataclass(frozen=True)
 class Judged:
-    """The result of a check: its ``verdict`` (accepted, refused, too large or not a bundle), the
-    reason for it, the established claims, and the parts that were not compared. A claim has ``id``,
+    """The result of a check: its ``verdict`` (accepted, refused, too large or not a bundle) and
+    reason, the established claims, and the parts that were not compared. A claim has ``id``,
     ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None."""
 
     verdict: str
@@ -83,7 +83,7 @@ class Judged:
 
 
 def open_bundle(place: Path) -> dict[str, Any]:
-    """Return the files of a bundle. Refuse unless each file is as the manifest states."""
+    """Return the files of a bundle. Refuse unless each file equals that of the manifest."""
     if place.is_dir():
         found = [path for path in place.rglob("*") if path.is_symlink() or not path.is_dir()]
         plain = all(path.is_file() and not path.is_symlink() for path in found)
@@ -118,7 +118,7 @@ def open_bundle(place: Path) -> dict[str, Any]:
 
 
 def examine(files: dict[str, Any], run: Evidence) -> None:
-    """Refuse a bundle whose trace breaks a rule, or has a part that nothing proves."""
+    """Refuse a bundle whose trace breaks a rule or has an unproven part."""
     trace = files["trace.jsonl"].read_bytes()
     found = judge(trace.splitlines(keepends=True), [*FACTS, *run.rules()])
     if found.findings:

@@ -1,4 +1,4 @@
-"""The rules that a bundle adds to those of the judge, and the claims that they establish."""
+"""The judge's additional rules for a bundle, and the claims that they establish."""
 
 import hashlib
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -19,8 +19,8 @@ from safenav.strict_json import read_json
 
 MOST_VALUES = 6_000_000
 Order = tuple[str, int, str, int]
-"""``first, i, then, j``: ``then`` departs for its waypoint ``j`` when ``first`` is at its waypoint
-``i``."""
+"""``first, i, then, j``: ``then`` departs for its waypoint ``j`` only once ``first`` is at its
+waypoint ``i``."""
 
 
 @dataclass
@@ -32,22 +32,22 @@ class Plan:
     at: dict[str, int]
 
     def step(self, robot: str, after: Pose, s: State) -> None:
-        """Refuse unless the robot's next waypoint is ``after``, and the orders allow the step."""
+        """Refuse unless the robot's next waypoint is ``after`` and the orders allow the step."""
         require(robot in self.ways, f"{robot} moves by a plan that does not include it")
         index, way = self.at[robot] + 1, self.ways[robot]
         require(index < len(way), f"{robot} has no further waypoint in its plan")
         require(way[index] == after, f"{robot} goes to {after}, not to {way[index]} as planned")
         for first, i, then, j in self.orders:
             if (then, j) == (robot, index):
-                to = s.robots[first].bound  # a strategy may drive that robot after its plan
+                to = s.robots[first].bound  # a strategy may drive the other robot after its plan
                 there = self.at[first] - (to == self.ways[first][self.at[first]][0])
                 require(there >= i, f"{robot} does not wait until {first} is at its waypoint {i}")
         self.at[robot] = index
 
 
 def plan_of(e: Line, s: State) -> Plan:
-    """Return the plan of a trace line. Refuse it unless each path begins at its robot's pose and
-    consists of possible steps, and the orders keep rivals apart."""
+    """Return the plan of a trace line. Refuse unless each path begins at its robot's pose and has
+    only possible steps, and the orders keep rivals apart."""
     at = dict.fromkeys(e.robots, 0)
     for robot, way in e.robots.items():
         here, there = s.robots[robot].pose, s.destination(robot)
@@ -68,7 +68,7 @@ def plan_of(e: Line, s: State) -> Plan:
 
 
 def _check_apart(plan: Plan, s: State) -> None:
-    """Refuse a plan that lets rivals into one region, or two robots of a zone into that zone."""
+    """Refuse a plan that lets rivals into one region or two robots of a zone into that zone."""
     leaves = _precedence(plan)
     each = [((robot, i), at[0]) for robot, way in plan.ways.items() for i, at in enumerate(way)]
     for (robot, i), region in each:
@@ -89,7 +89,7 @@ Place = tuple[str, int]
 
 def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
     """Return a function of two waypoints ``one`` and ``other``. It returns whether the robot of
-    ``one`` has certainly left that waypoint when the robot of ``other`` departs for ``other``."""
+    ``one`` has certainly left this when the robot of ``other`` departs for ``other``."""
     places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]
     after: dict[Place, list[Place]] = {place: [] for place in places}
     for robot, k in places:
@@ -97,9 +97,9 @@ def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
     for first, i, then, j in plan.orders:
         after[first, i].append((then, j))
     bits = {place: 1 << number for number, place in enumerate(places)}
-    later = dict.fromkeys(places, 0)  # for each place, those that certainly come later
+    later = dict.fromkeys(places, 0)  # for each place, the certainly later ones
     try:
-        for place in TopologicalSorter(after).static_order():  # the last first
+        for place in TopologicalSorter(after).static_order():  # latest first
             for other in after[place]:
                 later[place] |= later[other] | bits[other]
     except CycleError:
@@ -113,26 +113,26 @@ def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
 
 
 def proof_file(e: Line) -> str:
-    """Return the name of the proof file of a synthesis. Lines about the same task share a file."""
+    """Return the name of a synthesis's proof file. Lines about the same task share a file."""
     return f"proofs/{hashlib.sha256(e.text.encode()).hexdigest()}.json"
 
 
 class Evidence:
-    """The evidence in a bundle: its ``files`` by name, the files ``named`` by lines, the proven
-    ``claims``. Its rules raise TooLargeError, and arbitrary errors for malformed files."""
+    """The evidence in a bundle: its ``files`` by name, the files ``named`` by lines, and the proven
+    ``claims``. Its rules raise TooLargeError, or arbitrary errors for malformed files."""
 
     def __init__(self, files: Mapping[str, Any]) -> None:
         self.files, self.named = files, set[str]()
         self.claims: list[dict[str, Any]] = []
-        self.drives: dict[str, tuple[Task, set[int]]] = {}  # by robot, with its possible nodes
-        self.tasks: dict[tuple[str, bool], Task] = {}  # by proof file, and whether at the start
+        self.drives: dict[str, tuple[Task, set[int]]] = {}  # by robot, each with its possible nodes
+        self.tasks: dict[tuple[str, bool], Task] = {}  # by proof file and whether at the start
         self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
-        self.proven = set[int]()  # lines that may be left unjudged: proven here, or about a wait
+        self.proven = set[int]()  # lines that may stay unjudged: proven here, or about a wait
         self.plan: Plan | None = None
         self.plans = self.broken = False
 
     def rules(self) -> list[Rule]:
-        """Return the rules of a bundle, for the check of one trace."""
+        """Return the additional rules, for the check of one trace."""
         kinds = {
             self.keeps: ("synthesis",),
             self.apart: ("plan", "plan_end"),
@@ -169,10 +169,10 @@ class Evidence:
         self.claims.append({"id": name, "kind": kind, "text": when + text, "evidence": shown})
 
     def keeps(self, e: Line, s: State) -> None:
-        """Each strategy obeys the scenario: moves, walls, a successor for each observation, goals
-        under named assumptions. A robot without a strategy has a counterstrategy."""
+        """Each strategy obeys the scenario: moves, walls, a successor for each observation, and
+        goals under named assumptions. A robot without a strategy has a counterstrategy."""
         proof = proof_file(e)
-        key = proof, not (s.tick or s.moves)  # `init` counts only at the start of a run
+        key = proof, not (s.tick or s.moves)  # `init` holds only at the start of a run
         text = f"{e.robot} for '{_objective(formed(e.objective, e.form), s)}'"
         if e.verdict == "unrealizable" and not e.forbidden and proof in self.files:
             self.named.add(proof)
@@ -217,8 +217,8 @@ class Evidence:
         require(task.pose == start, f"the strategy of {name} does not start at {start}")
         known = [one for one in s.obstacles.values() if one.known and one.present]
         serves = any(e.objective.serves(one) for one in (s.robots[name].given, own))
-        helps = s.tick or any(one.open for one in known)  # of strategies, the rule `duties` decides
-        helps = helps or (e.objective.count == 1 and s.robots[name].data.battery)  # to charge
+        helps = s.tick or any(one.open for one in known)  # `duties` judges strategies
+        helps = helps or (e.objective.count == 1 and s.robots[name].data.battery)  # it charges
         require(serves or helps, f"{name} was not assigned the objective of its strategy")
         weaker = e.objective.serves(own) and own.literal and not task.objective.strict
         require(not weaker, f"the strategy of {name} may cross a target out of turn")
@@ -238,8 +238,7 @@ class Evidence:
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
-        """Return whether a proof shows that a robot at present has no strategy for its own
-        objective."""
+        """Return whether a proof shows that a robot has no strategy for its own objective now."""
         if (robot, spec) not in self.hopeless:
             return False
         (task, line), own = self.hopeless[robot, spec], s.robots[robot].own
@@ -248,7 +247,7 @@ class Evidence:
         except RefusedError:
             return False
         present = line.tick == s.tick or may_have(s.robots[robot], line.memory or {}, s)
-        shut = {one.region for one in case_of(s).shut}  # an open obstacle may yet be resolved
+        shut = {one.region for one in case_of(s).shut}  # an open obstacle may still be resolved
         same = task.objective == formed(own, None if own.literal else "alternation")
         return present and same and task.closed <= own.avoid | shut
 
@@ -258,7 +257,7 @@ class Evidence:
         self.plans = self.plans or e.kind == "plan"
 
     def follows(self, e: Line, s: State) -> None:
-        """Each step follows a strategy or a plan; else the robot stays, or backs up from an
+        """Each step follows a strategy or a plan; otherwise the robot stays or backs up from an
         obstacle."""
         drive = self.drives.get(e.robot)
         if e.kind in ("move", "depart"):
@@ -296,7 +295,7 @@ class Evidence:
         there = task.of_pose.get(after, set())
         fits = answers & there
         if by != "strategy" and not goes:
-            # The robot stayed while others moved: each node with its pose, memory and knowledge.
+            # The robot stayed while others moved: all nodes with its pose, memory and knowledge.
             same = {task.done[n][1:] for n in nodes | answers} if task.graph.names else ()
             kept = {n for n in there if task.observes(n, s) and task.done[n][1:] in same}
             fits = (nodes | kept | (fits if by == "backtrack" else set())) & there
@@ -314,7 +313,7 @@ class Evidence:
             kind, one = e.obstacle.partition("@")[0], s.obstacles[e.obstacle]
             what = f"No robot can resolve {kind}@{_word({one.region}, s)}"
             what += ", unless the scenario or an operator changes something."
-            if not one.declared:  # by an operator: then nothing is proven
+            if not one.declared:  # by an operator: nothing is proven
                 self.claim("never", e, what)
         elif e.kind == "deadline" and e.verdict == "lost" and e.of in s.obstacles:
             what = f"{e.of} cannot be resolved by tick {e.due}, when it is due"
@@ -343,8 +342,8 @@ class Evidence:
 
 
 def _now(name: str, drive: tuple[Task, set[int]], s: State) -> tuple[set[int], set[int]]:
-    """Return two sets: the nodes in which a robot's strategy may be, and those of their successors
-    that agree with the present observation."""
+    """Return two sets: the possible nodes of a robot's strategy, and their successors that agree
+    with the present observation."""
     (task, nodes), follows = drive, drive[0].graph.next
     if s.live:  # the robot may have stayed any number of times
         here = task.of_pose.get(s.robots[name].pose, set())
@@ -353,7 +352,7 @@ def _now(name: str, drive: tuple[Task, set[int]], s: State) -> tuple[set[int], s
 
 
 def _word(regions: Collection[int], s: State) -> str:
-    """Return the name of a set of regions, or else the names or indices of its regions."""
+    """Return the name of a set of regions, or the names or indices of its regions."""
     known = s.scenario.map
     names = {frozenset([region]): name for name, region in known.names.items()}
     names |= {area: name for name, area in known.areas.items()}
@@ -369,8 +368,8 @@ def _objective(own: Objective, s: State) -> str:
 
 
 def _end(e: Line, s: State, lost: Collection[str]) -> str:
-    """Return, in words, the claim that a bundle makes about the end of its run. ``lost``: the
-    robots that are proven to have no strategy."""
+    """Return, in words, the claim of a bundle about the end of its run. ``lost``: the robots that
+    provably have no strategy."""
     what, rounds = e.outcome, s.scenario.until.rounds
     if what == "completed":
         often = "once" if rounds == 1 else f"{rounds} times"

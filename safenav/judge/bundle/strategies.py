@@ -1,10 +1,10 @@
-"""Strategies as graphs, and the check of a strategy against the demands of a scenario (``Task``).
+"""Strategies as graphs, and their check against the demands of a scenario (``Task``).
 
 A node of a strategy has a value of every variable: the inputs of the environment, and the robot's
 own variables. A strategy keeps the demands if
-1. from each node there is one edge for each next input that can occur, and each edge is allowed;
+1. each node has one edge for each next input that can occur, and each edge is allowed;
 2. each infinite path meets every goal infinitely often, or from some point on never meets one of
-   the assumptions. A *measure* shows that: see ``check_measure``.
+   the assumptions. A *measure* proves this: see ``check_measure``.
 """
 
 import re
@@ -20,11 +20,11 @@ from safenav.judge.world import TooLargeError, World, closure
 
 MOST_EDGES = 500_000
 BIT = re.compile(r"(?a)([A-Za-z_]\w*)(?:@(\d{1,3})(?:\.(\d{1,9})\.(\d{1,9}))?)?")
-"""The pattern of a bit's name: ``x`` for a truth value; ``x@0.LEAST.MOST``, ``x@1``, ... for a
+"""The pattern of a bit's name: ``x`` for a truth value; ``x@0.LEAST.MOST``, ``x@1`` etc. for a
 number."""
 
 Row = tuple[int, ...]
-Edges = tuple[Sequence[int], Sequence[int]]  # the node before each edge, and the one after it
+Edges = tuple[Sequence[int], Sequence[int]]  # the nodes before and after each edge
 Met = list[bool]  # for each edge: whether it meets a goal or an assumption
 
 
@@ -120,8 +120,8 @@ class Task:
     """The scenario's demands on the strategy or counterstrategy (``graph``) of a ``synthesis``
     line. ``own``, ``heard``: the memory variables and the inputs of its formulas; ``assumptions``:
     the input values that are assumed to recur infinitely often. For each node: its pose;
-    ``before``: the values before a step (pose, awaited target, memory, inputs); ``done``: those
-    after the step into the node."""
+    ``before``: the values before a step (pose, awaited target, memory, inputs); ``done``: the
+    values after the step into the node."""
 
     def __init__(self, document: Any, e: Line, s: State) -> None:
         require(e.region is not None, "the synthesis states no pose")
@@ -138,7 +138,7 @@ class Task:
         self.assumptions = [(name, value) for name in self.heard for value in again[name]]
         self.own = names[: len(names) - len(self.heard)]
         self.memory: Mapping[str, int] = e.memory or {}
-        self.begins = not (s.tick or s.moves)  # `init` holds at the start of a run only
+        self.begins = not (s.tick or s.moves)  # `init` holds only at the start of a run
         known = [f"at_{name}" for name in self.others.first]
         self.graph = graph = Strategy(document, [*known, *self.heard])
         known = ["region", "heading"] if self.faces else ["region"]
@@ -168,8 +168,8 @@ class Task:
         self.goals_met = cache(self._goals_met)
 
     def _awaited(self, last: int, pose: Pose) -> int:
-        """Return the index of the target that a robot awaits in ``pose``, given the target ``last``
-        that it awaited before."""
+        """Return the index of the target that a robot awaits in ``pose``, given the previously
+        awaited target ``last``."""
         targets = self.objective.targets
         turn, count = last + (pose[0] in targets[last]), len(targets)
         return min(turn, count - 1) if self.objective.settles else turn % count
@@ -179,7 +179,7 @@ class Task:
         return row[len(self.others.first) :]
 
     def observes(self, node: int, s: State) -> bool:
-        """Return whether the inputs of a node are what the robot observes at present."""
+        """Return whether a node has the inputs that the robot observes now."""
         row = self.graph.inputs[node]
         same = self._heard(row) == tuple(s.inputs[name] for name in self.heard)
         return same and self.others.agree(row, s)
@@ -190,12 +190,12 @@ class Task:
         return {*product(*known, *([(0, 1)] * len(self.heard)))}
 
     def _legal(self, pose: Pose, awaited: int) -> set[Pose]:
-        """Return the poses to which a robot may go from ``pose`` while it awaits a target."""
+        """Return the poses to which a robot that awaits a target may go from ``pose``."""
         own = self.objective
         due = not own.in_turn or awaited == len(own.targets) - 1
         held = own.settles and due and pose[0] in own.last
         moves = {pose} if held else {pose, *self.world.steps(self.faces, pose)}
-        left = {pose[0]} & {self.pose[0]}  # the robot may leave a closed start, never return
+        left = {pose[0]} & {self.pose[0]}  # the robot may leave a closed start, but not return
         shut = {*(self.closed - left)}
         if own.strict:  # no target out of turn
             shut = shut.union(*(t for k, t in enumerate(own.targets) if k != awaited))
@@ -246,7 +246,7 @@ class Task:
         return [node for node in nodes if self.done[node] in possible]
 
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
-        """Return two lists: the edges that meet each goal, those that meet each assumption."""
+        """Return two lists: the edges that meet each goal, and those that meet each assumption."""
         graph, targets = self.graph, self.objective.targets
         steps = [*zip(*edges, strict=True)]
         if self.in_turn:
@@ -266,7 +266,7 @@ class Task:
         return list(self.formulas.holds("liveness", pose, old, to, new))
 
     def _assumed(self, row: Row) -> list[bool]:
-        """Return for each assumption whether a step meets it."""
+        """Return, for each assumption, whether a step meets it."""
         on = dict(zip(self.heard, self._heard(row), strict=True))
         return [on[name] == value for name, value in self.assumptions]
 
@@ -303,8 +303,8 @@ class Task:
         """Refuse unless the counterstrategy defeats every strategy that keeps the demands. The
         environment begins with the input ``start`` and continues from node v with ``chosen[v]``.
         These inputs can occur, and each reply to one has a node. Each infinite path meets every
-        assumption infinitely often (a measure for each), and misses a goal forever from some point
-        on (one measure, whose excuses are the goals)."""
+        assumption infinitely often (a measure for each), and from some point on never meets some
+        goal (one measure, whose excuses are the goals)."""
         graph, start = self.graph, tuple(proof["start"])
         chosen = [*map(tuple, proof["chosen"])]
         require(start == self.opening, "the initial input cannot occur")
@@ -327,8 +327,8 @@ class Task:
 
 
 class Others:
-    """The other robots that a robot tracks, as its strategy knows them. First each other robot
-    stays or takes steps; then this robot observes, and moves. Its knowledge of another robot is an
+    """A robot's knowledge, by its strategy, of the robots that it tracks. First each other robot
+    stays or takes steps; then this robot observes and moves. Its knowledge of another robot is an
     integer: a region or, above all regions, a belief (a set of cells)."""
 
     def __init__(self, e: Line, s: State) -> None:
@@ -350,7 +350,7 @@ class Others:
         return self.world.size + int(listed.index(belief))
 
     def whereabouts(self, name: str, value: int) -> frozenset[int]:
-        """Return the regions where another robot may be, given the knowledge ``value`` of it."""
+        """Return the regions where another robot may be, given the knowledge ``value``."""
         if value < self.world.size:
             return frozenset({value})
         cells = self.line.beliefs[name][value - self.world.size]
@@ -358,8 +358,8 @@ class Others:
 
     def later(self, regions: Iterable[int]) -> set[int]:
         """Return the regions where a robot in one of ``regions`` may be at the next observation: at
-        most one step away; in a live run, where nothing bounds the number of its steps, all that it
-        can reach."""
+        most one step away. In a live run nothing bounds the number of its steps, so it may be in
+        all regions that it can reach."""
 
         def steps(region: int) -> Iterable[int]:
             return (to for to, _ in self.world.steps(False, (region, None)))
@@ -381,7 +381,7 @@ class Others:
         return [self.after(name, region, known) for name, known in each]
 
     def agree(self, row: Row, s: State) -> bool:
-        """Return whether a row of inputs is true: for each robot in sight its region, else a belief
+        """Return whether a row of inputs is true: the region of each robot in sight, else a belief
         that contains its region (in an external world, any belief)."""
         here = s.robots[self.line.robot].pose[0]
         for name, value in zip(self.first, row, strict=False):
@@ -399,20 +399,20 @@ class Others:
         """Refuse unless the robot's knowledge of other robots is true."""
         for name, value in self.first.items():
             where = self.whereabouts(name, value)
-            later = self.later(where) if s.tick else where  # that robot may have moved since then
+            later = self.later(where) if s.tick else where  # it may have moved since then
             holds = s.robots[name].holds & later
             require(holds, f"{self.line.robot} believes {name} to be where it is not")
 
 
 def sees(world: World, a: int, b: int, radius: float | None, closed: Collection[int]) -> bool:
-    """Return whether region b is in sight from a. The distance of the centres is at most the
-    radius; the segment between them passes through the interior of no wall or closed region, and
-    not between two such regions that touch at a corner."""
+    """Return whether region b is in sight from a: the distance of the centres is at most the
+    radius, and the segment between them crosses no wall or closed region's interior, and no corner
+    at which two of these touch."""
     (row, col), (row_b, col_b) = divmod(a, world.cols), divmod(b, world.cols)
     down, right = row_b - row, col_b - col
     if radius is not None and down * down + right * right > radius * radius:
         return False
-    shut: dict[tuple[int, int], int] = {}  # distance of the segment from closed regions
+    shut: dict[tuple[int, int], int] = {}  # distance between the segment and closed regions
     for r, c in product(*(range(min(0, far), max(0, far) + 1) for far in (down, right))):
         region = (row + r) * world.cols + col + c
         if region not in world.free or (region in closed and region not in (a, b)):

@@ -1,8 +1,8 @@
 """Lower bounds on the times of resolutions, rounds and the mission (docs/deadlines.md).
 
-The bounds ignore collisions and assume that robots are never busy, and that each open obstacle is
-gone from the earliest turn in which its needs could be fulfilled. Turn ``tick * n + i`` is that of
-robot i. No run is faster, so a deadline before a bound is lost.
+The bounds ignore collisions and assume that robots are never busy and each open obstacle disappears
+in the earliest turn in which its needs can be fulfilled. Turn ``tick * n + i`` is that of robot i.
+No run is faster, so a deadline before a bound is lost.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -23,9 +23,9 @@ Charges = dict[Pose, float]
 
 
 class Bound:
-    """Lower bounds on times, computed from the pose of each robot and the tick at which it is
-    there. ``met``: for each open obstacle, the earliest turn in which each open need can be
-    fulfilled. Formulas of objectives that the scenario still changes are ignored."""
+    """Lower bounds on times, computed from each robot's pose and the tick at which it is there.
+    ``met``: for each open obstacle, the earliest turn in which each open need can be fulfilled.
+    Formulas of objectives that the scenario still changes are ignored."""
 
     def __init__(self, s: State, tick: int) -> None:
         self.s, self.tick, self.names, self.count = s, tick, s.names, len(s.names)
@@ -65,14 +65,14 @@ class Bound:
         self, name: str, goal: frozenset[int], seeds: Ticks, ends_in: Collection[int] = ()
     ) -> Ticks:
         """Return, for each pose in which a robot can meet a target, the earliest tick by whose end
-        it can have met the target there: by a step, or by staying for a tick."""
+        it can have met the target there, by a step or by staying for a tick."""
         stayed, stepped = self.ticks(name, seeds, ends_in)
         there = (pose for pose in stayed.keys() | stepped.keys() if pose[0] in goal)
         return {p: min(stepped.get(p, NEVER), stayed.get(p, NEVER) + 1) for p in there}
 
     def ticks(self, name: str, seeds: Ticks, ends_in: Collection[int] = ()) -> tuple[Ticks, Ticks]:
-        """Return two mappings from poses: the earliest tick at whose end a robot can be there, and
-        the earliest in which a step can end there. Paths end in regions of ``ends_in``."""
+        """Return two mappings from poses to ticks: the earliest at whose end a robot can be there,
+        and the earliest in which a step can end there. Paths end in regions of ``ends_in``."""
         own, robot = self.names.index(name), self.s.robots[name]
         formulas = None if self.changes else robot.own.formulas
         best, stepped, shut = dict(seeds), Ticks(), self.sealed[name]
@@ -99,7 +99,7 @@ class Bound:
         return max(turns, default=-1)
 
     def _leaving(self, name: str, need: Need, since: int) -> int:
-        """Return the first turn from ``since`` in which a robot in transit can do its part of a
+        """Return the first turn from ``since`` on in which a robot in transit can do its part of a
         need in the region that it leaves; NEVER if there is none."""
         robot, own = self.s.robots[name], self.names.index(name)
         if robot.bound is None or robot.pose[0] not in need.regions:
@@ -129,7 +129,7 @@ class Bound:
                 arrivals += [min(turn, self._leaving(name, need, before))] * (name not in done)
             begun, arrivals = before, sorted(turn for turn in arrivals if turn < NEVER)
             missing = need.robots - len(done)
-            if missing > 0:  # else the last action failed, but may be repeated
+            if missing > 0:  # if not, the last action failed, but may be repeated
                 before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER
             turns.append(before)
         return turns
@@ -137,8 +137,8 @@ class Bound:
     def _seeds(
         self, one: Rest, number: int, name: str, former: Ticks, begun: int, before: int
     ) -> Ticks:
-        """Return the poses, each with its earliest tick, from which a robot may go to a need after
-        its part in the previous need; the mapping is empty if it took no part."""
+        """Return the poses from which a robot may go to a need after its part in the previous need,
+        each with its earliest tick; the mapping is empty if it took no part."""
         earlier, index = one.left[number - 1], self.names.index(name)
         part_at = before if earlier.together else begun + (index - begun) % self.count
         had_part = number == 1 and name in one.done and not earlier.together
@@ -151,8 +151,8 @@ class Bound:
 def objectives_change(
     s: State, tick: int, names: Collection[str] | None = None, most: int = NEVER
 ) -> bool:
-    """Return whether the scenario gives another objective, perhaps with other formulas, to one of
-    the robots ``names`` (None: to any) after ``tick`` and until ``most``."""
+    """Return whether the scenario assigns another objective, perhaps with other formulas, to one of
+    the robots ``names`` (None: any) after ``tick`` and until ``most``."""
     names = s.names if names is None else names
     changes = (one for one in s.scenario.changes if one.robot in names)
     times = [one.at for one in changes if one.objective is not None]
@@ -163,7 +163,7 @@ def objectives_change(
 
 
 def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
-    """Yield the possible sequences of targets that a robot still has to meet: all, in tick 0. A
+    """Yield the possible sequences of targets that a robot still has to meet (in tick 0 all). A
     patrol may begin with any target, a literal patrol only with the target where it stands."""
     own, progress = robot.own, robot.progress if tick else Progress()
     if own.settles:  # each tick at the last target is a round; the robot must end there
@@ -197,8 +197,8 @@ def mission(bound: Bound, tick: int) -> int:
 
 
 def bound_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield the reasons why a deadline that the trace calls lost may still be met, or may be met
-    before the stated tick ``earliest``. Raises TooLargeError."""
+    """Yield the reasons why a deadline recorded as lost may still be met, or may be met before the
+    stated tick ``earliest``. Raises TooLargeError."""
     bound = Bound(s, e.tick)
     if e.of == "mission":
         least = mission(bound, e.tick)
@@ -220,7 +220,7 @@ def bound_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def refused_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield the reasons why a deadline or charge may suffice that the trace refuses at the start.
+    """Yield the reasons why a deadline or charge that the trace refuses at the start may suffice.
     Raises TooLargeError."""
     for of, stated in e.refused.items():
         name = of.removesuffix(".battery")
@@ -243,7 +243,7 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def least_within(s: State, name: str) -> int:
-    """Return the least N such that a robot alone can complete every round, forever, in N ticks."""
+    """Return the least N such that a robot alone can complete each round in N ticks, forever."""
     own = s.robots[name].own
     s.world.spend(own.count**2 * own.strict)
     every = frozenset[int]().union(*own.targets) if own.literal and own.strict else None
@@ -268,7 +268,7 @@ def _least_round(
             seeds = bound.goal(name, goal, seeds, ends_in or goal)
         return seeds
 
-    begun = s.robots[name].pose[0] in targets[0]  # it counts in tick 0
+    begun = s.robots[name].pose[0] in targets[0]  # this counts in tick 0
     first = round_from(bound.start[name], targets[begun:])
     after = cache(lambda pose: round_from({pose: 0}))
     rounds = {pose: after(pose) for pose in closure(first, after)}
@@ -284,15 +284,15 @@ def _least_round(
 
 
 def charge_needed(robot: Robot, s: State) -> int:
-    """Return the least charge with which a robot can meet its targets in turn forever. It is
-    computed as a fixpoint over the poses."""
+    """Return the least charge with which a robot can meet its targets in turn forever: a fixpoint
+    over the poses."""
     battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers
     steps = Case(s, out=[name for name, one in s.robots.items() if one.out]).steps[robot.name]
     after = {pose: steps.get(pose, ()) for pose in s.world.reach(steps, [robot.pose], ())}
 
     def leg(target: frozenset[int], then: Charges) -> Charges:
         """Return, for each pose, the least charge with which the robot meets a target, by a step or
-        by staying there, and then has the charge ``then``."""
+        by staying there, and then still has the charge ``then``."""
         found, changed = Charges(), True
         while changed:
             changed = False

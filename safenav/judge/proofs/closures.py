@@ -1,10 +1,10 @@
-"""The closure of all that a team can do, and its consequences: obstacles that are never resolved,
-robots that can never continue.
+"""The closure of all that a team can do, and its consequences: obstacles that are never resolved
+and robots that can never continue.
 
-The closure has the poses that each robot can reach if every need is fulfilled whose regions enough
-robots can reach. A robot that cannot continue there never can. Otherwise each choice of a group of
-robots that fulfils the next need is followed; a choice after which all its robots can return
-represents all choices.
+The closure contains the poses that each robot can reach if every need is fulfilled whose regions
+enough robots can reach. A robot that cannot continue there never can. Otherwise each choice of a
+group for the next need is examined; a choice after which all its robots can return represents all
+choices.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -20,13 +20,13 @@ Sets = Mapping[str, Poses]
 PER_CHOICE = 100
 """Cost of a choice of robots, in states."""
 PER_SYMBOL = 20
-"""Symbols of formulas that cost a state."""
+"""Number of formula symbols with the cost of a state."""
 
 
 class Case:
-    """The team in a state: for each robot its ``steps`` outside permanent obstacles, and the poses
-    where each of its ``targets`` is met. ``out``: robots out of service; ``flat``: robots that
-    another battery brings back, each with its obstacle; ``memory``: the memory of each robot whose
+    """The team in a state: each robot's ``steps`` outside permanent obstacles, and the poses that
+    meet each of its ``targets``. ``out``: robots out of service; ``flat``: robots that another
+    battery returns to service, each with its obstacle; ``memory``: the memory of each robot whose
     poses include one; ``never``: given-up obstacles that are never resolved; ``shut``: these and
     all permanent obstacles; ``laden``: robots with a load, or a part of one, that no robot can ever
     put down; ``leaving``: the state in which a robot in transit still acts in the region that it
@@ -94,7 +94,7 @@ class Case:
 
     def _came(self, robot: Robot) -> int | None:
         """Return the region from which a robot has entered its present one or, in transit, enters
-        its destination; None if an obstacle has appeared around the robot there."""
+        its destination; None if an obstacle has appeared around it there."""
         if robot.bound is None:
             return robot.came
         there = self.state.at.get(robot.bound, ())
@@ -102,7 +102,7 @@ class Case:
         return None if closed else robot.pose[0]
 
     def _opened(self, one: Obstacle) -> Rest:
-        """Return an open obstacle, without the robots that never act on it."""
+        """Return an open obstacle without the robots that never act on it."""
         s, rest, left = self.state, one.rest, list[Need]()
         for k in range(len(rest.left)):
             chain = rest._replace(left=rest.left[k:])
@@ -117,12 +117,12 @@ class Case:
         )
 
     def _cut(self, load: Rest) -> Iterator[str]:
-        """Yield the robots that never take a load since they cannot reach where it is put down."""
+        """Yield the robots that never take a load since they cannot reach its destination."""
         graph = self.world.graph(False)
         for name in load.left[0].able:
             avoid = self.state.robots[name].own.avoid
             reached = self.world.reach(graph, [(self.at[name][0], None)], avoid)
-            left = avoid - load.left[0].regions  # regions that the robot may leave, but not enter
+            left = avoid - load.left[0].regions  # regions that the robot may only leave
             regions = {region for region, _ in reached} - left
             if any(regions.isdisjoint(need.regions) for need in load.chain()):
                 yield name
@@ -166,7 +166,7 @@ class Case:
 
     def actors(self, one: Rest, sets: Sets, full: frozenset[str]) -> dict[str, Poses]:
         """Return the robots that can do their part of an obstacle's next need, each with the poses
-        where it can. ``full``: robots that can take no other load."""
+        for it. ``full``: robots that can take no other load."""
         able = able_now(one, full)
         at = {n: sets[n] & self._on(n, one.left[0].regions) for n in self.names if n in able}
         return {name: there for name, there in at.items() if there}
@@ -180,8 +180,8 @@ class Case:
                 yield group
 
     def _fits(self, group: tuple[str, ...], at: Sets) -> bool:
-        """Return whether the robots of a group can stand in some of their poses simultaneously:
-        rivals in different regions, and at most one robot of each zone in the zone."""
+        """Return whether the robots of a group can stand in some of their poses simultaneously,
+        rivals in different regions and at most one robot in each zone."""
         s, crowd = self.state, [name for name in group if {*self.state.mates[name]} & {*group}]
         for regions in product(*({pose[0] for pose in at[name]} for name in crowd)):
             self.world.spend()
@@ -192,8 +192,8 @@ class Case:
 
 
 def case_of(s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | None = None) -> Case:
-    """Return the case of a state in which those given-up obstacles are permanent that the team can
-    never resolve from there."""
+    """Return the case of a state: the given-up obstacles that the team can never resolve from there
+    are permanent."""
     never = set[str]()
     while True:
         case = Case(s, out=out, memory=memory, never=never)
@@ -205,8 +205,8 @@ def case_of(s: State, *, out: Iterable[str] = (), memory: Mapping[str, int] | No
 
 
 def case_now(s: State, memory: Mapping[str, int] | None = None) -> Case:
-    """Return the case of the present state. A robot without charge counts as in service if it has,
-    or can get, another battery: a proof with this robot also holds without it."""
+    """Return the case of the present state. A robot without charge counts as in service if it has
+    or can get another battery: a proof with this robot also holds without it."""
     out = {name for name, robot in s.robots.items() if robot.out and not robot.filled}
     while True:
         case = case_of(s, out=out, memory=memory)
@@ -224,17 +224,16 @@ def able_now(one: Rest, full: frozenset[str]) -> frozenset[str]:
 
 
 def _met(formulas: Formulas, goal: int, steps: Graph) -> Poses:
-    """Return the poses that meet a goal by staying there, and those into which a step meets the
-    goal although staying at neither end of the step does."""
+    """Return the poses where a stay meets a goal, and those into which a step meets it although a
+    stay at neither end of the step does."""
     staying = {pose for pose in steps if formulas.meets(goal, pose, pose)}
     pairs = ((a, b) for a, to in steps.items() for b in to if not {a, b} & staying)
     return frozenset(staying | {b for a, b in pairs if formulas.meets(goal, a, b)})
 
 
 def _with_memory(formulas: Formulas, steps: Graph) -> tuple[Graph, list[Poses]]:
-    """Return two results for a robot whose states are a pose, a memory, and the goals that only the
-    last step has met: the graph of its steps, and the states that meet each goal. A robot that
-    stays may change its memory."""
+    """Return the graph of a robot's steps, and the states that meet each goal. A state is a pose, a
+    memory, and the goals that only the last step met. A robot that stays may change its memory."""
     edges: dict[Any, set[Any]] = {}
     for here, to in steps.items():
         for there in (here, *to):
@@ -255,7 +254,7 @@ def team_closure(
     left = opened
     while True:
         inside = {name: case.reach(name, start[name], left) for name in case.names}
-        full = case.full(one for one in left if one in opened)  # these keep their loads forever
+        full = case.full(one for one in left if one in opened)  # they keep their loads forever
         each = (_furthest(case, one, inside, full, left) for one in opened)
         after = tuple(one for one in each if one.left)
         if after == left:
@@ -267,7 +266,7 @@ def _furthest(
     case: Case, one: Rest, inside: Sets, full: frozenset[str], walls: tuple[Rest, ...]
 ) -> Rest:
     """Return an obstacle after all needs that can be fulfilled: enough robots can reach each of
-    them (where a need demands the same robots, from the need before it)."""
+    them (from the previous need if the same robots are demanded)."""
     sets = inside
     while one.left:
         at = case.actors(one, sets, full)
@@ -281,7 +280,7 @@ def _furthest(
 
 
 def is_hopeless(case: Case) -> bool:
-    """Return whether some robot can never continue, whatever is chosen. Raises TooLargeError."""
+    """Return whether some robot can never continue after any choices. Raises TooLargeError."""
     states: list[tuple[Sets, tuple[Rest, ...]]] = [(case.start, case.obstacles)]
     while states:
         sets, opened = states.pop()
@@ -301,8 +300,8 @@ def _options(
     case: Case, sets: Sets, opened: tuple[Rest, ...]
 ) -> Iterator[tuple[tuple[Sets, tuple[Rest, ...]], bool]]:
     """Yield each option: a group fulfils the next need of an obstacle, or one robot does its part
-    of it. An option is a pair: the poses of the robots with the open obstacles afterwards, and
-    whether nothing is lost, since these robots can return to all their poses."""
+    of it. An option is a pair: the robots' poses and the open obstacles afterwards, and whether
+    nothing is lost, since these robots can return to all their poses."""
     full = case.full(opened)
     for k, one in enumerate(opened):
         at, alone = case.actors(one, sets, full), one.left[0].together or one.left[0].robots == 1

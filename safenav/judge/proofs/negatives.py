@@ -1,4 +1,4 @@
-"""The check of claims that the mission cannot be completed, and of their proofs."""
+"""The check of claims that the mission is infeasible, and of their proofs."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -23,9 +23,9 @@ from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import TooLargeError, closure
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
-"""Cost in states, for each four robots: a joint state with a proof, and of those in service."""
+"""Cost in states per four robots: of a joint state with a proof, and of one in service."""
 MOST_MEMORIES = 8
-"""Maximum number of joint memories of formulas for each of which a way is searched."""
+"""Maximum number of joint formula memories for which sequences of moves are searched."""
 ELSEWHERE = -1
 
 
@@ -40,7 +40,7 @@ class _State(NamedTuple):
 
 class Enumeration:
     """The joint states of some robots with some open obstacles. ``cost``: the work for one state;
-    ``most``: how many goals (or rounds, if in any order) each robot has to meet."""
+    ``most``: the number of goals (or rounds, if in any order) that each robot has to meet."""
 
     def __init__(
         self, case: Case, robots: list[str], opened: Iterable[Rest], cost: int = PER_JOINT_STATE
@@ -56,7 +56,7 @@ class Enumeration:
         self._live = cache(self._is_live)
 
     def complete(self) -> Iterator[_State]:
-        """Yield the reachable states in which the mission is completed. Raises TooLargeError."""
+        """Yield the reachable states with a completed mission. Raises TooLargeError."""
         spend = partial(self.case.world.spend, self.cost)
         return filter(self._is_complete, closure(self.starts(), self._successors, spend))
 
@@ -74,11 +74,11 @@ class Enumeration:
         if own.strict and own.literal and robot.progress.turn is None:
             return found + [replace(found[0], turn=goal) for goal in here]
         acts = robot.acts and own.strict and not own.literal and not robot.progress.goals
-        # The target where it acts counts first, as the action ends.
+        # The target where it acts counts first, when the action ends.
         return [replace(found[0], turn=goal) for goal in here if acts] or found
 
     def _after(self, k: int, met: Progress) -> list[Progress]:
-        """Return the possible progress of a robot that continues, up to its goals to meet."""
+        """Return the possible progress of a robot that continues, at most its goals to meet."""
         own, goals = self.owns[k], min(met.goals, self.most[k])
         if self.targets[k] and own.strict and not own.literal and not goals:
             return [Progress(turn=first) for first in range(own.count)]
@@ -104,8 +104,8 @@ class Enumeration:
                     yield from self._settled(_State(poses, state.met, state.opened), k)
 
     def _is_complete(self, state: _State) -> bool:
-        """Return whether each robot has met all goals, can continue forever, and is at its last
-        target if its objective settles there."""
+        """Return whether each robot has met all goals, can continue forever and, if its objective
+        settles, is at its last target."""
         for k, pose in enumerate(state.poses):
             own, met, targets = self.owns[k], state.met[k], self.targets[k]
             whole = met.ended(own) if own.ends else met.goals == self.most[k]
@@ -119,8 +119,8 @@ class Enumeration:
         return outside and self.case.can_continue(name, frozenset([pose]), opened)
 
     def _settled(self, state: _State, moved: int | None = None) -> Iterator[_State]:
-        """Yield the states after the robots have performed all actions, then counted all goals,
-        where they stand. If a resolution restarts rounds, patrols may begin with any target."""
+        """Yield the states after the robots have performed all actions where they stand and then
+        counted all goals. If a resolution restarts rounds, patrols may begin with any target."""
         needs = (need for one in state.opened for need in one.left)
         regions = frozenset(region for need in needs for region in need.regions)
         places = tuple(p[0] if p[0] in regions else ELSEWHERE for p in state.poses)
@@ -143,7 +143,7 @@ class Enumeration:
         """Return a robot's progress ``met`` after it has counted its goals in ``pose``."""
         own, targets, most = self.owns[k], self.targets[k], self.most[k]
         here = [goal for goal, target in enumerate(targets) if pose in target]
-        if here and len(here) == len(targets) and not own.ends:  # then all rounds are done
+        if here and len(here) == len(targets) and not own.ends:  # all rounds are then done
             turn = (met.turn or 0) + most - met.goals
             return Progress(most, turn % len(targets) if own.ordered else 0)
 
@@ -151,7 +151,7 @@ class Enumeration:
             unseen = met.goals < most and not met.seen >> goal & 1
             return goal == met.turn if own.ordered else unseen
 
-        # Continue even without goals left: the next target survives a restart of rounds.
+        # Continue even without open goals: the next target survives a restart.
         while due := [*filter(is_due, here)]:
             met = met.after(own, due[0])
             met = replace(met, goals=min(met.goals, most))
@@ -159,7 +159,7 @@ class Enumeration:
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
         """Return the obstacles after all robots have acted where they stand. Robots take loads
-        last, begun ones before others, and only as many as they can carry."""
+        last, begun ones first, and only as many as they can carry."""
         flat = {one.name for one in opened}.intersection(self.case.flat.values())
         pairs = zip(self.robots, places, strict=True)
         at = {name: place for name, place in pairs if self.case.flat.get(name) not in flat}
@@ -206,7 +206,7 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
 
 def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
     """Yield the reasons why some robots can complete their part of the mission on a floor without
-    the other robots, and without the obstacles that those may resolve."""
+    the other robots and the obstacles that those may resolve."""
     robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
         robot, known = s.robots[name], set[int]()
@@ -230,7 +230,7 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def _without_room(robots: list[str], s: State) -> bool:
-    """Return whether some robots, all in conflict, outnumber the regions of their last targets."""
+    """Return whether robots in conflict outnumber the regions of their last targets."""
     owns = [s.robots[name].own for name in robots]
     apart = all(own.settles for own in owns) and all(
         {*robots} <= {name, *s.rivals[name]} for name in robots
@@ -239,7 +239,7 @@ def _without_room(robots: list[str], s: State) -> bool:
 
 
 def shut_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield the reasons why a given-up obstacle may still be resolved if all robots are in service.
+    """Yield the reasons why robots, if all are in service, may still resolve a given-up obstacle.
     Raises TooLargeError."""
     _require_read(s)
     case = case_of(s)
@@ -255,7 +255,7 @@ def _require_read(s: State) -> None:
 
 def _causes(now: Case) -> list[str]:
     """Return the causes for which no order of moves completes the mission, the most specific first,
-    and then those that would remain if all robots were in service."""
+    then those that would remain if all robots were in service."""
     found = list[str]()
     for case in [now, case_of(now.state)] if now.out else [now]:
         stuck = team_closure(case, case.start, case.obstacles)[1]
@@ -271,7 +271,7 @@ def _causes(now: Case) -> list[str]:
 
 def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     """Yield the reasons why the robots in service can still do their part of the mission. Robots
-    that have done it may have left to charge while the team waited."""
+    that have done theirs may have left to charge while the team waited."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
         return
@@ -298,7 +298,7 @@ def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
 
 def _lost_problems(e: Line, case: Case) -> Iterator[str]:
     """Yield a problem unless one of the stated robots provably cannot continue, even alone and
-    without the obstacles that may yet be resolved."""
+    without the obstacles that may still be resolved."""
     s = case.state
     stated = e.unrealizable or {}
     if not all(_continues(s.robots[n], case, s.failed.get((n, stated[n]))) for n in stated):
@@ -338,7 +338,7 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         return Case(s, memory={name: 0}, never=never).can_continue(name, begins, ())
     if own.literal and own.strict and memory:
         return _keeps_order(robot, case, next(iter(memory.values())))
-    return True  # the closure shows that it can continue
+    return True  # by the closure, it can continue
 
 
 def _rows(robot: Robot, memory: Mapping[str, int], s: State) -> set[int]:
@@ -349,8 +349,8 @@ def _rows(robot: Robot, memory: Mapping[str, int], s: State) -> set[int]:
 
 
 def may_have(robot: Robot, memory: Mapping[str, int], s: State) -> bool:
-    """Return whether a robot may have this memory of its own objective now. A proof that assumes
-    any other memory is void."""
+    """Return whether a robot may have this memory of its own objective now. A proof for any other
+    memory is void."""
     own = robot.own
     if own.kind == "ltl":
         return robot.memories is None or not s.arriving(robot).isdisjoint(_rows(robot, memory, s))
@@ -361,8 +361,8 @@ def may_have(robot: Robot, memory: Mapping[str, int], s: State) -> bool:
 
 
 def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:
-    """Return whether a robot alone can meet its targets in turn forever and touch each of them only
-    in its turn."""
+    """Return whether a robot alone can meet its targets in turn forever and touch each only in its
+    turn."""
     targets, steps = robot.own.targets, case.steps[robot.name]
     others = [targets[:k] + targets[k + 1 :] for k in range(len(targets))]
     shut = [frozenset[int]().union(*each) for each in others]
