@@ -1,1 +1,1 @@
-"""A run with its proof: progress measures, bundles, and the page of a bundle."""
+"""Runs with their proofs: progress measures, bundles and the page of a bundle."""

@@ -1,4 +1,4 @@
-"""Writing of a bundle: the files of a run with their evidence (layout: docs/bundle.md)."""
+"""Bundle writing: the files of a run with their evidence (layout: docs/bundle.md)."""
 
 import hashlib
 import json
@@ -37,7 +37,7 @@ from safenav.verify.verification import first_failure
 
 
 class Made(Struct, frozen=True):
-    """A bundle that was written, with the verdict of its checker on it."""
+    """A written bundle and its checker's verdict on it."""
 
     path: Path
     verdict: Judged
@@ -50,11 +50,11 @@ def make_bundle(
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
-    ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: its cache
-    has the strategies.
+    ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: one whose
+    cache has the strategies.
 
-    Raises UsageError if the target exists, goals are assigned at run time, a strategy is missing or
-    the disk is full, NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a
+    Raises UsageError if the target exists, goals are assigned at run time, a strategy is missing,
+    or the disk is full; NotCertifiedError if a checker refuses the bundle; ResourceLimitError if a
     strategy is too large for the checker."""
     target = Path(target)
     if target.exists():
@@ -82,8 +82,8 @@ def make_bundle(
 
 @contextmanager
 def _beside(target: Path) -> Iterator[Path]:
-    """Yield a temporary folder beside the target. A failure to write into it is reported as a
-    failure to write the target."""
+    """Yield a temporary folder beside the target. Report a failed write into it as a failure to
+    write the target."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=".bundle-") as folder:
@@ -104,9 +104,8 @@ def _certifiable(scenario: Scenario) -> None:
 def files_of_run(
     trace: bytes, sources: Mapping[str, bytes], synthesizer: Synthesizer
 ) -> dict[str, bytes]:
-    """Return all files of a bundle except the page and the manifest. The strategies of repeated
-    syntheses come from the cache. Raises UsageError, which names the missing part, if that
-    fails."""
+    """Return all files of a bundle except the page and the manifest. Repeated syntheses take their
+    strategies from the cache. Raises UsageError, which names the missing part, if that fails."""
 
     def automata(e: Line) -> Iterator[bytes]:
         text = synthesizer.cache.load_text(e.spec)
@@ -174,15 +173,15 @@ def _pack(folder: Path, archive: Path) -> None:
 
 
 Automata = Callable[[Line], Iterable[bytes]]
-"""Yields the strategies or counterstrategies of a ``synthesis`` line, the best one first."""
+"""A function that yields the automata of a ``synthesis`` line, the best one first."""
 
 
 def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
     """Return the proofs of all ``synthesis`` lines of a trace, and their strategies, as files.
 
     A line without a proof gets no file, or a measure that does not decrease: the checker reports
-    why. Raises ResourceLimitError if a strategy is too large for it, NotCertifiedError if the data
-    are not a trace."""
+    the reason. Raises ResourceLimitError if a strategy is too large for the checker,
+    NotCertifiedError if the data are not a trace."""
     found: dict[str, bytes] = {}
 
     def prove(e: Line, s: State) -> Iterator[str]:
@@ -192,7 +191,7 @@ def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
         for data in automata(e) if wanted and name not in found else ():
             if drives:
                 found[f"strategies/{e.strategy}.json"] = data
-            # On an error, try the next automaton: this one contradicts the line, or does not win.
+            # On an error, try the next automaton: this one contradicts the line or does not win.
             with suppress(RefusedError, NoMeasureError, LookupError):
                 proof = (strategy_proof if drives else counter_proof)(json.loads(data), e, s)
                 found[name] = json_line(proof).encode()
@@ -216,9 +215,9 @@ def strategy_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
     """Return a counterstrategy with the parts that the synthesizer omits: the environment's initial
-    input and choices, and the measures that prove that it wins.
+    input and choices, and the measures that prove its win.
 
-    Raises NoMeasureError if it does not win, LookupError if the robot has a reply to each input."""
+    Raises NoMeasureError if it does not win; LookupError if the robot has a reply to each input."""
     task = Task(automaton, e, s)
     nodes = task.graph.reach(task.answered(task.opening))
     chosen: list[Any] = [None] * task.graph.count
@@ -236,7 +235,7 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
     """Return the measures on the edges of ``nodes``. A goal without a measure gets a constant in a
-    strategy, and raises NoMeasureError in a ``counter``strategy."""
+    strategy and raises NoMeasureError in a ``counter``strategy."""
     graph = task.graph
     edges = graph.edges(nodes)
     goals, assumed = task.met(edges)
@@ -272,11 +271,11 @@ def bundle_of_run(text: str, scenario: Path, target: Path) -> Made:
 
 
 def bundle_of_trace(trace: bytes, source: str, target: Path) -> Made:
-    """Write the bundle of an earlier run from its trace and the cache. ``source`` names it in
-    messages.
+    """Write the bundle of an earlier run from its trace and the cache. ``source``: the trace's name
+    in messages.
 
-    Raises InputError if it is not a trace, UsageError if a part is missing, NotCertifiedError if
-    the run is refused.
+    Raises InputError if it is not a trace, UsageError if a part is missing, and NotCertifiedError
+    if the run is refused.
     """
     read_bytes(trace, source)
     return make_bundle(target, trace, {}, Synthesizer(verifier=first_failure))

@@ -1,4 +1,4 @@
-"""Verdict on a bundle, by its checker and by a comparison with its source."""
+"""The verdict on a bundle, by its checker and a comparison with its source."""
 
 import dataclasses
 import tempfile
@@ -21,8 +21,8 @@ from safenav.trace.records import Header
 
 
 def check_bundle(bundle: str | Path) -> Judged:
-    """Return the verdict of the installed checker (not of its copy in the bundle) on a bundle, and
-    of a comparison of the trace with the bundle's copy of its source."""
+    """Return the verdict on a bundle by the installed checker (not its copy in the bundle), and by
+    a comparison of the trace with the bundle's copy of its source."""
     bundle = Path(bundle)
     found = check(bundle)
     files = open_bundle(bundle) if found.accepted else {}
@@ -34,7 +34,7 @@ def check_bundle(bundle: str | Path) -> Judged:
         told = difference(kept, read_bytes(first).header)
     except InputError as error:  # invalid in a field that the checker ignores
         return Judged("refused", f"trace.jsonl: {error.diagnostics[0].found}")
-    except (OSError, ValueError):  # two names for one place, or a name that no file can have
+    except (OSError, ValueError):  # duplicate names of one place, or an impossible name
         return Judged("refused", "the source has files that cannot be written")
     if told is not None:
         return Judged("refused", f"the source is not the scenario of the trace: {told}")
@@ -43,8 +43,8 @@ def check_bundle(bundle: str | Path) -> Judged:
 
 
 def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
-    """Return the text of a scenario, and the map and catalogue files that it reads, by their paths
-    relative to the deepest folder that contains all of them."""
+    """Return the text of a scenario, and of the map and catalogue files that it reads, by their
+    paths relative to their deepest common folder."""
     own = Path("scenario.yaml" if str(scenario) == STDIN else scenario).absolute()
     named = [path for path in referenced_files(root_of(text), own.parent) if path.is_file()]
     found = {normpath(path): path.read_bytes() for path in named} | {normpath(own): text.encode()}
@@ -54,7 +54,7 @@ def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
 
 def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
     """Return, in words, the first difference between the scenario in a trace's header and its
-    source; None if there is none. The seed and the clock of the run are used for both."""
+    source; None if there is none. Both have the seed and clock of the run."""
     told, traced = "no file in it is a scenario", header.scenario
     with tempfile.TemporaryDirectory() as folder:
         files = {normpath(Path(folder, name)): data for name, data in sources.items()}
@@ -65,7 +65,7 @@ def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
             try:
                 scenario = load_scenario_text(text := data.decode(), path).recorded
             except (InputError, ValueError):
-                continue  # a catalogue, or a map
+                continue  # a catalogue or a map
             read = replace(scenario, seed=traced.seed, clock=traced.clock)
             one, other = plain(read), plain(traced)
             wrong = [k for k in sorted(one.keys() | other.keys()) if one.get(k) != other.get(k)]
@@ -82,7 +82,7 @@ _PAGE = Path(__file__).with_name("page.html")
 
 
 def page_of(trace: Trace, verdict: Judged) -> str:
-    """Return the page of a bundle, made from its trace and the checker's verdict."""
+    """Return the page of a bundle, which shows its trace and the checker's verdict."""
     end = trace.outcome
     outcome = "unfinished" if end is None else end.outcome.value
     why = "the trace ends before the run does" if end is None else end.explanation

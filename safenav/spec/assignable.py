@@ -1,9 +1,9 @@
-"""Goals that are assigned at runtime: coordination without resynthesis (paper, Section V-D).
+"""Goals assigned at runtime: coordination without resynthesis (paper, Section V-D).
 
-One input, ``assigned``, steers a robot whose strategy never changes. Its greatest value leaves the
-robot to its own objective. Another region sends the robot there, and excuses its own goals
-meanwhile; the region where it stands lets it wait. Obstacles that turn out to be permanent still
-require a new strategy.
+One input, ``assigned``, steers a robot whose strategy never changes. Its greatest value lets the
+robot pursue its own objective. Another region sends the robot there and excuses its own goals
+meanwhile; the region where it stands lets it wait. Permanent obstacles still require a new
+strategy.
 
 Only regions from which a robot can resume its own objective are assigned. Steps may be irreversible
 (headings in a corridor, formulas about steps or with a memory), and a joint plan or a duty may lead
@@ -38,7 +38,7 @@ State = tuple[Pose, Remembered]
 
 
 class Part(Struct, frozen=True):
-    """Regions, with the states (pose and memory) in which they are assignable."""
+    """Regions and the states (pose and memory) in which they are assignable."""
 
     regions: frozenset[Region]
     states: frozenset[State]
@@ -46,7 +46,7 @@ class Part(Struct, frozen=True):
 
 class AssignableRegions(Struct, frozen=True):
     """The assignable regions. ``places``: regions that are assignable in some state. ``parts``: the
-    states for those that are not assignable in every state."""
+    states for those that are assignable only in some states."""
 
     places: frozenset[Region] = frozenset()
     parts: tuple[Part, ...] = ()
@@ -67,7 +67,7 @@ def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
 
 
 class _Ground(Struct, frozen=True):
-    """The states of a robot (pose and memory), on which its paths depend. ``first``: the index of
+    """The states of a robot (pose and memory), which determine its paths. ``first``: the index of
     the first target that it still has to meet."""
 
     mobility: Mobility
@@ -102,8 +102,8 @@ class _Ground(Struct, frozen=True):
         ]
 
     def meets(self, members: Sequence[State], successors: Mapping[State, Sequence[State]]) -> bool:
-        """Return whether a robot that circulates among these states can meet its objective
-        forever."""
+        """Return whether a robot can meet its objective forever while it circulates among these
+        states."""
         if not isinstance(self.objective, Ltl):
             regions = {pose.region for pose, _ in members}
             return all(target & regions for target in self.objective.targets[self.first :])
@@ -116,7 +116,7 @@ class _Ground(Struct, frozen=True):
 
     def live(self) -> list[tuple[list[State], set[int]]]:
         """Return the strongly connected sets of states in which the robot can meet its objective
-        forever, even if it must wait in any of them. A set comes after its successors, and has the
+        forever, even if it must wait in any of them. Successors come first. Each set has the
         indices of the sets that one step reaches."""
         after = cache(self.after)
         successors = {state: after(state) for state in reached(self.begins(), after)}
@@ -146,7 +146,7 @@ def _remembered(memory: Mapping[str, int]) -> Remembered:
 def _assignable_regions(ground: _Ground) -> AssignableRegions:
     live = ground.live()
     states = {state for members, _ in live for state in members}
-    if states.isdisjoint(ground.begins()):  # the objective cannot be met, or memories are too many
+    if states.isdisjoint(ground.begins()):  # the objective is infeasible, or memories are too many
         return AssignableRegions()
     reach: list[frozenset[Region]] = []  # the regions that each set can reach
     for members, beyond in live:
@@ -175,13 +175,13 @@ def inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def own(world: RegionMap) -> int:
-    """Return the value of ``assigned`` that leaves the robot to its own objective."""
+    """Return the value of ``assigned`` for the robot's own objective."""
     return world.size
 
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumptions: only regions from which the robot can resume its objective are
-    assigned, and an assignment lasts until the robot has reached the region or must wait."""
+    """Yield the assumptions: the robot can resume its objective from each assigned region, and an
+    assignment lasts until the robot has reached the region or must wait."""
     possible = assignable_regions(task, world)
     begin = _origin("nothing is assigned before the first move")
     yield Constraint(Section.ENV_INIT, f"assigned = {own(world)}", begin)
@@ -211,7 +211,7 @@ def _origin(rule: str) -> Origin:
 
 
 def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the guarantees: the robot waits if so commanded, and goes to the assigned region."""
+    """Yield the guarantees: the robot waits on command and goes to the assigned region."""
     stay = _origin("it stays where it is assigned")
     yield Constraint(Section.SYS_TRANS, "assigned' = region -> region' = region", stay)
     able = _origin("it stays where it can reach the region that it is assigned")
@@ -239,7 +239,7 @@ def _in(part: Part, task: Task, mark: str = "") -> str:
 
 
 def excused(constraint: Constraint, world: RegionMap) -> Constraint:
-    """Return a constraint of the own objective, excused while another region is assigned."""
+    """Return a constraint of the own objective that is excused while another region is assigned."""
     rule = f"{constraint.origin.rule}, unless it is assigned another region"
     formula = f"{_elsewhere(world)} | ({constraint.formula})"
     return replace(constraint, formula=formula, origin=replace(constraint.origin, rule=rule))

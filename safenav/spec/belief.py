@@ -1,19 +1,19 @@
-"""Beliefs of a robot about other robots, and their formulas: an input ``at_NAME`` for each.
+"""A robot's beliefs about other robots, and their formulas: an input ``at_NAME`` for each.
 
-Belief abstraction (Bharadwaj, Dimitrova, Topcu: Synthesis of surveillance strategies via belief
-abstraction, CDC 2018), which the paper keeps from its predecessor. From a known region, and from
-each region of the believed cells, the other robot may stay or step to a neighbour; in a live run it
-may be anywhere within reach, since nothing bounds its steps between two observations. A successor
-in sight remains a region; all successors out of sight form one belief: the set of cells that
-contain one. The update of knowledge is defined here once, for the specification and for the
-runtime, so that a strategy receives exactly the observations for which it was synthesized. As in
-the game, first the other robot moves, and then this robot observes from its region and moves.
+The paper keeps this belief abstraction from its predecessor (Bharadwaj, Dimitrova, Topcu: Synthesis
+of surveillance strategies via belief abstraction, CDC 2018). From a known region, and from each
+region of the believed cells, the other robot may stay or step to a neighbour. In a live run it may
+be anywhere within reach, since nothing bounds its steps between two observations. A successor in
+sight remains a region; all successors out of sight form one belief: the set of cells that contain
+one. This module defines the update of knowledge once, for the specification and the runtime, so a
+strategy receives exactly the observations for which it was synthesized. As in the game, first the
+other robot moves; then this robot observes from its region and moves.
 
 Values of ``at_NAME`` below the number of regions are regions where the robot sees the other robot;
-greater values are the beliefs that can occur. The game is as large as the map near the robot and as
-small as the partition everywhere else. Constraints are written for each own region (with the
-regions in sight) and for each belief, never for each pair of positions. Impossible pairs are left
-open where that shortens the text. See docs/tracking.md.
+greater values are the beliefs that can occur. So the game is as fine as the map near the robot and
+as coarse as the partition elsewhere. There are constraints for each own region (with the regions in
+sight) and each belief, never for each pair of positions. Impossible pairs remain unconstrained
+where that shortens the text. See docs/tracking.md.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ from safenav.world.map import Cells, Heading, Region, RegionMap, coarsened, room
 from safenav.world.poses import Mask, Mobility, bits, plain_graph, region_mask
 
 Belief = frozenset[int]
-"""The cells that may hold a robot that is out of sight; never empty."""
+"""The cells that may contain a robot out of sight; never empty."""
 
 Knowledge = Region | Belief
-"""The region where another robot is seen, or the cells that may hold it."""
+"""The region where another robot is seen, or the cells that may contain it."""
 
 
 class Prospect(Struct, frozen=True):
@@ -56,8 +56,8 @@ class Prospect(Struct, frozen=True):
 
 
 class Outlook(Struct, frozen=True):
-    """The prospects of a state of knowledge from all own regions. The other robot may move to
-    ``reach``; ``beliefs``: each belief (or None), with the own regions that lead to it."""
+    """The prospects of a state of knowledge from all own regions. ``reach``: where the other robot
+    may move; ``beliefs``: each belief (or None) with the own regions that lead to it."""
 
     reach: Mask
     beliefs: tuple[tuple[Belief | None, Mask], ...]
@@ -65,8 +65,8 @@ class Outlook(Struct, frozen=True):
 
 class Tracker:
     """The tracking of other robots on a map, by the cells of a partition and the robot's visibility
-    (``radius`` and ``closed`` as in ``Visibility``). ``live``: other robots make any number of
-    steps between two observations, not at most one."""
+    (``radius`` and ``closed`` as in ``Visibility``). ``live``: whether other robots make any number
+    of steps between two observations, not at most one."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class Tracker:
         self._masks = tuple(map(region_mask, cells))
 
     def possible(self, knowledge: Knowledge) -> frozenset[Region]:
-        """Return the regions where the other robot may be, given the knowledge of it."""
+        """Return the regions where the other robot may be, given this robot's knowledge."""
         if isinstance(knowledge, frozenset):
             return frozenset().union(*(self.cells[cell] for cell in knowledge))
         return frozenset({knowledge})
@@ -102,8 +102,8 @@ class Tracker:
 
     def look(self, own: Region, other: Region, known: Knowledge) -> Knowledge:
         """Return the knowledge after an observation from region ``own`` while the other robot is in
-        region ``other`` (which only decides whether it is seen). If it is out of sight although
-        every region that it can have reached is in sight, the belief is all cells."""
+        region ``other`` (which only decides whether it is seen). The belief is all cells if it is
+        out of sight although all regions that it can have reached are in sight."""
         if self.visibility.mask(own) >> other & 1:
             return other
         belief = self.update(own, known).belief
@@ -126,12 +126,12 @@ class Tracker:
 
     @cached_method
     def _look_ahead(self, reach: Mask) -> Outlook:
-        """Return the outlook for ``reach``; in a live run, many states of knowledge share one."""
+        """Return the outlook for ``reach``. In a live run, many states of knowledge share one."""
         groups: list[tuple[Belief, Mask]] = [(frozenset(), self._free)]
         for cell, regions in enumerate(self._masks):
             if not reach & regions:
                 continue
-            overseen = self._free  # regions that see all reached regions of the cell
+            overseen = self._free  # regions with all reached regions of the cell in sight
             for region in bits(reach & regions):
                 overseen &= self.visibility.mask(region)
                 if not overseen:
@@ -146,19 +146,19 @@ class Tracker:
 
 
 watch = lru_cache(maxsize=64)(Tracker)
-"""The tracker, made once."""
+"""The cached tracker."""
 
 
 class TooManyBeliefsError(ValueError):
-    """More beliefs than a specification can handle in reasonable time."""
+    """Too many beliefs for a specification in reasonable time."""
 
 
 def occurring(
     watch: Tracker, own: Region, blocked: frozenset[Region], knowledge: Knowledge, most: int
 ) -> Mapping[Knowledge, Mask]:
-    """Return each possible state of knowledge, with the robot's own regions in which it may occur.
+    """Return each possible state of knowledge with the robot's own regions in which it may occur.
 
-    The robot starts in region ``own`` with ``knowledge``, and steps freely except into ``blocked``
+    The robot starts in region ``own`` with ``knowledge`` and steps freely except into ``blocked``
     regions. Raises TooManyBeliefsError if there are more than ``most`` beliefs.
     """
     floor = region_mask(watch.world.free) & ~region_mask(blocked) | 1 << own
@@ -188,7 +188,7 @@ def occurring(
 def _following(
     watch: Tracker, knowledge: Knowledge, owns: Mask
 ) -> Iterator[tuple[Knowledge, Mask]]:
-    """Yield each possible next state of knowledge, with the robot's own regions that lead to it."""
+    """Yield each possible next state of knowledge with the robot's own regions that lead to it."""
     outlook = watch.outlook(knowledge)
     for region in bits(outlook.reach):
         seers = owns & watch.visibility.mask(region)
@@ -201,7 +201,7 @@ def _following(
 
 SOURCE = "safenav: beliefs about other robots"
 MOST_CELLS = 6
-"""Maximum number of cells of an automatic partition; with more, the smallest are joined
+"""Maximum number of cells of an automatic partition. If there are more, the smallest are joined
 (docs/tracking.md)."""
 MOST_BELIEFS = 4000
 """Maximum number of beliefs of a specification."""
@@ -221,7 +221,7 @@ class Model(Struct, frozen=True):
         return self.watch.world.size
 
     def number(self, knowledge: Knowledge) -> int:
-        """Return the input's value for some knowledge (beyond its range if that is impossible)."""
+        """Return the input's value for some knowledge (out of its range if that is impossible)."""
         if not isinstance(knowledge, frozenset):
             return knowledge
         known = knowledge in self.beliefs
@@ -229,7 +229,7 @@ class Model(Struct, frozen=True):
 
 
 def automatic(world: RegionMap) -> Cells:
-    """Return the cells of beliefs for a scenario that states none: the rooms of the map."""
+    """Return the default cells of beliefs: the rooms of the map."""
     return coarsened(rooms(world), MOST_CELLS, world)
 
 
@@ -249,7 +249,7 @@ def known_of(other: Observed) -> Knowledge:
 def models(task: Task, world: RegionMap) -> tuple[Model, ...]:
     """Return the possible knowledge of each observed robot.
 
-    Raises UsageError if the partition makes too many beliefs.
+    Raises UsageError if the partition leads to too many beliefs.
     """
     if not task.observed:
         return ()
@@ -285,7 +285,7 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
 
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the assumptions: other robots make single steps (live: any number); their regions are
-    known in sight, and their beliefs out of sight."""
+    known in sight, their beliefs out of sight."""
     for model in models(task, world):
         item, name = f"robots.{model.other.name}", model.other.variable
         begin = Origin(f"{item}.start", f"initial knowledge of {model.other.name}")
@@ -297,7 +297,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dict[str, int]:
-    """Return the inputs that represent a robot's knowledge of other robots, a mapping by names."""
+    """Return the inputs for a robot's knowledge of other robots (``known``, by their names)."""
     return {m.other.variable: m.number(known[m.other.name]) for m in models(task, world)}
 
 
@@ -325,7 +325,7 @@ def _steps(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _sight(model: Model, item: str) -> Iterator[Constraint]:
-    """Yield the constraints on observations: the other robot is seen only where it is in sight."""
+    """Yield the constraints on observations: the other robot is seen only in regions in sight."""
     name, size, visibility = model.other.variable, model.size, model.watch.visibility
     origin = Origin(item, f"{model.other.name} is observed only while in sight", SOURCE)
     alike: dict[Mask, Mask] = {}
@@ -340,8 +340,8 @@ def _sight(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
-    """Yield the constraints on vanishing: from a known region the other robot vanishes only by a
-    step out of sight (live: by any number); the belief is then the cells that such steps reach."""
+    """Yield the constraints on disappearance: from a known region the other robot leaves sight only
+    by a step (live: any number); the belief is then the cells that such steps reach."""
     name, size = model.other.variable, model.size
     everywhere = (1 << size) - 1
     stays: dict[Region, Mask] = {}
@@ -385,7 +385,7 @@ def _vanishing(model: Model, item: str) -> Iterator[Constraint]:
 
 def _believing(model: Model, item: str) -> Iterator[Constraint]:
     """Yield the constraints on beliefs: from a believed cell the other robot may appear where it
-    can have moved, or stay out of sight. A belief drops cells whose reachable regions are all in
+    can have moved, or stay out of sight. A belief omits cells whose reachable regions are all in
     sight."""
     name, size = model.other.variable, model.size
     wall = region_mask(tuple(model.watch.world.walls))
@@ -409,7 +409,7 @@ def _believing(model: Model, item: str) -> Iterator[Constraint]:
 
 
 def _own_regions(model: Model) -> Mask:
-    """Return the regions in which this robot may be when another robot moves."""
+    """Return the possible regions of this robot when another robot moves."""
     owns = 0
     for regions in model.owns.values():
         owns |= regions
@@ -421,7 +421,7 @@ def _seen_regions(model: Model) -> tuple[Region, ...]:
 
 
 def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> str:
-    """Return a formula, which binds like an atom, for a ``variable`` with one of the values in
+    """Return a formula, which binds like an atom: the ``variable`` has one of the values in
     ``must``. It may include values in ``may`` where that is shorter."""
     name = variable + "'" * prime
     atoms = []
@@ -436,7 +436,7 @@ def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> 
 
 
 def _runs(must: Mask, may: Mask) -> Iterator[tuple[int, int]]:
-    """Yield runs of consecutive values that together cover ``must``, and end with its values."""
+    """Yield runs of consecutive values that together cover ``must`` and end with its values."""
     first = last = -1
     for value in bits(must):
         gap = (1 << value) - (1 << last + 1)

@@ -1,18 +1,18 @@
 """Compiler of one robot's share of a mission to a GR(1) specification (docs/specifications.md).
 
-Only variables that some guarantee can depend on are modelled: the robot's own pose and memory as
-outputs, its knowledge of other robots as inputs.
+The specification models only variables on which some guarantee can depend: the robot's own pose and
+memory as outputs, its knowledge of other robots as inputs.
 
 Objectives: ``patrol`` of two targets is the paper's formula (Section VI, the definition of
 Patrol_p) with its bit ``scout``, plus the frame condition that the paper omits. Other objectives
 follow the same pattern: a goal is a state, and memory changes in the step after it. Goals are about
-the next state, so that the step that meets a goal is the last of its pursuit, and the next step
-already pursues the next goal. About the current state, every goal would cost an idle step.
+the next state: the step that meets a goal is the last of its pursuit, and the next step already
+pursues the next goal. Goals about the current state would cost an idle step each.
 
 Robots to avoid (``safenav synth --avoiding``, for automata that run without a coordination layer)
 are occupied neighbouring regions: the input ``busy_north`` is true if the region in the north is
-occupied at the moment of the decision. That suffices to avoid collisions whatever the other robots
-do (also those that take several ticks for a step and occupy two regions meanwhile). The game stays
+occupied at the moment of the decision. That suffices to avoid collisions with any behaviour of
+other robots (also those that occupy two regions during a step of several ticks). The game stays
 small: it does not grow with the team, and with the map only as the robot's own motion does. The
 robot cannot plan around future positions of other robots.
 """
@@ -42,7 +42,7 @@ from safenav.world.poses import Mobility
 
 
 def compile_task(task: Task, world: RegionMap) -> Specification:
-    """Return the specification of one robot for its current task.
+    """Return the specification of a robot for its current task.
 
     Source: paper, Sections III and VI; docs/specifications.md.
     """
@@ -75,7 +75,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
 
 
 def assumption_names(task: Task, world: RegionMap) -> list[str]:
-    """Return the fairness assumptions that a task relies on, in words."""
+    """Return the fairness assumptions of a task in words."""
     rules = (
         constraint.origin.rule
         for constraint in _assumptions(task, world)
@@ -85,7 +85,7 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
 
 
 def _assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the assumptions about the robots that this robot tracks or avoids, and about inputs."""
+    """Yield the assumptions about tracked or avoided robots and about inputs."""
     yield from belief.assumptions(task, world)
     if task.avoids:
         yield from _nearby_assumptions(task, world)
@@ -93,7 +93,7 @@ def _assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 
 def _environment(task: Task) -> Iterator[Constraint]:
-    """Yield the present values of the inputs, and assumptions about values that must recur."""
+    """Yield the present values of the inputs and assumptions about values that must recur."""
     for each, on in task.inputs:
         origin = Origin(f"inputs.{each.name}", "its present value")
         yield Constraint(Section.ENV_INIT, each.name if on else f"!{each.name}", origin)
@@ -139,8 +139,8 @@ SOURCE_OBJECTIVE = "design, objectives"
 
 
 def encode(task: Task, world: RegionMap) -> tuple[list[Variable], list[Constraint]]:
-    """Return the variables and constraints of a task's objective. Its goals are excused while a
-    region is assigned to the robot at runtime."""
+    """Return the variables and constraints of a task's objective. A region assigned to the robot at
+    runtime excuses its goals."""
     objective, item = task.objective, f"{task.item}.objective"
     if isinstance(objective, Ltl):
         variables = [
@@ -198,7 +198,7 @@ def _patrol(task: Task, item: str) -> Iterator[Constraint]:
 def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Constraint]:
     """Yield the order of the targets, if the variable ``goal`` stores the next one, and each target
     infinitely often. Without ``goal``, the next target is listed first, since a strategy takes
-    goals in their order, and a robot that meets each infinitely often also meets each in turn."""
+    goals in their order. A robot that meets each infinitely often also meets each in turn."""
     objective, region = task.objective, task.pose.region
     targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
     settles, first = objective.settles, objective.begin(region, task.memory.index)
@@ -233,7 +233,7 @@ def _pursuit(task: Task, world: RegionMap, item: str, goal: str) -> Iterator[Con
     first = 0 if goal else first
     order = [*range(first, len(targets)), *range(first)] if objective.in_turn else task.tour(world)
     if not goal and region in targets[order[0]]:
-        order.append(order.pop(0))  # where the robot begins, it has met its target
+        order.append(order.pop(0))  # a target where the robot begins is met
     for index in order:
         target = targets[index]
         if index == last or not settles:
@@ -250,7 +250,7 @@ def _ltl(ltl: Ltl, item: str, task: Task) -> Iterator[Constraint]:
             value = values[name]
             formula = f"{name} = {value}" if bounds else (name if value else f"!{name}")
             yield Constraint(Section.SYS_INIT, formula, begin)
-    elif ltl.memory or task.pose == task.robot.start:  # pose conditions hold at the start only
+    elif ltl.memory or task.pose == task.robot.start:  # pose conditions hold only at the start
         for formula in ltl.init:
             yield Constraint(Section.SYS_INIT, formula, begin)
     always = Origin(item, "ltl: always", SOURCE_OBJECTIVE)
@@ -278,14 +278,14 @@ def _nearby_inputs(world: RegionMap) -> tuple[Variable, ...]:
 
 
 def _move_output() -> tuple[Variable]:
-    """Return the output ``move``, the first one. With it the synthesizer prefers the stay among
-    equally good moves, so that a robot that must wait does not wander."""
+    """Return the output ``move``, the first one. It makes the synthesizer prefer the stay among
+    equally good moves, so a robot that must wait does not wander."""
     note = "its move: 0 stay, 1 north, 2 east, 3 south, 4 west"
     return (Variable(MOVE, Owner.OUTPUT, (0, 4), note),)
 
 
 def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the guarantees: the robot never enters a busy region, and ``move`` is defined."""
+    """Yield the guarantees: the robot never enters a busy region; ``move`` is defined."""
     begin = Origin(f"{task.item}.mobility", "the definition of move")
     yield Constraint(Section.SYS_INIT, f"{MOVE} = 0", begin)
     yield Constraint(Section.SYS_TRANS, f"{MOVE}' = 0 <-> region' = region", begin)
@@ -318,7 +318,7 @@ def _nearby_assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
         together = " & ".join(f"{busy(h)}'" for h in sides)
         yield Constraint(Section.ENV_TRANS, f"!({together})", few)
     if headings(world):
-        # One condition for all sides costs one fixpoint, not four.
+        # One condition for all sides needs one fixpoint instead of four.
         rule = f"infinitely often no robot is beside it ({', '.join(task.avoids)})"
         nobody = " & ".join(f"!{busy(heading)}'" for heading in headings(world))
         yield Constraint(Section.ENV_LIVENESS, nobody, Origin(task.item, rule, SOURCE_NEARBY))

@@ -1,10 +1,9 @@
-"""The meaning of raw formulas (``ltl``) for the steps and the memory of one robot.
+"""The meaning of raw formulas (``ltl``) for a robot's steps and memory.
 
-A step is a move from one pose to another; standing still is not a step. Formulas are about the pose
-and the objective's memory before and after a step. Searches for paths use poses alone: they may
-take a step, or meet a goal, if the formulas allow that with some memory. So a path that they
-exclude is impossible. ``allows_with`` checks each move with the robot's real memory before the
-robot makes it.
+A step is a move from one pose to another; a stay is not a step. Formulas are about the pose and the
+objective's memory before and after a step. Searches for paths use only poses: they may take a step,
+or meet a goal, if the formulas allow that with some memory. So a path that they exclude is
+impossible. ``allows_with`` checks each move with the robot's real memory before the robot makes it.
 """
 
 from collections.abc import Mapping
@@ -20,14 +19,14 @@ from safenav.scenario.objective import Ltl
 from safenav.world.poses import Pose
 
 MOST_VALUATIONS = 64
-"""Largest number of memory values; with more, formulas about memory exclude nothing in searches."""
+"""Maximum number of memory values; with more, formulas about memory exclude nothing in searches."""
 
 Values = Mapping[str, int]
 
 
 class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
     """One formula. Its truth on a step depends only on the variables that it names. Unknown
-    ``inputs`` are on if in ``on``; if that is None, they have values that make it true, if any."""
+    ``inputs`` are on if in ``on`` (None: they make it true if possible)."""
 
     formula: Formula
     inputs: frozenset[str] = frozenset()
@@ -59,8 +58,8 @@ class GuaranteeRule(Struct, frozen=True, eq=False, dict=True):
 
 
 class Guarantees:
-    """The formulas of one robot, for evaluation on single steps. ``on``: the inputs that are always
-    on (None: unknown)."""
+    """A robot's formulas, for evaluation on single steps. ``on``: the inputs that are always on
+    (None: unknown)."""
 
     def __init__(self, objective: Ltl, on: frozenset[str] | None = None) -> None:
         self.goals = len(objective.liveness)
@@ -77,7 +76,7 @@ class Guarantees:
 
     @property
     def remember_something(self) -> bool:
-        """Whether there is a memory, so that poses alone do not decide which steps are allowed."""
+        """Whether there is a memory, so that poses alone do not determine the allowed steps."""
         return bool(self._ranges)
 
     @cached_property
@@ -116,8 +115,8 @@ class Guarantees:
         return all(rule.holds(one, other) for rule in (*self._plain, *self._rest))
 
     def memory_after(self, before: Pose, old: Values, after: Pose) -> Values:
-        """Return the memory after a step that neither a strategy nor a plan has decided: unchanged,
-        unless the step requires another one."""
+        """Return the memory after a step without a strategy or plan: unchanged unless the step
+        requires another one."""
         found = ({**old, **memory} for memory in ({}, *self.memories))
         return next((new for new in found if self.allows_with(before, old, after, new)), old)
 
@@ -131,7 +130,7 @@ class Guarantees:
 
     @cached_property
     def memories(self) -> tuple[dict[str, int], ...]:
-        """All values of the memory; an empty sequence if there are too many."""
+        """All values of the memory, or none if there are too many."""
         count = prod(map(len, self._ranges.values()))
         every = product(*self._ranges.values()) if count <= MOST_VALUATIONS else ()
         return tuple(dict(zip(self._ranges, values, strict=True)) for values in every)

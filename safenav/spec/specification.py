@@ -1,12 +1,12 @@
-"""One robot's GR(1) specification: variables, constraints with their origin, and its text.
+"""A robot's GR(1) specification: variables, constraints with their origins, and its text.
 
 The text is structured slugs, one constraint per line, and reads like documentation: sections in a
-fixed order, constraints under a comment with their origin. It can be read back, so that any file
-can be verified: the formulas stay text (in infix notation); a comment above a constraint becomes
-part of its origin, next to the line number.
+fixed order, constraints under a comment with their origin. A reader makes any such file verifiable:
+the formulas stay text (in infix notation), and a comment above a constraint becomes part of its
+origin, next to the line number.
 
-The moves on a map are written with one constraint per direction or run of walls, not per pair of
-positions: the text stays short, and the synthesizer shares adders and comparisons.
+Moves on a map take one constraint per direction or run of walls, not per pair of positions. So the
+text stays short, and the synthesizer shares adders and comparisons.
 """
 
 from __future__ import annotations
@@ -117,8 +117,8 @@ def unreadable(constraint: Constraint, found: str, column: int = 1, hint: str = 
 
 
 class Specification(Struct, frozen=True):
-    """A robot's specification. The order of variables and constraints matters: in the same order,
-    the synthesizer gives the same strategy to the byte."""
+    """A robot's specification. The order of variables and constraints matters: the same order gives
+    the same strategy, byte for byte."""
 
     robot: str
     title: str
@@ -132,7 +132,7 @@ class Specification(Struct, frozen=True):
         return tuple(v for v in self.variables if v.owner is owner)
 
     def without(self, dropped: Iterable[Constraint]) -> Specification:
-        """Return the specification without some constraints (for explanations)."""
+        """Return the specification without these constraints (for explanations)."""
         gone = set(dropped)
         left = tuple(c for c in self.constraints if c not in gone)
         return replace(self, constraints=left)
@@ -142,7 +142,7 @@ class Specification(Struct, frozen=True):
         return replace(self, constraints=(*self.constraints, *more))
 
     def to_structuredslugs(self) -> str:
-        """Return the specification as structured-slugs text, ending in a newline."""
+        """Return the specification as structured-slugs text that ends in a newline."""
         lines = [f"# {self.title}", ""]
         for owner in Owner:
             lines.append(f"[{owner}]")
@@ -166,7 +166,7 @@ class Specification(Struct, frozen=True):
 _INTEGER = re.compile(r"([A-Za-z_][\w.@]*)\s*:\s*(\d{1,10})\s*\.\.\.\s*(\d{1,10})\Z", re.ASCII)
 MOST_EXPANDED, MOST_TIMES = 200_000, 16
 """Limit of the characters to which the buffers of a file expand: this number plus this many times
-its length. Those of published specifications expand to at most 18 times their length."""
+the file's length. Published specifications expand to at most 18 times their length."""
 _SHOWN = 60
 """Characters of a line in a message."""
 _SECTIONS: Mapping[str, Owner | Section] = {s.value: s for s in (*Owner, *Section)}
@@ -175,11 +175,11 @@ _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z", re.ASCII)
 
 
 def read_specification(text: str, file: str = "-", robot: str = "robot") -> Specification:
-    """Return the specification that structured-slugs ``text`` holds.
+    """Return the specification in structured-slugs ``text``.
 
-    Raises InputError with the first invalid line (safenav's synthesizer, which reads files first,
-    reports them all), or the first ambiguous line end (see ``safenav.files``). Formulas are read
-    when they are used.
+    Raises InputError with the first invalid line or the first ambiguous line end (see
+    ``safenav.files``). (safenav's synthesizer, which reads files first, reports all invalid lines.)
+    Formulas are read when they are used.
     """
 
     def flaw(line: int, found: str, hint: str, column: int = 1) -> InputError:
@@ -220,7 +220,7 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
             if variable is None or variable.name in variables:
                 raise flaw(number, f"'{line[:_SHOWN]}' declares no new variable", _VARIABLES)
             variables[variable.name], comment = variable, ""
-    # A strategy numbers inputs before outputs, whatever the order of the sections.
+    # A strategy numbers inputs before outputs, for any order of the sections.
     ordered = sorted(variables.values(), key=lambda v: list(Owner).index(v.owner))
     title = title or PurePath(file).name
     return Specification(robot, title, tuple(ordered), tuple(constraints))
@@ -240,8 +240,8 @@ SOURCE_MOBILITY = "paper, Section VI"
 
 
 def among(poses: Collection[Pose], mark: str = "") -> str:
-    """Return the condition that the robot is in one of the poses, as a formula that binds like an
-    atom. ``mark``: the suffix of its variables."""
+    """Return a formula, which binds like an atom: the robot is in one of the poses. ``mark``: the
+    suffix of its variables."""
     regions: dict[Heading | None, set[Region]] = {}
     for pose in poses:
         regions.setdefault(pose.heading, set()).add(pose.region)
@@ -258,7 +258,7 @@ def among(poses: Collection[Pose], mark: str = "") -> str:
 
 
 def step_formula(variable: str, heading: Heading, world: RegionMap) -> str:
-    """Return the atom for one step of ``variable`` in a direction, ignoring the map's edges."""
+    """Return the atom for a step of ``variable`` in a direction. It ignores the map's edges."""
     offset = world.cols if heading in (Heading.NORTH, Heading.SOUTH) else 1
     if heading in (Heading.NORTH, Heading.WEST):
         return f"{variable} = {variable}' + {offset}"
@@ -289,15 +289,15 @@ def stepping(world: RegionMap, item: str) -> Iterator[Constraint]:
 
 
 def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
-    """Return the free regions at the eastern or western edge after which the next index, in that
-    direction, is a free region at the opposite edge."""
+    """Return the free regions at the eastern or western edge whose next index, in that direction,
+    is a free region at the opposite edge."""
     column, on = (world.cols - 1, 1) if heading is Heading.EAST else (0, -1)
     edge = (world.region(row, column) for row in range(world.rows))
     return [region for region in edge if world.is_free(region) and world.is_free(region + on)]
 
 
 def walls(world: RegionMap) -> Iterator[Constraint]:
-    """Yield the constraints that forbid the walls, one for each run of walls in a row."""
+    """Yield the constraints that forbid walls, one for each run of walls in a row."""
     origin = Origin("map", "walls are never entered", SOURCE_MAP)
     for first, last in _runs(world):
         if first == last:

@@ -1,12 +1,12 @@
-"""The input of one synthesis: all data except the map on which a robot's specification depends, and
-the forms of its objective, from the strongest to the weakest.
+"""The input of a synthesis: all data of a robot's specification except the map, and the forms of
+its objective, from the strongest to the weakest.
 
 A strict objective, such as a patrol, keeps its literal formula (paper, Section VI) if the robot can
-satisfy that with its present memory, or else with another target first. Otherwise it becomes plain
+satisfy it with its present memory or with another target first. Otherwise it becomes plain
 alternation: the robot may cross a target out of turn and wait at a target. Robots that share a
-floor or get goals assigned at runtime use plain alternation from the start. Every other objective
-has one form, as has a strict one with ``form: literal``. ``run``, ``check``, ``synth``,
-``explain``, the studio and certificates try these forms in this order.
+floor or have assignable goals use plain alternation from the start. All other objectives, and a
+strict one with ``form: literal``, have one form. ``run``, ``check``, ``synth``, ``explain``, the
+studio and certificates try these forms in this order.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,9 +25,8 @@ from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_gra
 class Memory(Struct, frozen=True):
     """A robot's progress in its objective when it is resynthesized.
 
-    ``index``: the target that comes next; without an order, one more than the target that counted
-    last (0: none has). ``values``: the memory variables of an ``ltl`` objective, empty at the start
-    of a run.
+    ``index``: the next target; without an order, one more than the last counted target (0: none has
+    counted). ``values``: the memory variables of an ``ltl`` objective, empty at the start of a run.
     """
 
     index: int = 0
@@ -38,7 +37,7 @@ NO_MEMORY = Memory()
 
 
 class Known(Struct, frozen=True):
-    """A region that the robot must not enter now, and the scenario item that closes it."""
+    """A region that the robot must not enter now and the scenario item that closes it."""
 
     region: Region
     item: str
@@ -46,8 +45,8 @@ class Known(Struct, frozen=True):
 
 
 class Observed(Struct, frozen=True):
-    """A robot that this robot tracks: its region or, out of sight, the cells that may hold it
-    (``belief``, see ``spec.belief``)."""
+    """A tracked robot: its region or, out of sight, the cells that may contain it (``belief``, see
+    ``spec.belief``)."""
 
     name: str
     region: Region
@@ -62,12 +61,12 @@ class Task(Struct, frozen=True):
     """The complete input of one robot's specification, except the map.
 
     ``blocked``: known obstacles (O beyond the walls) that block this robot. ``observed``: the
-    robots that it tracks by beliefs, with the ``partition`` of the map (None: its rooms) and the
-    ``closed`` regions, whose obstacles block the view. ``avoids``: names of robots with which it
-    must not collide (``synth --avoiding``; in a run joint plans drive these). ``assignable``:
-    whether goals can be assigned at runtime. ``forbidden``: poses from which the team could not
-    continue. ``inputs``: the objective's inputs with their present values. ``live``: whether other
-    robots may move any distance between two observations.
+    robots that it tracks by beliefs; ``partition``: that of the map (None: its rooms); ``closed``:
+    regions whose obstacles block the view. ``avoids``: names of robots with which it must not
+    collide (``synth --avoiding``; in a run joint plans drive these). ``assignable``: whether goals
+    can be assigned at runtime. ``forbidden``: poses from which the team could not continue.
+    ``inputs``: the objective's inputs with their present values. ``live``: whether other robots may
+    move any distance between two observations.
     """
 
     robot: Robot
@@ -94,9 +93,9 @@ class Task(Struct, frozen=True):
         return f"robots.{self.robot.name}"
 
     def tour(self, world: RegionMap) -> list[int]:
-        """Return the targets of an objective without an order in that of a short round: each is the
-        nearest one to the one before, the first to the robot's start. They begin after the target
-        that counted last."""
+        """Return the targets of an objective without an order, in the order of a short round: each
+        is the nearest to its predecessor, the first to the robot's start. They begin after the last
+        counted target."""
         start, avoid = self.robot.start, self.objective.avoid
         graph, found = plain_graph(world, self.robot.model.mobility), list[int]()
         left, at = dict(enumerate(graph.on_each(self.targets))), graph.number(start)
@@ -110,8 +109,8 @@ class Task(Struct, frozen=True):
     @property
     def remembers(self) -> bool:
         """Whether the specification needs a variable for the next target. A strategy takes its
-        goals in their order, but it skips goals that one step meets together, and loses the order
-        if goals are assigned at runtime."""
+        goals in their order, but it skips goals that one step meets together, and goals assigned at
+        runtime disturb the order."""
         objective, targets = self.objective, self.targets
         if not objective.turn or len(targets) == 1:
             return False
@@ -121,7 +120,7 @@ class Task(Struct, frozen=True):
 
     @property
     def begins(self) -> dict[str, int] | None:
-        """The memory variables with their values at the start; None if there are none."""
+        """The memory variables with their initial values; None if there are none."""
         if self.remembers:
             first = self.objective.begin(self.pose.region, self.memory.index)
             return {self.objective.turn: first}
@@ -143,8 +142,8 @@ class Weakening(StrEnum):
 
 
 class ObjectiveForm(Struct, frozen=True):
-    """One form of an objective. ``turn``: the index of the target that comes first. ``weakening``:
-    the reason why stronger forms are impossible; None for the strongest form."""
+    """One form of an objective. ``turn``: the index of the first target. ``weakening``: the reason
+    why stronger forms are impossible; None for the strongest form."""
 
     objective: Objective
     turn: int
@@ -181,7 +180,7 @@ def forms(
 
 
 def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) -> str | None:
-    """Return, in words, how a form is weaker than the objective, and why: ``may cross a target on
+    """Return, in words, how and why a form is weaker than the objective: ``may cross a target on
     the way: the map leaves no other path``. None for the strongest form."""
     if rung.weakening is None:
         return None
@@ -194,7 +193,7 @@ def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) 
 
 
 def asked_of(task: Task) -> Objective:
-    """Return the objective that the user stated, of which a task may have a weaker form."""
+    """Return the objective that the user stated; a task may have a weaker form of it."""
     own = task.robot.objective
     return own if task.objective in (own, own.relaxed()) else task.objective
 
@@ -222,16 +221,16 @@ def can_keep(
     graph: PoseGraph, pose: Pose, strict: Objective, memory: int, blocked: Mask = 0
 ) -> bool:
     """Return whether a robot alone, at ``pose`` with ``memory``, can keep the literal form of a
-    strict objective forever. ``blocked``: mask of the regions that it cannot enter.
+    strict objective forever. ``blocked``: a mask of the regions that it cannot enter.
 
-    In the literal form (paper, Section VI) a robot leaves a target immediately, and never touches
-    one out of turn. The check is a one-player game on sets of poses.
+    In the literal form (paper, Section VI) a robot leaves a target immediately and touches none out
+    of turn. The check is a one-player game on sets of poses.
     """
     begun = strict.begin(pose.region, memory)
     targets = graph.on_each(strict.targets)
     count = len(targets)
     open_poses = graph.everywhere & ~graph.poses_on(blocked)
-    # Poses on the way between targets, and for each target those from which it can continue.
+    # Poses between targets and, for each target, those from which it can continue.
     between, met = open_poses, []
     for turn, target in enumerate(targets):
         between &= ~target

@@ -1,1 +1,1 @@
-"""The synthesis of strategies: the subprocess, its cache, and the resulting automaton."""
+"""The synthesis of strategies: the subprocess, its cache and the resulting automaton."""

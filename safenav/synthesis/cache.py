@@ -1,9 +1,9 @@
-"""Results of the synthesizer, stored on disk under a key of their inputs.
+"""The synthesizer's results, stored on disk under a key of their inputs.
 
 The key is a hash of the specification without comments, the binary's content and the options. Each
-file has a checksum of its name and content, appears by renaming, and never changes, so any number
-of processes can read and write without a lock. An error costs a recomputation, never a run: damaged
-files are replaced, and a disk that cannot be written is reported once.
+file has a checksum of its name and content, appears by renaming and never changes. So any number of
+processes can read and write without a lock. An error costs a recomputation, never a run: damaged
+files are replaced, and an unwritable disk is reported once.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ _MAGIC = "safenav-cache 3 "
 _RESULT, _TEXT = ".answer", ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _LISTINGS = 64
-"""Average number of listings of the directory while as much data as its limit is written."""
+"""Average number of directory listings while data of the size of its limit are written."""
 
 
 class CacheWarning(UserWarning):
-    """A cache that cannot be used. Everything still works, only more slowly."""
+    """A cache that cannot be used. All functions still work, only more slowly."""
 
 
 class CacheEntry(Struct, frozen=True):
@@ -45,8 +45,8 @@ class CacheEntry(Struct, frozen=True):
 
 
 def key_of(text: str, binary_digest: str, options: Iterable[str]) -> str:
-    """Return the key of a result, in hex. Each part is hashed with its length, so that no two lists
-    of parts give the same text."""
+    """Return the key of a result, in hex. Each part is hashed with its length, so different lists
+    of parts give different texts."""
     whole = hashlib.sha256()
     for part in (text, binary_digest, *options):
         data = part.encode()
@@ -56,7 +56,7 @@ def key_of(text: str, binary_digest: str, options: Iterable[str]) -> str:
 
 
 class Cache:
-    """A directory of results. Without a directory, the cache keeps only texts, in memory."""
+    """A directory of results. Without a directory, the cache only keeps texts, in memory."""
 
     def __init__(self, directory: Path | None, limit_bytes: int = _LIMIT_BYTES) -> None:
         self.directory = directory
@@ -66,12 +66,12 @@ class Cache:
 
     @classmethod
     def from_environment(cls) -> Cache:
-        """Return the cache in ``SAFENAV_CACHE`` (a directory, or ``off``), else in the user's."""
+        """Return the cache in ``SAFENAV_CACHE`` (a directory or ``off``) or the user's cache."""
         named, base = os.environ.get(VARIABLE), os.environ.get("XDG_CACHE_HOME", "")
         try:
             if named:
                 return cls(None if named.lower() == _OFF else Path(named).expanduser())
-            # The XDG standard: ignore relative paths.
+            # The XDG standard ignores relative paths.
             user = Path(base) if Path(base).is_absolute() else Path.home() / ".cache"
             return cls(user / "safenav")
         except RuntimeError:  # no home directory: a container with an unknown user
@@ -88,15 +88,15 @@ class Cache:
             self._write(key + _RESULT, msgpack.encode(entry))
 
     def keep_text(self, sha256: str, text: str) -> None:
-        """Keep the text of a specification under its sha256, by which traces name it; also in
-        memory, since a bundle needs it even if no directory can be written. A damaged file with
-        this name, or one of another version, is replaced."""
+        """Keep the text of a specification under its sha256, by which traces name it. Keep it also
+        in memory, since bundles need it even without a writable directory. Replace a damaged file
+        with this name, or one of another version."""
         self._texts[sha256] = text
         if self._read(sha256 + _TEXT) is None:
             self._write(sha256 + _TEXT, text.encode())
 
     def load_text(self, sha256: str) -> str | None:
-        """Return the text with a sha256; None if the cache does not have it."""
+        """Return the text with a sha256; None if the cache lacks it."""
         data = self._read(sha256 + _TEXT)
         return self._texts.get(sha256) if data is None else data.decode()
 
@@ -105,7 +105,7 @@ class Cache:
         return self.directory / name[:2] / name
 
     def _read(self, name: str) -> bytes | None:
-        """Return the entry in a file; None if the file is damaged, so that it is replaced."""
+        """Return the entry in a file; None if the file is damaged and must be replaced."""
         if self.directory is None:
             return None
         try:
@@ -130,7 +130,7 @@ class Cache:
         except OSError as error:
             self._warn(error)
             return
-        # Listing a large directory takes longer than a small run.
+        # The listing of a large directory takes longer than a small run.
         if random() * self._limit_bytes < _LISTINGS * len(data):
             with contextlib.suppress(OSError):
                 self._prune(self.directory)
@@ -147,7 +147,7 @@ class Cache:
 
     def _prune(self, directory: Path) -> None:
         """Remove the oldest files beyond the size limit, also those of killed writers. A file
-        outside the folder that its name determines does not belong to the cache and stays."""
+        outside the folder for its name does not belong to the cache and stays."""
         found: list[tuple[float, int, Path]] = []
         for path in directory.glob("??/*"):
             if path.name.lstrip(".")[:2] != path.parent.name:
@@ -165,5 +165,5 @@ class Cache:
 
 
 def _first_line(name: str, body: bytes) -> bytes:
-    """Return the first line of a file: the format, and a checksum of its name and content."""
+    """Return the first line of a file: the format and a checksum of its name and content."""
     return (_MAGIC + hashlib.sha256(name.encode() + b"\n" + body).hexdigest()).encode()

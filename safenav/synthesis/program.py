@@ -1,10 +1,10 @@
-"""The slugs binary and its processes, none of which survives a timeout, Ctrl-C or (on Linux) the
-death of this process.
+"""The slugs binary and its processes. None survives a timeout, Ctrl-C or (on Linux) the death of
+this process.
 
 Each command has its own process group, which is killed and reaped at the deadline or when its
 ``ProcessGroup`` is dismissed. Commands run in threads: signals interrupt only the main thread, so
-no process is lost between its start and its registration. Their output goes to files in memory,
-whose size the system limits.
+no process is lost between its start and registration. Their output goes to in-memory files, whose
+size the system limits.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
 _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _MOST_OUTPUT = 2 << 30
-"""Bytes that a command may print where no memory limit is given."""
+"""Maximum bytes that a command may print if there is no memory limit."""
 _PARENT = "SLUGS_PARENT"
-"""Environment variable of slugs: the process that it must not outlive (Linux). A wrapper process
-for that purpose would take as long as a small synthesis."""
+"""Environment variable of slugs: the process with which it must end (Linux). A wrapper process for
+this purpose would take as long as a small synthesis."""
 
 
 class Finished(Struct, frozen=True):
@@ -46,7 +46,7 @@ class Finished(Struct, frozen=True):
 
     @property
     def explanation(self) -> str:
-        """The last lines on standard error, without the banner and the verdict."""
+        """The last lines of standard error, without the banner and the verdict."""
         lines = map(str.rstrip, self.stderr.decode("utf-8", "replace").splitlines())
         return "\n".join([e for e in lines if e and not _ROUTINE.match(e)][-12:])[-2000:]
 
@@ -71,8 +71,8 @@ class ProcessGroup:
         seconds: float | None,
         memory_mb: int | None = None,
     ) -> Finished:
-        """Run a binary with ``given`` on its standard input, for at most ``seconds``. Its output is
-        kept in memory, so ``memory_mb`` limits also the output.
+        """Run a binary with ``given`` on its standard input, for at most ``seconds``. Its output
+        stays in memory, so ``memory_mb`` also limits the output.
 
         Raises SynthesizerError if it cannot be started, ResourceLimitError if its output is larger,
         and DismissedError after ``dismiss``.
@@ -109,7 +109,7 @@ class ProcessGroup:
         return Finished(process.returncode, *printed, took, late)
 
     def dismiss(self) -> None:
-        """Kill all running commands, and refuse further ones."""
+        """Kill all running commands and refuse further ones."""
         with self._lock:
             self._dismissed = True
             for process in self._running:
@@ -141,8 +141,8 @@ class ProcessGroup:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Send SIGKILL to the process group that a process leads, unless the process has been reaped
-    (another process may then have its id)."""
+    """Send SIGKILL to the process group of a process, unless the process has been reaped (another
+    process may then have its id)."""
     if process.returncode is None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
@@ -168,14 +168,14 @@ def _bound(pid: int, output: int) -> None:
 
 
 VARIABLE = "SAFENAV_SLUGS"
-"""Environment variable that names another build of slugs."""
+"""Environment variable: the path of another build of slugs."""
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _INSIDE_PACKAGE = Path("_bin") / "slugs"
 
 
 def find_binary() -> Path:
-    """Return the binary to use: ``SAFENAV_SLUGS`` if set, else the one installed with safenav.
+    """Return the binary to use: ``SAFENAV_SLUGS`` if set, else safenav's own.
 
     Raises SynthesizerError, with advice, if none can be executed.
     """
@@ -192,15 +192,15 @@ def find_binary() -> Path:
 
 
 def find_own_binary() -> Path | None:
-    """Return safenav's own binary: in the installed package, else built in the source tree;
-    None if there is none."""
+    """Return safenav's own binary, in the installed package or else built in the source tree; None
+    if there is none."""
     usable = (place for place in _own_places() if place.is_file() and os.access(place, os.X_OK))
     return next(usable, None)
 
 
 def _own_places() -> Iterator[Path]:
     yield _PACKAGE / _INSIDE_PACKAGE
-    # Imported here, since this is slow: it reads Python's build configuration.
+    # Imported here since it is slow: it reads Python's build configuration.
     import sysconfig
 
     for scheme in ("platlib", "purelib"):

@@ -1,9 +1,9 @@
-"""The synthesizer: it turns specifications (also from files) into typed results, several at a time.
+"""The synthesizer, which turns specifications (also from files) into typed results, in parallel.
 
     result = Synthesizer().synthesize(specification)
     if result.verdict is Verdict.REALIZABLE: drive(result.strategy)
 
-A synthesis ends with a proven verdict (perhaps from the cache), with an exhausted limit, or with a
+A synthesis ends with a proven verdict (perhaps from the cache), an exhausted limit, or a
 SynthesizerError that names the program's failure.
 """
 
@@ -41,13 +41,13 @@ PRINTED: Mapping[Verdict, str] = {
 class SynthesisResult(Struct, frozen=True, weakref=True):
     """The result of one synthesis.
 
-    ``strategy``: not None exactly if the verdict is realizable and a strategy was requested, or
-    unrealizable and a counterstrategy was requested. ``seconds``: wall time of the subprocess (if
+    ``strategy``: the strategy or counterstrategy, if it was requested and the verdict is realizable
+    or unrealizable, respectively; else None. ``seconds``: wall time of the subprocess (if
     ``cached``, of the original one). ``spec_sha256`` and ``strategy_sha256``: hex digests of the
     structured-slugs text and of the JSON that the synthesizer printed. ``detail``: its last
     messages besides the verdict, such as its progress before a limit. ``verified``: True if an
-    independent check has accepted the strategy, None without a check (a strategy that the check
-    rejects is an error, never a result).
+    independent check has accepted the strategy, None without a check (a rejected strategy is an
+    error, never a result).
     """
 
     robot: str
@@ -68,8 +68,8 @@ class SynthesisResult(Struct, frozen=True, weakref=True):
 
 
 class SynthesisProgress(Struct, frozen=True):
-    """A synthesis that has finished with a ``result``, or that still runs (reported twice per
-    second). ``index``: the index of its specification."""
+    """A synthesis that has finished with a ``result``, or still runs (reported twice per second).
+    ``index``: the index of its specification."""
 
     index: int
     robot: str
@@ -94,8 +94,8 @@ class Job(Struct, frozen=True):
 
     @property
     def options(self) -> tuple[str, ...]:
-        """The options for the binary. If assumptions are about fairness, its strategy moves where
-        it can, and waits for other robots only where it must."""
+        """The options for the binary. With fairness assumptions, a strategy moves if it can, and
+        waits for other robots only if it must."""
         if self.wanted is None:
             return ()
         waits = self.wanted is Verdict.REALIZABLE and self.spec.section(Section.ENV_LIVENESS)
@@ -104,14 +104,14 @@ class Job(Struct, frozen=True):
 
 _HEARTBEAT_SECONDS = 0.5
 OVERTIME_SECONDS = 1.0
-"""The binary keeps the time limit and reports its progress; this long after the limit it is
-killed."""
+"""Seconds after the time limit at which the binary is killed. It normally keeps the limit itself
+and reports its progress."""
 _MOST_STATES = 200_000
 """Maximum number of nodes of a strategy. Those of single robots have tens to thousands."""
 
 Verifier = Callable[[Specification, Strategy, bool], str | None]
-"""Check of an automaton against its specification (the flag: it is a counterstrategy). Returns the
-automaton's error in words, or None. The verifier is a parameter, so that this package and the check
+"""A check of an automaton against its specification (the flag: it is a counterstrategy). It returns
+the automaton's error in words, or None. The verifier is a parameter, so this package and the check
 are independent."""
 
 
@@ -120,9 +120,9 @@ class Synthesizer:
 
     ``binary``: by default that of ``find_binary``. ``seconds`` (wall time) and ``memory_mb`` limit
     each synthesis; None: no limit. ``cache``: by default that of the environment. ``verifier``
-    checks every automaton against its specification before it is returned; if it fails,
-    SynthesizerError is raised. ``at_once``: maximum number of simultaneous syntheses, by default
-    one per processor.
+    checks every automaton against its specification before it is returned; a failure raises
+    SynthesizerError. ``at_once``: maximum number of simultaneous syntheses, by default one per
+    processor.
     """
 
     def __init__(
@@ -160,8 +160,7 @@ class Synthesizer:
         strategy: bool = True,
         progress: Listener | None = None,
     ) -> list[SynthesisResult]:
-        """Return the results in the order of ``specs``. They are computed in parallel on all
-        processors.
+        """Return the results in the order of ``specs``, computed in parallel on all processors.
 
         ``progress`` is called in the caller's thread. An error or Ctrl-C first kills all running
         syntheses.
@@ -189,14 +188,14 @@ class Synthesizer:
 
     def _worked_off(self, jobs: Sequence[Job], report: Listener) -> dict[int, SynthesisResult]:
         """Return the results of jobs by their indices. Threads run the program; the caller's thread
-        reads and reports its results. Any exception also ends the running programs."""
+        reads and reports the results. Any exception also ends the running programs."""
         crew = ProcessGroup()
         waiting, running = iter(jobs), dict[int, tuple[Job, float]]()
         ended = SimpleQueue[tuple[Job, Finished | BaseException]]()
         results: dict[int, SynthesisResult] = {}
 
         def work() -> None:
-            for job in waiting:  # each thread takes the next one
+            for job in waiting:  # each thread takes the next job
                 running[job.index] = job, time.monotonic()
                 try:
                     ended.put((job, self._run(crew, job)))
@@ -240,8 +239,8 @@ class Synthesizer:
         return crew.run(self.binary, [*options, "-"], given, deadline, self.memory_mb)
 
     def _remembered(self, job: Job) -> SynthesisResult | None:
-        """Return the cached result, else None. It must pass every check of a new result, unless an
-        object still in use has passed them already."""
+        """Return the cached result, or None. It must pass every check of a new result, unless an
+        object in use has already passed them."""
         key = self._key(job)
         known = self._in_use.get(key)
         if known and known.strategy and known.strategy.specification == job.spec:
@@ -309,7 +308,7 @@ class Synthesizer:
 
 @cache
 def _digest(binary: Path, changed: int) -> str:  # noqa: ARG001 - part of the cache's key
-    """Return the sha256 of a program in hex. Cached results are valid for this program only."""
+    """Return the sha256 of a program in hex. Cached results are valid only for this program."""
     return hashlib.sha256(binary.read_bytes()).hexdigest()
 
 
@@ -328,8 +327,8 @@ class ExitStatus(IntEnum):
 
 
 def verdict_of(finished: Finished, binary: Path, robot: str) -> Verdict:
-    """Return the verdict of a finished program: its RESULT line on standard error, which its exit
-    status must confirm. Raises SynthesizerError, with the last messages, if there is none."""
+    """Return the verdict of a finished program: its RESULT line on standard error, confirmed by its
+    exit status. Raises SynthesizerError, with the last messages, if there is none."""
     if finished.timed_out:
         return Verdict.TIMEOUT
     status, printed = finished.status, _RESULT.findall(finished.stderr)
@@ -357,7 +356,7 @@ def verdict_of(finished: Finished, binary: Path, robot: str) -> Verdict:
 
 
 def failure(problem: str, finished: Finished, binary: Path, robot: str) -> SynthesizerError:
-    """Return an error that states the problem, the synthesizer's last messages, and advice."""
+    """Return an error with the problem, the synthesizer's last messages, and advice."""
     lines = [f"the synthesizer {binary} {problem} (robot '{robot}')"]
     words = finished.explanation.splitlines()
     lines.append("    its last output:" if words else "    it printed nothing")
@@ -394,7 +393,7 @@ def specification_in(
 
 
 def slugsin_of(spec: Specification) -> bytes | None:
-    """Return a specification in slugsin, translated by safenav's slugs; None if that is missing."""
+    """Return a specification in slugsin, translated by safenav's slugs; None without slugs."""
     done = _translated(spec.to_structuredslugs().encode())
     return done.stdout if done is not None and done.status == ExitStatus.REALIZABLE else None
 
@@ -407,7 +406,7 @@ def _translated(data: bytes) -> Finished | None:
 
 
 def _diagnostics(output: str, file: str, text: str) -> list[Diagnostic]:
-    """Return the errors that the synthesizer wrote on standard error, as diagnostics."""
+    """Return the synthesizer's errors on standard error as diagnostics."""
     found: list[Diagnostic] = []
     lines = text.split("\n")
     hint = ""

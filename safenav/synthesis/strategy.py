@@ -1,11 +1,11 @@
-"""A strategy: the finite automaton that the synthesizer prints as JSON, also in DOT and GraphML.
+"""Strategies: finite automata that the synthesizer prints as JSON, also in DOT and GraphML.
 
 A node is a valuation of all variables and a rank (the goal that the strategy pursues there). It has
-one successor for each next input that the assumptions allow. Reading checks the shape of the whole
-automaton in one pass. The bits of a node become named values only when it is accessed, so that a
-million edges cost a fraction of a second. Files for other tools state values in words (``region=47
-heading=east scout``), with nodes and edges in the order of the automaton, so that the same strategy
-always gives the same bytes.
+one successor for each next input that the assumptions allow. The reader checks the shape of the
+whole automaton in one pass. The bits of a node become named values only on access, so a million
+edges cost a fraction of a second. Files for other tools state values in words (``region=47
+heading=east scout``), with nodes and edges in the automaton's order, so a strategy always gives the
+same bytes.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 def bit_names(variable: Variable) -> tuple[str, ...]:
     """Return the synthesizer's names of a variable's bits, least significant first.
 
-    A Boolean is its own bit. An integer holds value - min in as many bits as max - min needs:
+    A Boolean is its own bit. An integer stores value - min in the bits that max - min needs:
     ``x@0.min.max``, ``x@1``, ``x@2``, ...; it has no bits if it has only one value.
     """
     if variable.bounds is None:
@@ -53,7 +53,7 @@ class Field(Struct, frozen=True):
 
     @property
     def base(self) -> int:
-        """The value that the variable has if all its bits are zero."""
+        """The variable's value if all its bits are zero."""
         return 0 if self.variable.bounds is None else self.variable.bounds[0]
 
     def decode(self, state: Sequence[int]) -> int:
@@ -83,10 +83,10 @@ class _Document(Struct):
 
 
 class Strategy(Struct, frozen=True, eq=False, dict=True):
-    """The automaton of a strategy, or of a counterstrategy, over the variables of a specification.
+    """The automaton of a strategy or counterstrategy, over the variables of a specification.
 
-    ``states``, ``ranks`` and ``transitions`` are its raw columns, with one entry for each node, for
-    code that reads all of them. They must not be changed.
+    ``states``, ``ranks`` and ``transitions`` are its raw columns, with one entry per node, for code
+    that reads all nodes. They must not be changed.
     """
 
     specification: Specification
@@ -101,7 +101,7 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
 
     @classmethod
     def parse(cls, data: bytes, specification: Specification) -> Strategy:
-        """Return the automaton that ``slugs --explicitStrategy --jsonOutput`` has printed.
+        """Return the automaton printed by ``slugs --explicitStrategy --jsonOutput``.
 
         Raises SynthesizerError if the text is not such an automaton for the specification.
         """
@@ -132,8 +132,8 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         """Return the nodes in which a play may start, in ascending order.
 
         The synthesizer prints them first but does not mark them. They are the leading nodes with
-        distinct states that satisfy ENV_INIT and SYS_INIT; in a strategy only those of rank 0, in a
-        ``counter``strategy only those with the inputs of the first one.
+        distinct states that satisfy ENV_INIT and SYS_INIT: in a strategy only those of rank 0; in a
+        ``counter``strategy only those with the first node's inputs.
         """
         spec, seen = self.specification, set[tuple[int, ...]]()
         both = (*spec.section(Section.ENV_INIT), *spec.section(Section.SYS_INIT))
@@ -150,11 +150,11 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return tuple(range(len(seen)))
 
     def find_initial(self, values: Mapping[str, int]) -> int | None:
-        """Return the first initial node with these values (of any variables), or None."""
+        """Return the first initial node with these values of some variables, or None."""
         return next(iter(self.nodes_with(values, self.initial())), None)
 
     def successors_for(self, node: int, inputs: Mapping[str, int]) -> tuple[int, ...]:
-        """Return all successors of a node whose inputs have the given values."""
+        """Return all successors of a node with the given values of inputs."""
         return self.nodes_with(inputs, self.transitions[node])
 
     def nodes_with(
@@ -211,7 +211,7 @@ _NOT_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"  # compiled 
 
 
 def to_dot(strategy: Strategy) -> str:
-    """Return the automaton in Graphviz's language. Initial nodes have a double border."""
+    """Return the automaton in the DOT language. Initial nodes have a double border."""
     spec = strategy.specification
     initial = frozenset(strategy.initial())
     lines = [f"digraph {_quoted(spec.robot)} {{", f"  label={_quoted(spec.title)};"]
@@ -229,16 +229,16 @@ def to_dot(strategy: Strategy) -> str:
 
 
 def to_graphml(strategy: Strategy) -> str:
-    """Return the automaton as GraphML, with every variable as a number on the nodes."""
+    """Return the automaton as GraphML. Nodes have every variable as a number."""
     import networkx
 
     return "\n".join(networkx.generate_graphml(to_networkx(strategy))) + "\n"
 
 
 def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
-    """Return the automaton as a directed graph. Nodes carry ``label``, ``goal``, ``initial`` and a
-    number for each variable (``value_`` before its name), edges their ``inputs``."""
-    # Imported here: it takes longer than most syntheses.
+    """Return the automaton as a directed graph. Nodes have ``label``, ``goal``, ``initial`` and a
+    number for each variable (``value_`` before its name); edges have ``inputs``."""
+    # Imported here since it takes longer than most syntheses.
     import networkx
 
     spec = strategy.specification
@@ -264,7 +264,7 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
 
 
 def in_words(strategy: Strategy, values: Mapping[str, int], *owners: Owner) -> str:
-    """Return the values of the variables of ``owners`` (default: outputs, then inputs) in words."""
+    """Return, in words, the variables' values of ``owners`` (default: outputs, inputs)."""
     spec = strategy.specification
     variables = (v for owner in owners or (Owner.OUTPUT, Owner.INPUT) for v in spec.owned(owner))
     return " ".join(_value_in_words(variable, values[variable.name]) for variable in variables)

@@ -1,1 +1,1 @@
-"""The world: maps of regions and how robots move on them."""
+"""The world: maps of regions and the motion of robots on them."""

@@ -1,13 +1,13 @@
-"""Map files: images (PGM, the format that ROS writes, and PNG; dark is wall) and MovingAI maps.
+"""Map files: images (PGM, the format of ROS, and PNG; dark is wall) and MovingAI maps.
 
-Sizes are checked before anything is decoded: a small file can claim to be a huge image.
+Sizes are checked before any decoding, since a small file can claim to be a huge image.
 
-A pixel is blocked or free (each format defines which). A region covers a rectangle of pixels. Where
-borders of regions and pixels differ, a pixel counts for each region by the area that they share.
-The region is a wall if any of its area is blocked, so a free region is entirely free. With a
-``share`` above 0 that much of its area must be blocked, so that specks and walls slightly off the
-grid do not count. Areas are integers, so the rule is exact; only the comparison with a share above
-0 is done in floating point, with a tolerance of a billionth.
+Each format defines whether a pixel is blocked or free. A region covers a rectangle of pixels. If
+borders of regions and pixels differ, a pixel counts for each region by their common area. A region
+is a wall if any of its area is blocked, so a free region is entirely free. With a ``share`` above
+0, at least that part of its area must be blocked, so specks and walls slightly off the grid do not
+count. Areas are integers, so the rule is exact; only the comparison with a share above 0 is in
+floating point, with a tolerance of a billionth.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
 
 Blocked = NDArray[np.bool_]
-"""Rows of pixels from the north, true where no robot can go."""
+"""Rows of pixels from the north; true: blocked."""
 
 _TOLERANCE = 1e-9
 _FINEST = 1000
-"""Region borders lie on multiples of at least a thousandth of a pixel, so that the integers below
-stay small."""
+"""Region borders lie on multiples of at least a thousandth of a pixel, so the integers below stay
+small."""
 
 
 class Layout(Struct, frozen=True):
@@ -58,17 +58,17 @@ class Layout(Struct, frozen=True):
 
     @classmethod
     def of_size(cls, blocked: Blocked, side: Fraction) -> Layout:
-        """Return the layout of square regions of ``side`` pixels; the last may be incomplete."""
+        """Return a layout of square regions of ``side`` pixels. The last may be incomplete."""
         side = side.limit_denominator(_FINEST)
         rows, cols = (ceil(pixels / side) for pixels in blocked.shape)
         return cls(rows, cols, side, side)
 
 
 def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Region]:
-    """Return the regions that are walls. ``share``: least blocked share of a wall; 0: any part."""
-    free = ~blocked[::-1]  # from the south, where both start
+    """Return the walls. ``share``: the least blocked share of a wall's area; 0: any part."""
+    free = ~blocked[::-1]  # from the south, where both begin
     down, aside = (layout.height, layout.rows), (layout.width, layout.cols)
-    if layout.rows * free.shape[1] < layout.cols * free.shape[0]:  # fewer sums in this order
+    if layout.rows * free.shape[1] < layout.cols * free.shape[0]:  # this order needs fewer sums
         areas = _sums(_sums(free, *down).T, *aside).T[::-1]
     else:
         areas = _sums(_sums(free.T, *aside).T, *down)[::-1]
@@ -78,12 +78,12 @@ def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Reg
 
 
 def _sums(lines: NDArray[Any], side: Fraction, count: int) -> NDArray[np.int64]:
-    """Return for each region along one axis the sum of the pixel lines that it covers, each
-    multiplied by the length that both share. A pixel is as long as the denominator of ``side``, so
-    that lengths are integers."""
+    """Return, for each region along one axis, the sum of the pixel lines that it covers, each
+    multiplied by their common length. A pixel is as long as the denominator of ``side``, so lengths
+    are integers."""
     long, unit = side.numerator, side.denominator
     borders = np.minimum(np.arange(count + 1) * long, len(lines) * unit)
-    first, part = np.divmod(borders, unit)  # each border's pixel, and its part before the border
+    first, part = np.divmod(borders, unit)  # each border's pixel and its part before the border
     whole = np.stack([lines[begin:end].sum(axis=0) for begin, end in pairwise(first)])
     edges = lines[np.minimum(first, len(lines) - 1)] * part[:, None]
     return whole * unit + np.diff(edges, axis=0)
@@ -102,7 +102,7 @@ _PGM = re.compile(rb"(P[25])" + _NUMBERS)
 
 
 class Image(Struct, frozen=True):
-    """Pixels in rows from the top: brightness (sum of the channels, 0 to ``white``) and
+    """Pixels in rows from the top: brightness (the sum of the channels, 0 to ``white``) and
     transparency (None: no pixel is transparent)."""
 
     brightness: NDArray[np.uint16]
@@ -131,8 +131,8 @@ def _check_size(width: int, height: int) -> None:
 
 
 def _pgm(data: bytes) -> Image:
-    """Return the pixels of a PGM, plain (P2) or binary (P5). Pillow ignores pixels beyond the
-    header's number, and brightness above its maximum."""
+    """Return the pixels of a PGM, plain (P2) or binary (P5). Pillow would ignore pixels beyond the
+    header's number and brightness above its maximum."""
     head = _PGM.match(data)
     if head is None:
         hint = "expected: 'P2' or 'P5', then width, height and the brightest value"
@@ -184,7 +184,7 @@ def _png(data: bytes) -> Image:
         raise
     except UnidentifiedImageError:
         raise InputError([flaw("a broken image: not the header of a PNG", _CONVERT)]) from None
-    except Exception as error:  # Pillow raises errors of any kind
+    except Exception as error:  # Pillow raises all kinds of errors
         reason = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
         raise InputError([flaw(f"a broken image: {reason}", "save it again")]) from None
 
@@ -230,17 +230,17 @@ _HEADER = {
     "width N": "width ([1-9][0-9]{0,5})",
     "map": "map",
 }
-"""The first lines of a file, and their patterns."""
+"""The first lines of a file and their patterns."""
 
 
 def read_movingai(text: str) -> Blocked:
     """Return the characters of a MovingAI map that are walls. Raises InputError with all errors.
 
     The format is that of Sturtevant's benchmarks (2012): ``type octile``, ``height`` and ``width``,
-    then ``map`` and the rows. A robot walks on ground (``.`` and ``G``) and through swamp (``S``).
-    In maps of the League of Robot Runners ``E`` (emitter) and ``S`` (service point) are also free.
-    Trees (``T``), cells out of bounds (``@`` and ``O``) and water (``W``, which cannot be entered
-    from land) are walls.
+    then ``map`` and the rows. Ground (``.`` and ``G``) and swamp (``S``) are free. In maps of the
+    League of Robot Runners ``E`` (emitter) and ``S`` (service point) are also free. Trees (``T``),
+    cells out of bounds (``@`` and ``O``) and water (``W``, which robots cannot enter from land) are
+    walls.
     """
     lines = [line.rstrip() for line in text.rstrip().splitlines()]
     words = list[str]()

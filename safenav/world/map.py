@@ -20,16 +20,16 @@ from safenav.strict_json import MOST_REGIONS
 
 class Frame(Struct, frozen=True):
     """A map's frame. ``resolution``: side of a square region in metres; ``origin``: x and y of the
-    map's south-western corner in metres; ``yaw``: rotation of the map about that corner,
-    counterclockwise, in radians."""
+    map's south-western corner in metres; ``yaw``: counterclockwise rotation of the map about that
+    corner in radians."""
 
     resolution: Annotated[float, Meta(gt=0)]
     origin: tuple[float, float] = (0.0, 0.0)
     yaw: float = 0.0
 
     def centre(self, row: float, col: float, rows: int) -> tuple[float, float]:
-        """Return x and y in metres of the centre of a region, on a map with ``rows`` rows. A
-        fractional ``row`` or ``col`` gives a point between regions."""
+        """Return x and y, in metres, of a region's centre on a map with ``rows`` rows. A fractional
+        ``row`` or ``col`` gives a point between regions."""
         return self.in_world((col + 0.5) * self.resolution, (rows - row - 0.5) * self.resolution)
 
     def in_world(self, east: float, north: float) -> tuple[float, float]:
@@ -51,7 +51,7 @@ Region = Annotated[int, Meta(ge=0, lt=MOST_REGIONS)]
 
 
 class Heading(IntEnum):
-    """A compass direction; the numbers go clockwise and are those of the specification."""
+    """A compass direction. The numbers go clockwise, as in specifications."""
 
     NORTH = 0
     EAST = 1
@@ -60,7 +60,7 @@ class Heading(IntEnum):
 
     @property
     def label(self) -> str:
-        """The word used in scenarios and traces: ``north``, ``east``, ``south``, ``west``."""
+        """The word in scenarios and traces: ``north``, ``east``, ``south`` or ``west``."""
         return self.name.lower()
 
     @property
@@ -80,11 +80,11 @@ FREE = "."
 
 
 class RegionMap(Struct, frozen=True, dict=True):
-    """An R x C grid of regions, some of them walls (the paper's set O of known obstacles).
+    """An R x C grid of regions, some of which are walls (the paper's known obstacles O).
 
-    ``names`` gives regions a name that scenarios may use instead of the number, ``areas`` names
-    sets of free regions. ``frame``: the position of the map in metres, if it is known. ``notes``:
-    sentences on losses, guesses and keys without effect when its scenario was read.
+    ``names``: regions by names that scenarios may use instead of numbers; ``areas``: sets of free
+    regions by name; ``frame``: the map's position in metres, if known; ``notes``: sentences on
+    losses, guesses and keys without effect from reading its scenario.
     """
 
     rows: int
@@ -100,8 +100,8 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @classmethod
     def from_grid(cls, lines: Iterable[str], **fields: Any) -> RegionMap:
-        """Return the map given by rows of ``#`` (wall) and ``.`` (free), all of equal length.
-        ``fields``: other fields of the map."""
+        """Return the map of rows of ``#`` (wall) and ``.`` (free), all of equal length. ``fields``:
+        other fields of the map."""
         rows = list(lines)
         cols = len(rows[0])
         walls = (region for region, sign in enumerate("".join(rows)) if sign == WALL)
@@ -133,7 +133,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         return 0 <= region < self.size and region not in self.walls
 
     def step(self, region: Region, heading: Heading) -> Region | None:
-        """Return the next region in that direction, wall or not; None beyond the map's edge."""
+        """Return the next region in a direction, wall or not; None beyond the map's edge."""
         row, col = self.position(region)
         d_row, d_col = heading.step
         if 0 <= row + d_row < self.rows and 0 <= col + d_col < self.cols:
@@ -149,8 +149,8 @@ class RegionMap(Struct, frozen=True, dict=True):
     def distances(
         self, targets: Iterable[Region], inside: Collection[Region] | None = None
     ) -> dict[Region, int]:
-        """Return the number of steps to the nearest of ``targets`` from each free region that is
-        connected to a target (only ``inside``, if given), for a robot that can turn on the spot."""
+        """Return the number of steps to the nearest of ``targets`` from each free region connected
+        to a target (only ``inside``, if given), for a robot that can turn on the spot."""
         depth = dict.fromkeys(targets, 0)
         queue = list(depth)
         for region in queue:
@@ -161,7 +161,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         return depth
 
     def grid_rows(self) -> list[str]:
-        """Return the map as rows of ``#`` and ``.``, as in a scenario and in a trace header."""
+        """Return the map as rows of ``#`` and ``.``, as in scenarios and trace headers."""
         return [
             "".join(WALL if self.region(r, c) in self.walls else FREE for c in range(self.cols))
             for r in range(self.rows)
@@ -179,8 +179,8 @@ class RegionMap(Struct, frozen=True, dict=True):
         return {region: name for name, regions in largest_first for region in regions}
 
     def word(self, place: Region | frozenset[Region]) -> str:
-        """Return a region as one word: its name, else its number. For a set of regions, return the
-        areas in it and the other regions: ``ward_a|dock``."""
+        """Return a region as one word: its name or else its number. For a set of regions, return
+        the areas in it and the other regions: ``ward_a|dock``."""
         if isinstance(place, int):
             return self.named.get(place, str(place))
         rest, words = place, []
@@ -196,8 +196,8 @@ class RegionMap(Struct, frozen=True, dict=True):
         return f"{area} {region}" if area else self.word(region)
 
     def label(self, region: Region) -> str:
-        """Return the label of a region: ``47 [3, 8]``, or ``dock 47 [3, 8]`` with the name of
-        the region or of its area."""
+        """Return the label of a region: ``47 [3, 8]``, or ``dock 47 [3, 8]`` with the name of the
+        region or its area."""
         row, col = self.position(region)
         name = self.named.get(region) or self._in_area.get(region)
         return f"{name} {region} [{row}, {col}]" if name else f"{region} [{row}, {col}]"
@@ -217,20 +217,20 @@ DOORWAY = 2
 """Maximum number of regions of a doorway; a longer narrow piece is a corridor."""
 
 Cells = tuple[frozenset[Region], ...]
-"""Parts of a map, by which robots estimate the position of a robot out of sight, numbered from 0 in
+"""Parts of a map by which robots estimate the position of a robot out of sight, numbered from 0 in
 the order of their lowest regions. Every free region belongs to exactly one cell.
 
 Finer cells are more expensive: k cells make up to 2^k - 1 beliefs (``safenav.spec.belief``)."""
 
 
 def in_order(cells: Iterable[Collection[Region]]) -> Cells:
-    """Return cells sorted by the lowest region of each."""
+    """Return cells sorted by their lowest regions."""
     return tuple(sorted(map(frozenset, cells), key=min))
 
 
 def coarsened(cells: Cells, most: int, world: RegionMap) -> Cells:
-    """Return at most ``most`` cells: while there are more, the smallest one is joined to its
-    smallest neighbour, else to the smallest cell. Their beliefs contain those of ``cells``."""
+    """Return at most ``most`` cells. While there are more, the smallest one joins its smallest
+    neighbour or, if it has none, the smallest cell. Their beliefs contain those of ``cells``."""
     found = list(cells)
     while len(found) > max(1, most):
         least = min(found, key=lambda cell: (len(cell), min(cell)))
@@ -245,11 +245,11 @@ def coarsened(cells: Cells, most: int, world: RegionMap) -> Cells:
 def rooms(world: RegionMap) -> Cells:
     """Return the rooms and corridors of a map. A doorway belongs to one of the rooms that it joins.
 
-    Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The rest is
-    narrow. A narrow piece of at most two regions is a doorway (or a nook) and belongs to a room
-    that it touches, the one whose open floor begins first in reading order. Any other piece is a
-    cell of its own, such as a corridor. So an opening one region wide in a wall separates two
-    rooms, and a pillar does not.
+    Open floor consists of the regions in fully free 2 x 2 squares; rooms are its connected pieces.
+    The rest is narrow. A narrow piece of at most two regions is a doorway (or nook). It belongs to
+    the room beside it whose open floor begins first in reading order. Any other piece is its own
+    cell, such as a corridor. So an opening one region wide in a wall separates two rooms, but a
+    pillar does not.
     """
     free, wide = {*world.free}, set[Region]()
     for region in world.free:
@@ -269,8 +269,8 @@ def rooms(world: RegionMap) -> Cells:
 
 @lru_cache(maxsize=64)
 def tiles(world: RegionMap, height: int, width: int) -> Cells:
-    """Return tiles of ``height`` rows and ``width`` columns, laid from the north-west corner. A
-    tile that walls divide becomes a cell for each connected piece."""
+    """Return tiles of ``height`` rows and ``width`` columns from the north-west corner on. A tile
+    divided by walls becomes a cell for each connected piece."""
     blocks: dict[tuple[int, int], set[Region]] = {}
     for region in world.free:
         row, col = world.position(region)

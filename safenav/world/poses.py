@@ -1,10 +1,10 @@
 """Poses of robots, their moves, and reachability (docs/scenario.md; paper, Section VI).
 
-``free``: stay, or step to a 4-neighbour. ``heading``: a pose is a region and a heading; stay,
-step straight on, or turn 90 degrees and step; never backwards, never a turn on the spot.
+``free``: stay or step to a 4-neighbour. ``heading``: a pose is a region and a heading; stay, step
+ahead, or turn 90 degrees and step; never backwards, never a turn on the spot.
 
-For searches a pose is a number, ``heading * size + region`` (free mobility has heading 0 only), and
-a set of poses one integer with a bit for each. A whole layer of a search is a few shifts, so
+In searches a pose is a number, ``heading * size + region`` (free mobility has only heading 0), and
+a set of poses is an integer with a bit for each. A whole layer of a search is a few shifts, so
 closures, backward reachable sets and live sets of a 32 x 32 map take a fraction of a millisecond.
 Results are cached.
 """
@@ -27,14 +27,14 @@ class Mobility(StrEnum):
 
 
 class Pose(Struct, frozen=True):
-    """Region of a robot and, for heading mobility, its heading."""
+    """A robot's region and, for heading mobility, its heading."""
 
     region: Region
     heading: Heading | None = None
 
     @classmethod
     def of(cls, region: Region, facing: str | None) -> Pose:
-        """Return the pose that faces a direction of this name."""
+        """Return the pose that faces the direction with this name."""
         return cls(region, None if facing is None else HEADINGS[facing])
 
     @property
@@ -51,9 +51,9 @@ class Pose(Struct, frozen=True):
 def moves(
     mobility: Mobility, pose: Pose, world: RegionMap, blocked: Collection[Region] = ()
 ) -> tuple[Pose, ...]:
-    """Return all poses after one tick: staying, then the steps north, east, south, west.
+    """Return all poses after one tick: by a stay, then by steps north, east, south, west.
 
-    ``blocked`` regions are treated like walls for steps (never for staying).
+    ``blocked`` regions are walls for steps (never for stays).
     """
     graph = plain_graph(world, mobility)
     steps = map(graph.pose, graph.steps(graph.number(pose)))
@@ -71,7 +71,7 @@ FAR = 1 << 30
 
 def bits(mask: Mask) -> Iterator[int]:
     """Yield the members of a set, ascending."""
-    if mask.bit_length() > _SHORT:  # operations on long numbers are slow
+    if mask.bit_length() > _SHORT:  # long numbers are slow
         text = bin(mask)[:1:-1]
         at = text.find("1")
         while at >= 0:
@@ -95,7 +95,7 @@ def region_mask(regions: Iterable[Region]) -> Mask:
 class PoseGraph:
     """The poses of one mobility on one map, and the steps between them. ``closed``: steps (pairs of
     poses) that the mobility allows but the graph omits. ``remembers``: whether its numbers
-    represent poses together with the memory of formulas."""
+    represent poses and a memory of formulas."""
 
     def __init__(
         self, world: RegionMap, mobility: Mobility, closed: frozenset[tuple[int, int]] = frozenset()
@@ -120,22 +120,22 @@ class PoseGraph:
 
     @property
     def one_way(self) -> bool:
-        """Whether there may be a step without a step back."""
+        """Whether some steps may be irreversible."""
         return self.blocks > 1 or bool(self._closed)
 
     @property
     def goals(self) -> tuple[Mask, ...]:
-        """For each goal of the remembered formulas, the poses in which it is met."""
+        """For each goal of the remembered formulas, the poses that meet it."""
         return ()
 
     @property
     def stays(self) -> tuple[Mask, ...]:
-        """For each goal of the remembered formulas, the poses in which staying meets it."""
+        """For each goal of the remembered formulas, the poses in which a stay meets it."""
         return ()
 
     @cached_property
     def everywhere(self) -> Mask:
-        """All poses on free regions."""
+        """All poses in free regions."""
         return self.poses_on(self.free_regions)
 
     def poses_on(self, regions: Mask) -> Mask:
@@ -143,15 +143,15 @@ class PoseGraph:
         return sum(regions << block * self.size for block in range(self.blocks))
 
     def on(self, regions: Iterable[Region]) -> Mask:
-        """Return all poses whose region is one of these."""
+        """Return all poses in these regions."""
         return self.poses_on(region_mask(regions))
 
     def outside(self, regions: Iterable[Region]) -> Mask:
-        """Return all poses on free regions other than these."""
+        """Return all poses in free regions other than these."""
         return self.everywhere & ~self.on(regions)
 
     def on_each(self, targets: Iterable[Iterable[Region]]) -> tuple[Mask, ...]:
-        """Return for each target the poses in its regions."""
+        """Return, for each target, the poses in its regions."""
         return tuple(map(self.on, targets))
 
     def poses(self, mask: Mask) -> frozenset[Pose]:
@@ -160,8 +160,8 @@ class PoseGraph:
 
     @cached_method
     def left_only(self, pose: int, behind: Region | None = None) -> PoseGraph:
-        """Return this graph without steps into ``pose``, and without steps from it into other
-        regions than ``behind`` (None: with all of them)."""
+        """Return this graph without steps into ``pose``, and without steps from it except into
+        ``behind`` (None: with all of them)."""
         shut = {(former, pose) for former in bits(self.backward(1 << pose))}
         if behind is not None:
             shut |= {(pose, to) for to in self.steps(pose) if to % self.size != behind}
@@ -181,12 +181,12 @@ class PoseGraph:
         return int(pose.heading) * self.size + pose.region
 
     def memory(self, number: int) -> Mapping[str, int]:
-        """Return the memory of the formulas about steps that a pose's number contains."""
+        """Return the formula memory in a pose's number."""
         del number
         return {}
 
     def moved(self, number: int, pose: Pose) -> int:
-        """Return the number of a robot at ``number`` after a person has put it into ``pose``."""
+        """Return the number of a robot at ``number`` after an operator has put it into ``pose``."""
         del number
         return self.number(pose)
 
@@ -224,7 +224,7 @@ class PoseGraph:
         return found
 
     def backward(self, poses: Mask) -> Mask:
-        """Return the poses from which one step leads to some of ``poses``."""
+        """Return the poses from which one step reaches some of ``poses``."""
         shunned = poses & self._shunned
         found = self._backward(poses ^ shunned)
         for step in bits(shunned):
@@ -247,7 +247,7 @@ class PoseGraph:
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
         """Return the poses reachable from ``pose`` that also have a path to ``pose``."""
-        return self.back(pose, self.closure(pose, allowed))  # a path back never leaves this set
+        return self.back(pose, self.closure(pose, allowed))  # paths back never leave this set
 
     @cached_method
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
@@ -262,8 +262,8 @@ class PoseGraph:
                 return found
 
     def where_met(self, meets: Callable[[int, int], bool]) -> Mask:
-        """Return the poses in which a goal about steps is met: staying there meets it, or a step
-        into the pose does, although staying at either end of the step does not."""
+        """Return the poses that meet a goal about steps: a stay there meets it, or a step into the
+        pose does although a stay at neither of its ends does."""
         poses = list(bits(self.everywhere))
         staying = {pose for pose in poses if meets(pose, pose)}
         entered = {
@@ -288,7 +288,7 @@ class PoseGraph:
         return FAR
 
     def nearest(self, start: int, goal: Mask, allowed: Mask) -> Mask:
-        """Return the poses of ``goal`` in one of its nearest regions; all, if there is no path."""
+        """Return the poses of ``goal`` in one of its nearest regions; all if there is no path."""
         found = frontier = 1 << start
         while frontier and not frontier & goal:
             frontier = self.forward(frontier) & (allowed | goal) & ~found
@@ -298,7 +298,7 @@ class PoseGraph:
 
     @cached_method
     def distances(self, goal: Mask, allowed: Mask) -> list[int]:
-        """Return for each pose the steps to the nearest pose of ``goal``; FAR without a path."""
+        """Return, for each pose, the steps to the nearest pose of ``goal``; FAR without a path."""
         field = [FAR] * (self.size * self.blocks)
         found = frontier = goal
         count = 0
@@ -320,7 +320,7 @@ class PoseGraph:
 
     def _backward(self, poses: Mask) -> Mask:
         if self.blocks == 1:
-            return self._forward(poses)  # every step can be undone
+            return self._forward(poses)  # every step is reversible
         after = enumerate(self._facing(poses))
         return self._joined(_turned([self._shift(regions, (h + 2) % 4) for h, regions in after]))
 
@@ -335,7 +335,7 @@ class PoseGraph:
     def _grown(
         self, step: Callable[[Mask], Mask], start: Mask, allowed: Mask, *, back: bool
     ) -> Mask:
-        """Return the least set with ``start`` that steps into ``allowed`` poses do not leave."""
+        """Return the least set with ``start`` that steps into ``allowed`` poses never leave."""
         found = frontier = start
         while frontier:
             frontier = step(frontier) & allowed & ~found
@@ -346,7 +346,7 @@ class PoseGraph:
 
     def _straight(self, poses: Mask, allowed: Mask, back: bool) -> Mask:
         """Return ``poses`` and the ``allowed`` poses that straight paths from them reach (``back``:
-        that reach them), in passes that each double the length: up to 2, 4, 8, ..."""
+        from which such paths reach them). Each pass doubles the length: up to 2, 4, 8, ..."""
         found = 0
         for heading in range(4):
             block = heading * self.size if self.blocks > 1 else 0
@@ -377,10 +377,10 @@ class PoseGraph:
 
 
 def _turned(facing: list[Mask]) -> list[Mask]:
-    """Return for each heading the regions with this heading or one a quarter turn from it."""
+    """Return, for each heading, the regions with it or a heading a quarter turn from it."""
     north, east, south, west = facing
     return [west | north | east, north | east | south, east | south | west, south | west | north]
 
 
 plain_graph = lru_cache(maxsize=64)(PoseGraph)
-"""The poses of a mobility on a map and its steps, made once."""
+"""The cached graph of a mobility on a map."""

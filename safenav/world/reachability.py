@@ -1,6 +1,6 @@
 """Reachability of targets, once and infinitely often.
 
-It considers the modelled map and the robot alone; synthesis decides whether a strategy exists
+It considers only the modelled map and the robot. Synthesis decides whether a strategy exists
 against the environment.
 """
 
@@ -34,14 +34,14 @@ class Reachability:
         return bool(self._graph.on(target) & self._reached)
 
     def follows(self, targets: Sequence[frozenset[Region]]) -> bool:
-        """Return whether the robot can visit the targets once, one after the other."""
+        """Return whether the robot can visit the targets once, one after another."""
         reached = self._reached
         for target in targets:
             reached = self._graph.closure(self._graph.on(target) & reached, self._allowed)
         return bool(reached)
 
     def recurs(self, targets: Collection[frozenset[Region]]) -> bool:
-        """Return whether the robot can visit all the targets infinitely often."""
+        """Return whether the robot can visit all targets infinitely often."""
         if not self._graph.one_way or len(set(targets)) < 2:
             return all(map(self.reaches, targets))  # every step can be undone
         return bool(self._graph.live(self._graph.on_each(targets), self._reached))

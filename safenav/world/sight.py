@@ -1,4 +1,4 @@
-"""Visibility: a radius, and a line of sight that walls and closed obstacles block.
+"""Visibility: a radius and a line of sight that walls and closed obstacles block.
 
 Regions are unit squares, and a robot looks from the centre of its own. Region ``t`` is visible from
 ``s`` if
@@ -6,18 +6,18 @@ Regions are unit squares, and a robot looks from the centre of its own. Region `
 1. their centres are at most ``radius`` apart (Euclidean, in regions; None for unlimited),
 2. no wall and no closed obstacle lies on the segment between the centres, where a region lies
    on it if the segment passes through the region's interior (``s`` and ``t`` themselves do not
-   count: one sees out of, and into, a doorway whose obstacle is closed), and
+   count: a robot sees out of, and into, a doorway whose obstacle is closed), and
 3. the segment does not slip between two such regions that touch at a corner only: a line
-   exactly through a corner is blocked if both regions beside it are, and grazes past one.
+   exactly through a corner is blocked if both regions beside it are, but not by one alone.
 
-Walls neither see nor are seen. The definition treats both ends of the segment alike, so visibility
-is symmetric; the four neighbours of a region, and the region itself, are always visible, so a robot
-that is out of sight is at least two steps away.
+Walls have no view and are never visible. The definition treats both ends of the segment alike, so
+visibility is symmetric. A region and its four neighbours are always visible, so a robot out of
+sight is at least two steps away.
 
 All lines with the same offset cross the same squares, shifted. So the whole map is one integer with
-a bit for each region, and a line of sight is tested for all regions in parallel by shifting and
-masking. Rows are padded to twice their width, so that a shift never carries a bit into the regions
-of another row. 5,000 lines of a 50 x 50 map take a fraction of a second.
+a bit for each region, and shifts and masks test a line of sight for all regions in parallel. Rows
+are padded to twice their width, so a shift never carries a bit into another row. 5,000 lines of a
+50 x 50 map take a fraction of a second.
 """
 
 from collections.abc import Iterable
@@ -46,7 +46,7 @@ class Visibility:
 
     @cached_method
     def mask(self, source: Region) -> Mask:
-        """Return all regions visible from ``source``, which is one of them; none from a wall."""
+        """Return all regions visible from ``source``, including itself; none from a wall."""
         world, width = self.world, self._width
         row, col = world.position(source)
         here = row * width + col
@@ -67,7 +67,7 @@ class Visibility:
 
     @cached_property
     def _lines(self) -> dict[int, list[str]]:
-        """For each number of rows to the south, and each sideways offset from west to east, the
+        """For each number of rows to the south and each sideways offset from west to east, the
         regions of the padded map whose line of sight over this offset is free. They are a text
         whose character ``i`` is 1 if bit ``i`` is set."""
         world = self.world
@@ -111,11 +111,11 @@ visible_from = lru_cache(maxsize=64)(Visibility)
 @cache
 def crossed(rows: int, cols: int) -> tuple[tuple[Offset, ...], tuple[tuple[Offset, Offset], ...]]:
     """Return two tuples for the segment from the centre of (0, 0) to that of (rows, cols), rows not
-    negative: the squares whose interior it passes through, without the ends; and for each corner
-    that it hits exactly, the two squares beside that corner.
+    negative: the squares whose interiors it crosses, without the ends; and the two squares beside
+    each corner that it hits exactly.
 
     The segment leaves the j-th column at the fraction (2j + 1) / (2 |cols|) of its length, and row
-    i at (2i + 1) / (2 rows); compared without division.
+    i at (2i + 1) / (2 rows). The comparison needs no division.
     """
     aside, cols = -1 if cols < 0 else 1, abs(cols)
     row = col = 0
