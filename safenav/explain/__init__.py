@@ -1,1 +1,1 @@
-"""Explanations of unrealizability, shown on the map, and repairs."""
+"""Explanations of unrealizability on the map, and repairs."""

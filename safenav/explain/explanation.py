@@ -1,11 +1,11 @@
-"""The data of an explanation, and the diagnosis by graph search: the cause, and its reason in one
-sentence, which check, synth and run print immediately.
+"""The data of an explanation, and the diagnosis by graph search: the cause and a one-sentence
+reason, which check, synth and run print immediately.
 
-One restriction at a time is removed (walls, obstacles, the heading, the strictness of the
-objective). The cause is the first one without which the robot alone could meet its objective. This
-one-player game is explicit and small (poses times the objective's memory), so it takes milliseconds
-and no synthesis. The objective is played by its automaton (``scenario.objective``); objectives in
-raw formulas (``ltl``) are not covered."""
+The diagnosis removes one restriction at a time (walls, obstacles, the heading, the strictness of
+the objective). The cause is the first one without which the robot alone could meet its objective.
+This one-player game is explicit and small (poses times the objective's memory), so it takes
+milliseconds and no synthesis. Its objective is an automaton (``scenario.objective``); raw formulas
+(``ltl``) are not covered."""
 
 import math
 import time
@@ -33,14 +33,14 @@ Values = Mapping[str, int]
 
 
 class NoStrategyCause(StrEnum):
-    """The cause of unrealizability. All but the last three hold whatever the other robots do."""
+    """The cause of unrealizability. Only the last three depend on the other robots."""
 
     NO_WAY = "no_way"
     """Walls are between the robot and a target."""
     OBSTACLE = "obstacle"
     """A known obstacle is on the only path."""
     HEADING = "heading"
-    """It faces in the wrong direction at its start, and cannot turn on the spot."""
+    """It faces in the wrong direction at its start and cannot turn on the spot."""
     ONE_WAY = "one_way"
     """Its mobility allows no path to a target, or none from there to the next target."""
     CROSSING = "crossing"
@@ -62,9 +62,9 @@ class NoStrategyCause(StrEnum):
 class Diagnosis(Struct, frozen=True):
     """The result of the graph search.
 
-    ``cause``: None if neither the map nor the robot's mobility is one. ``lost``: targets to which
-    no path leads. ``confined``: the regions that the robot can reach. ``culprits``: obstacles or
-    robots in its way, for OBSTACLE. ``crossing``: the target in its way, for CROSSING."""
+    ``cause``: None if neither the map nor the robot's mobility is one. ``lost``: targets without a
+    path. ``confined``: the regions that the robot can reach. ``culprits``: obstacles or robots in
+    its way, for OBSTACLE. ``crossing``: the target in its way, for CROSSING."""
 
     cause: NoStrategyCause | None
     lost: tuple[Target, ...] = ()
@@ -74,7 +74,7 @@ class Diagnosis(Struct, frozen=True):
 
 
 class CoreMember(Struct, frozen=True):
-    """Guarantees with the same origin, which are kept or dropped together."""
+    """Guarantees with the same origin, kept or omitted together."""
 
     origin: Origin
     constraints: tuple[Constraint, ...]
@@ -88,8 +88,8 @@ class Core(Struct, frozen=True):
     one (known only if ``minimal``: otherwise some query ran out of time). ``together``: whether
     they can be kept if the environment cooperates (None: unknown); ``all_together``: whether all
     guarantees of the specification can be. ``fairness``: fairness assumptions that did not help.
-    ``decisive``: whether the whole specification is realizable without any one member; ``vain``:
-    members without which it is not, because of another conflict."""
+    ``decisive``: whether the omission of any one member makes the whole specification realizable;
+    ``vain``: members whose omission does not, due to another conflict."""
 
     members: tuple[CoreMember, ...]
     together: bool | None
@@ -117,7 +117,7 @@ class Core(Struct, frozen=True):
 
 
 def with_guarantees(whole: Specification, guarantees: Iterable[Constraint]) -> Specification:
-    """Return the specification with all its assumptions, but only these guarantees."""
+    """Return the specification with all its assumptions and only these guarantees."""
     return whole.without(filter(is_guarantee, whole.constraints)).with_more(*guarantees)
 
 
@@ -129,7 +129,7 @@ class PlayEnd(StrEnum):
     """The ways in which a losing play can end."""
 
     CONFINED = "confined"
-    """It visits all regions that it can reach, and the target is not among them."""
+    """It visits all regions that it can reach, without the target."""
     STUCK = "stuck"
     """It has no allowed move left."""
     STARVED = "starved"
@@ -139,7 +139,7 @@ class PlayEnd(StrEnum):
 
 
 class Dilemma(Struct, frozen=True):
-    """A move of the robot, with a guarantee that the move would break."""
+    """A move of the robot and a guarantee that the move would break."""
 
     region: Region
     heading: Heading | None
@@ -147,7 +147,7 @@ class Dilemma(Struct, frozen=True):
 
 
 class LosingPlay(Struct, frozen=True):
-    """A play that the system loses against the environment's ``strategy``.
+    """A play that the system loses to the environment's ``strategy``.
 
     It begins with ``walk``. Then ``cycle`` repeats forever and never meets ``goal`` (STARVED), or
     the next inputs ``pressure`` allow no output (STUCK; ``dilemmas``: the moves of a robot).
@@ -175,17 +175,17 @@ class RepairKind(StrEnum):
     """An assumption on an input."""
     CAPABILITY = "capability"
     ROBOT = "robot"
-    """One more robot. This and the following kinds repair a run that needs an operator."""
+    """An additional robot. This and the next kinds repair a run that needs an operator."""
     WALL = "wall"
     TARGET = "target"
 
 
 class Repair(Struct, frozen=True):
-    """A change under which the robot has a strategy, as a synthesis has shown.
+    """A change that gives the robot a strategy, as a synthesis has shown.
 
-    ``change``: the changed items of the scenario and their new values, as a file would state them.
+    ``change``: the changed items of the scenario and their new values, in the form of a file.
     ``scenario``: the changed scenario. ``helpers``: robots that can reach an obstacle and have the
-    capability that it needs; ``action``: this capability."""
+    required capability; ``action``: this capability."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]
@@ -195,7 +195,7 @@ class Repair(Struct, frozen=True):
 
 
 class RepairProblem(Struct, frozen=True):
-    """The robot for which repairs are sought, with the reasons why it has no strategy."""
+    """The robot that needs repairs, and the reasons why it has no strategy."""
 
     scenario: Scenario
     task: Task
@@ -214,7 +214,7 @@ class RepairProblem(Struct, frozen=True):
 
 
 class Explanation(Struct, frozen=True):
-    """The explanation why one robot's specification is unrealizable."""
+    """The explanation of one robot's unrealizable specification."""
 
     robot: str
     task: Task
@@ -230,16 +230,16 @@ class Explanation(Struct, frozen=True):
 
 
 class State(Struct, frozen=True):
-    """A robot's pose, with the memory of its objective."""
+    """A robot's pose and the memory of its objective."""
 
     pose: Pose
     memory: int = 0
 
 
 class Solo(Struct, frozen=True):
-    """The possible moves of a robot without other robots. ``regions``: those that it can reach
-    without breaking a rule; ``winnable``: whether it can meet all goals infinitely often or, if its
-    objective ends at the last goal, stay there."""
+    """The possible moves of a robot without other robots. ``regions``: those that it can reach by
+    its rules; ``winnable``: whether it can meet all goals infinitely often or, if its objective
+    ends at the last goal, stay there."""
 
     regions: frozenset[Region]
     winnable: bool
@@ -253,7 +253,7 @@ def play(
     world: RegionMap,
     blocked: frozenset[Region] = frozenset(),
 ) -> Solo:
-    """Return all moves that a robot alone can make. ``objective`` must not be ``Ltl``."""
+    """Return all possible moves of a robot alone. ``objective`` must not be ``Ltl``."""
     assert not isinstance(objective, Ltl)
     pursuit = objective
     first = State(pose, pursuit.begin(pose.region, memory.index) if pursuit.in_turn else 0)
@@ -333,8 +333,8 @@ def _connected(task: Task, world: RegionMap) -> bool:
 
 
 def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
-    """Return the known obstacles and robots in the way: each one whose removal suffices, or else
-    all of them if the removal of all suffices."""
+    """Return the known obstacles and robots in the way: those whose removal suffices, or all of
+    them if only the removal of all suffices."""
     if not task.blocked or not _solo(replace(task, blocked=()), world).winnable:
         return ()
     single = tuple(
@@ -348,7 +348,7 @@ def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
 
 
 def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
-    """Return whether the robot could meet its objective with another heading at the start."""
+    """Return whether another initial heading would let the robot meet its objective."""
     return any(
         _solo(replace(task, pose=Pose(task.pose.region, heading)), world).winnable
         for heading in Heading
@@ -357,7 +357,7 @@ def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
 
 
 def _crossing(task: Task, world: RegionMap) -> Target | None:
-    """Return the first target that blocks the path to another one; None if there is none."""
+    """Return the first target that blocks the path to another one, or None."""
     blocked = {known.region for known in task.blocked}
     targets = task.objective.targets
     for target in targets:
@@ -368,7 +368,7 @@ def _crossing(task: Task, world: RegionMap) -> Target | None:
 
 
 def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
-    """Return a sentence on why ``robot`` cannot fulfil ``task``, as far as the map shows it."""
+    """Return the reason, in a sentence, why the map keeps ``robot`` from its ``task``."""
     why = why_words(diagnose(task, world), task, world)
     return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
 
@@ -387,7 +387,7 @@ def _closed_words(found: Diagnosis, world: RegionMap) -> str:
 
 
 def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
-    """Return the cause in words, as a clause that mentions neither the robot nor its objective."""
+    """Return the cause as a clause that mentions neither the robot nor its objective."""
     here = world.label(task.pose.region)
     lost = " and ".join(world.labels(target) for target in found.lost)
     things = _closed_words(found, world)

@@ -1,11 +1,11 @@
-"""The full explanation of one robot (cause, core, losing play, repairs), or of a specification line
-by line.
+"""Full explanations of one robot (cause, core, losing play, repairs) or of a specification line by
+line.
 
-Graph search comes first; the game decides the rest. The core is minimal: guarantees that cannot be
-kept together, in scenario terms. Graph search first drops walls (a robot never observes walls that
-it cannot reach), then QuickXplain queries the synthesizer (Junker: Preferred explanations and
+Graph search comes first; the game decides the rest. The core is a minimal set of conflicting
+guarantees, in scenario terms. Graph search first omits walls (a robot never observes walls that it
+cannot reach), then QuickXplain queries the synthesizer (Junker: Preferred explanations and
 relaxations for over-constrained problems, AAAI 2004): about 2k log(n/k) + 2k queries for k of n
-members. Assumptions are never dropped: without them a strategy is even less possible."""
+members. Assumptions are never omitted: without them a strategy is even less possible."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -56,9 +56,9 @@ from safenav.world.poses import Pose, moves
 Item = TypeVar("Item")
 
 MOST_AT_ONCE = 64
-"""Maximum number of members that are omitted singly, in parallel, before any search."""
+"""Maximum number of members for single omissions, in parallel, before any search."""
 CORE_SHARE, REST_SHARE = 0.5, 0.65
-"""Shares of the budget by which the search for the core ends, and the checks of the rest."""
+"""Shares of the budget at which the search for the core and the other checks end."""
 
 
 def find_core(
@@ -66,8 +66,7 @@ def find_core(
 ) -> Core:
     """Return a minimal core of an unrealizable specification.
 
-    If a query exceeds its limits, the members that it concerns stay in the core, which is then not
-    known to be minimal."""
+    If a query exceeds its limits, its members remain in the core, which may then not be minimal."""
     search = _Search(spec, ask)
     every = _members(spec, task, world)
     members = search.first_failing(_choices(every, task, world, found))
@@ -78,14 +77,14 @@ def find_core(
 
 
 def find_line_core(spec: Specification, ask: Questions) -> Core:
-    """Return a minimal core of an unrealizable specification, each member of which is a line."""
+    """Return a minimal core of an unrealizable specification. Each member is a line."""
     search = _Search(spec, ask)
     lines = [CoreMember(c.origin, (c,)) for c in spec.constraints if is_guarantee(c)]
     return search.core(search.minimal(lines, []), lines)
 
 
 def _proven(verdict: Verdict) -> bool | None:
-    """Return whether a specification is realizable; None if that is not known."""
+    """Return whether a specification is realizable; None if unknown."""
     return {Verdict.REALIZABLE: True, Verdict.UNREALIZABLE: False}.get(verdict)
 
 
@@ -119,7 +118,7 @@ class _Search:
         return with_guarantees(self._spec, (c for m in members for c in m.constraints))
 
     def fails(self, members: Iterable[CoreMember]) -> bool:
-        """Return whether the guarantees of these members are proven to be unrealizable."""
+        """Return whether the guarantees of these members are provably unrealizable."""
         verdict = self._ask.verdict(self.with_only(members))
         self._unknown = self._unknown or not verdict.proven
         return verdict is Verdict.UNREALIZABLE
@@ -141,8 +140,8 @@ class _Search:
 def _choices(
     every: list[CoreMember], task: Task, world: RegionMap, found: Diagnosis
 ) -> list[list[CoreMember]]:
-    """Return sets of guarantees that are probably unrealizable, the smallest first. The last set
-    consists of all guarantees."""
+    """Return probably unrealizable sets of guarantees, the smallest first. The last set consists of
+    all guarantees."""
     around = {world.step(region, heading) for region in found.confined for heading in Heading}
     beside = world.walls & around
     choices = [[m for m in every if not _is_wall(m) or not beside.isdisjoint(m.regions)], every]
@@ -154,8 +153,8 @@ def _choices(
 
 
 def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMember]:
-    """Return the guarantees, grouped as a user would name them. A core prefers earlier groups: the
-    objective comes first, the map last."""
+    """Return the guarantees in groups that a user would name. A core prefers earlier groups: the
+    objective is first, the map last."""
     together: dict[object, list[Constraint]] = {}
     for constraint in _with_all_edges(spec, task, world):
         if is_guarantee(constraint):
@@ -171,8 +170,8 @@ def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMemb
 def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the constraints, with the map's edge as a part of the mobility.
 
-    A specification omits the edge where walls line it. Without those walls a robot could step from
-    the end of a row to the beginning of the next one."""
+    A specification omits the edge along walls. Without those walls a robot could step from the end
+    of a row to the beginning of the next one."""
     item = f"{task.item}.mobility"
     open_map = replace(world, walls=frozenset())
     rules = list(stepping(open_map, item))
@@ -193,7 +192,7 @@ def _is_wall(member: CoreMember) -> bool:
 
 
 def _split(member: CoreMember) -> list[CoreMember]:
-    """Return a run of walls as a list of single walls, or a list of the unchanged other member."""
+    """Return a run of walls as single walls, and any other member unchanged, in a list."""
     if not _is_wall(member) or len(member.regions) == 1:
         return [member]
     section, origin = member.constraints[0].section, member.origin
@@ -204,8 +203,8 @@ def _split(member: CoreMember) -> list[CoreMember]:
 
 
 def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Region]:
-    """Return walls that suffice to keep the robot from the first lost target: each is beside a
-    region that the robot reaches, and a path from it to the target crosses no other such wall."""
+    """Return walls that keep the robot from the first lost target. Each is beside a region that the
+    robot reaches, and a path from it to the target crosses no other such wall."""
     room = world.distances([task.pose.region])
     walls = {wall for wall in world.walls if not room.keys().isdisjoint(world.neighbours(wall))}
     target = next((t for t in lost if room.keys().isdisjoint(t)), frozenset[Region]())
@@ -215,7 +214,7 @@ def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Regio
 
 
 def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool]) -> list[Item]:
-    """Return a subset that fails and has no member to spare. Earlier items are preferred.
+    """Return a minimal failing subset. It prefers earlier items.
 
     ``fails`` must hold for ``items``, and for each set that contains a failing set."""
     if fails(()):
@@ -283,7 +282,7 @@ def _cause(core: Core, task: Task) -> NoStrategyCause:
 
 def confinement(found: Diagnosis, core: Core, task: Task) -> LosingPlay | None:
     """Return the losing play that graph search proves: the robot visits all regions that it can
-    reach, and no target is among them. None unless the core concerns the robot's moves."""
+    reach, none of them in the target. None unless the core concerns the robot's moves."""
     lost = found.lost or found.cause is NoStrategyCause.CROSSING
     moving = f"{task.item}.mobility" in {member.origin.item for member in core.members}
     if found.cause is None or not lost or not moving:
@@ -294,7 +293,7 @@ def confinement(found: Diagnosis, core: Core, task: Task) -> LosingPlay | None:
 def play_out(
     whole: Specification, core: Specification, task: Task, world: RegionMap, ask: Questions
 ) -> LosingPlay | None:
-    """Return a losing play of the robot against the core; None if the limits allow none."""
+    """Return a losing play of the robot for the core; None if the limits allow none."""
     play = losing_play(whole, core, ask, partial(_nearness, core, world))
     if play is None or play.ending is not PlayEnd.STUCK:
         return play
@@ -302,7 +301,7 @@ def play_out(
 
 
 def _nearness(core: Specification, world: RegionMap, goal: Constraint) -> Callable[[Values], int]:
-    """Return a function from states to the distance of the robot to a goal, ignoring headings."""
+    """Return a function from states to the robot's distance to a goal, without headings."""
     field = world.distances(goal.regions or _regions_of(goal, core, world))
     return lambda values: field.get(values["region"], world.size)
 
@@ -342,14 +341,14 @@ def _valuations(variables: Sequence[Variable]) -> Iterator[Values]:
 
 
 PLAY_SHARE = 0.85
-"""Share of the budget by which the play ends."""
+"""Share of the budget at which the play ends."""
 
 
 class LineExplanation(Struct, frozen=True):
     """The explanation of an unrealizable specification.
 
     ``fairness``: its lines of ENV_LIVENESS. ``play``: a losing play of the core; None if the limits
-    did not allow it. ``assumptions``: additional lines of ENV_LIVENESS, each of which makes the
+    did not allow it. ``assumptions``: additional lines of ENV_LIVENESS that each make the
     specification realizable. ``undecided``: such lines without a verdict within the limits."""
 
     core: Core
@@ -375,8 +374,8 @@ def explain_lines(spec: Specification, synthesizer: Synthesizer) -> LineExplanat
 
 
 def _helpful(spec: Specification, ask: Questions) -> tuple[list[str], list[str]]:
-    """Return two results: the assumptions, each that one Boolean input is on or off infinitely
-    often, that make the specification realizable without a win by violating them; and those that
+    """Return two lists of assumptions, each that one Boolean input is on or off infinitely often:
+    those that make the specification realizable without a win by their violation, and those that
     the limits left undecided."""
     inputs = [v.name for v in spec.owned(Owner.INPUT) if v.bounds is None]
     lines = [line for name in inputs for line in (f"{name}'", f"!{name}'")]

@@ -1,9 +1,9 @@
-"""Queries about variants of one specification, within a budget; losing plays against the
-environment's winning strategy (the counterstrategy); vacuous wins.
+"""Queries about variants of a specification, within a budget; losing plays against the
+counterstrategy (the environment's winning strategy); vacuous wins.
 
 In a losing play the system obeys all guarantees while it can. It first meets the goals that the
-environment does not prevent, and then pursues a goal that it cannot meet, until it has no move or
-the play repeats. Where it could only stand still forever, it makes moves that end the play."""
+environment does not prevent. Then it pursues a goal that it cannot meet, until it has no move or
+the play repeats. If it could only stand still forever, it makes moves that end the play."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -27,8 +27,7 @@ from safenav.verify.completions import Clause
 BUDGET_SECONDS = 60.0
 """Limit of one explanation without its repairs, in seconds of wall time."""
 LISTED_MB = 64
-"""Memory limit, in MiB, of the synthesis of a counterstrategy that is shown as a play, and limit of
-its text."""
+"""Memory limit of the synthesis of a counterstrategy for a play, and limit of its text, in MiB."""
 
 _COOPERATIVE = {
     Section.ENV_INIT: Section.SYS_INIT,
@@ -59,7 +58,7 @@ class Questions:
         return self._begun + self._share * BUDGET_SECONDS - time.monotonic()
 
     def _limited(self) -> Synthesizer:
-        """Return the synthesizer with the limits that apply to the next query."""
+        """Return the synthesizer with the limits of the next query."""
         limited = copy(self._synthesizer)
         limited.seconds = max(0.01, min(limited.seconds or BUDGET_SECONDS, self._left()))
         return limited
@@ -75,7 +74,7 @@ class Questions:
             self._known.update(zip(some, (result.verdict for result in results), strict=True))
 
     def verdict(self, spec: Specification) -> Verdict:
-        """Return the verdict on a specification, or the limit that the query has reached."""
+        """Return the verdict on a specification or the limit that the query has reached."""
         self.prepare([spec])
         return self._known.get(_key_of(spec), Verdict.TIMEOUT)
 
@@ -105,13 +104,13 @@ def cooperative(spec: Specification) -> Specification:
 
 
 MOST_MOMENTS = 200
-"""Maximum number of moments of the part of a play in which the system meets goals."""
+"""Maximum number of moments in which the system meets goals in a play."""
 MOST_INPUTS = 4096
-"""Maximum number of inputs that are tried to find an input that leaves no output."""
+"""Maximum number of tried inputs in a search for one that leaves no output."""
 
 Nearness = Callable[[Values], float]
 Near = Callable[[Constraint], Nearness]
-"""Returns the distance to a goal; the play prefers the nearer move."""
+"""A function that returns the distance to a goal. The play prefers the nearer move."""
 
 
 def anywhere(_goal: Constraint) -> Nearness:
@@ -123,7 +122,7 @@ def losing_play(
     whole: Specification, core: Specification, ask: Questions, near: Near = anywhere
 ) -> LosingPlay | None:
     """Return a play that the system loses although it has to keep only the unrealizable ``core`` of
-    the specification ``whole``; None if the limits do not allow one."""
+    the specification ``whole``; None if the limits allow none."""
     strategy = ask.counterstrategy(core)
     if strategy is None:
         return None
@@ -142,7 +141,7 @@ def losing_play(
         if node in walk[passed:]:
             cycle = walk[walk.index(node, passed) :]
             if len(cycle) == 1 and (rest := arena.to_an_end(node)):
-                walk += rest  # these last moves show why the system stays
+                walk += rest  # these moves show why the system stays
                 break
             walk = walk[: walk.index(node, passed)]
             goal = arena.never_met(cycle)
@@ -155,7 +154,7 @@ def losing_play(
 
 class _Arena:
     """A counterstrategy against ``core``. ``replies``: the successors of each node that obey all
-    guarantees of ``whole``, or all its successors if none does."""
+    guarantees of ``whole``, or all successors if none does."""
 
     def __init__(
         self, whole: Specification, core: Specification, strategy: Strategy, starts: Sequence[int]
@@ -203,8 +202,8 @@ class _Arena:
         return [], None
 
     def pursue(self, node: int, near: Nearness) -> int:
-        """Return the successor nearest to a goal and, among equally near ones, the one from which a
-        play can last longest."""
+        """Return the successor nearest to a goal and, among equally near ones, that with the
+        longest possible play."""
         values = self._strategy.values
         return min(self.replies[node], key=lambda n: (near(values(n)), -self._lasting[n]))
 
@@ -223,14 +222,14 @@ class _Arena:
         return next((goal.constraint for goal in unmet), None)
 
     def pressure(self, node: int) -> tuple[tuple[str, int], ...]:
-        """Return next inputs that the assumptions allow and that leave the system no output."""
+        """Return next inputs that the assumptions allow but that leave the system no output."""
         inputs, outputs = rounds(self._automaton.spec)
         row = inputs.unanswered(outputs, self._automaton.values[node], MOST_INPUTS)
         return tuple(zip(self._inputs, row or (), strict=False))
 
 
 def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
-    """Return initial inputs that the assumptions allow and that leave the system no output; only
+    """Return initial inputs that the assumptions allow but that leave the system no output; only
     those inputs that the guarantees mention."""
     inputs, outputs = openings(spec)
     row = inputs.unanswered(outputs, most=MOST_INPUTS)
@@ -260,16 +259,16 @@ def _lasting(replies: Mapping[int, Sequence[int]]) -> dict[int, float]:
 
 # Wins of a system that makes assumptions fail.
 #
-# A strategy may force the environment into a state with no move left, or one where it cannot meet
-# a fairness assumption. From there on no guarantee binds the system: it has won, and may do nothing
-# at all. Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1)
-# specifications, HVC 2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE 2016,
-# who examine the specification; here the strategy in use is examined.) The specifications of robots
-# cannot be won so: whatever the robot does, their assumptions can be satisfied.
+# A strategy may force the environment into a state with no move left, or one where it cannot meet a
+# fairness assumption. From there on no guarantee binds the system: it has won and may do nothing.
+# Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1) specifications, HVC
+# 2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE 2016, examine the
+# specification; this code examines the strategy in use.) Robots' specifications cannot be won so,
+# since no behaviour of the robot makes their assumptions unsatisfiable.
 
 
 class Cause(StrEnum):
-    """Causes of vacuous wins; each value states its cause in words."""
+    """Causes of vacuous wins. Each value states its cause in words."""
 
     NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
     DEAD_END = "a state can occur in which the assumptions allow no move"
@@ -277,10 +276,10 @@ class Cause(StrEnum):
 
 
 class Vacuity(Struct, frozen=True):
-    """A vacuous win: a system wins without meeting its goals, since assumptions fail.
+    """A vacuous win: the system wins without meeting its goals, since assumptions fail.
 
     ``path``: the shortest path in the strategy to the node where it wins. ``origins``: those of the
-    assumptions that fail."""
+    failed assumptions."""
 
     cause: Cause
     path: tuple[int, ...] = ()
@@ -288,7 +287,7 @@ class Vacuity(Struct, frozen=True):
 
 
 def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
-    """Return the vacuous wins of a strategy, those with the shortest paths first.
+    """Return the vacuous wins of a strategy, with the shortest paths first.
 
     The strategy fixes the robot's moves, so the environment plays alone on its automaton. A node is
     won vacuously if no path from it meets all assumptions infinitely often."""
@@ -324,8 +323,8 @@ def _origins(spec: Specification, *sections: Section) -> tuple[Origin, ...]:
 
 
 def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[int, set[int]]:
-    """Return, for each strongly connected part, the indices of the assumptions that no transition
-    within it meets."""
+    """Return, for each strongly connected component, the indices of the assumptions that no
+    transition within it meets."""
     lacking = {part: set(range(count)) for part in set(parts.values())}
     formulas = [clause.formula for clause in clauses(automaton.spec, Section.ENV_LIVENESS)]
     for k, unmet in enumerate(automaton.violated(formulas)):

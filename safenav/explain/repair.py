@@ -1,9 +1,9 @@
-"""Repairs: changes of the scenario after which the robot has a strategy.
+"""Repairs: changes of the scenario that give the robot a strategy.
 
-Candidates follow from the cause, the likeliest first. Graph search drops hopeless ones, and the
-synthesizer has checked each offered repair. On the map, an obstacle that a robot can resolve
-replaces a wall, or the wall is removed. Single walls are tried in the order of the shortest path
-through them; if none suffices, all walls on the path that crosses the fewest."""
+Candidates follow from the cause, the likeliest first. Graph search excludes hopeless ones, and the
+synthesizer checks each repair before it is offered. On the map, an obstacle that a robot can
+resolve replaces a wall, or the wall is removed. Single walls are tried in the order of the shortest
+path through them. If none suffices, all walls on the path with the fewest walls are tried."""
 
 import time
 from collections import deque
@@ -27,7 +27,7 @@ from safenav.world.reachability import Reachability
 
 
 def open_walls(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield scenarios with an obstacle instead of a wall, and the robots that can resolve it."""
+    """Yield scenarios with an obstacle in place of a wall, and the robots that can resolve it."""
     scenario = problem.scenario
     for wall in _single_walls(problem):
         opened = without_walls(scenario, [wall])
@@ -53,8 +53,8 @@ def removed_walls(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _single_walls(problem: RepairProblem) -> list[Region]:
-    """Return the walls between a region that the robot reaches and another one, ordered by the
-    length of the path to the targets through the wall."""
+    """Return the walls at the border of the robot's reachable regions, ordered by the length of the
+    path to the targets through the wall."""
     world, task, found = problem.scenario.map, problem.task, problem.diagnosis
     targets = found.lost or task.targets
     from_start = world.distances([task.pose.region])
@@ -77,15 +77,15 @@ def _single_walls(problem: RepairProblem) -> list[Region]:
 def _resolvable(
     wall: Region, open_map: RegionMap, scenario: Scenario, robot: Robot
 ) -> Iterator[tuple[Obstacle, tuple[str, ...]]]:
-    """Yield the obstacles that could replace a wall, each with the robots that could resolve it,
-    since they can reach it from their start while it is closed."""
+    """Yield the obstacles that could replace a wall, each with the robots that could resolve it:
+    they can reach it from their start while it is closed."""
     types: dict[str, ObstacleType] = {o.type.name: o.type for o in scenario.obstacles}
     types = {**scenario.catalogue.obstacles, **types}
     for kind in types.values():
         obstacle = Obstacle(kind, wall, True if kind.has_truth else None)
         helpers = []
         if len(kind.needs) > 1 or kind.needs[0].robots > 1:
-            continue  # resolving it takes several actions or helpers
+            continue  # its resolution takes several actions or helpers
         for other in scenario.robots:
             if kind.needs[0].action not in other.capabilities:
                 continue
@@ -132,21 +132,21 @@ def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
 
 
 def without_words(walls: Sequence[Region], words: str = "") -> tuple[tuple[str, str], ...]:
-    """Return the scenario item that changes when these walls are removed, and its new value in
-    words. ``words``: names to use for walls in place of their numbers."""
+    """Return the scenario item that changes if these walls are removed, and its new value in words.
+    ``words``: names for walls in place of their numbers."""
     return (("map", f"no wall at {words or ', '.join(map(str, walls))}"),)
 
 
 Result = TypeVar("Result")
 Judge = Callable[[Scenario], bool]
-"""Returns whether the explained robot has a strategy at the start of a scenario."""
+"""A function that returns whether the robot has a strategy at a scenario's start."""
 
 OFFERED = 2
-"""Maximum number of repairs of one kind that are offered."""
+"""Maximum number of offered repairs of one kind."""
 TRIED = 8
 """Maximum number of candidates of one kind that the synthesizer checks."""
 LOOKED_AT = 40
-"""Maximum number of regions that are examined as another start."""
+"""Maximum number of regions examined as another start."""
 
 C, K = NoStrategyCause, RepairKind
 _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
@@ -185,7 +185,7 @@ def offered(
 ) -> Iterator[tuple[Repair, Result]]:
     """Yield up to OFFERED working candidates, each with its result, until the deadline (by the
     monotonic clock). At most ``most`` are tried. Candidates with errors that the ``given`` scenario
-    does not have are left out, since their files would be refused."""
+    lacks are omitted, since their files would be refused."""
     good, known = 0, {*conflicts(given)}
     loaded = (each for each in candidates if {*conflicts(each.scenario)} <= known)
     for candidate in islice(loaded, most):
@@ -233,8 +233,8 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _mobility(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield other models of the robot's layer that can turn on the spot and have all capabilities
-    of its model."""
+    """Yield other models of the robot's layer that can turn on the spot and have all its model's
+    capabilities."""
     robot = problem.robot
     pursued = (robot.objective, robot.while_waiting, *(other for _, other in robot.when))
     faces = any(_reads_heading(each) for each in pursued if each is not None)
@@ -257,7 +257,7 @@ def _reads_heading(objective: Objective) -> bool:
 
 
 def _inputs(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield scenarios in which an input is assumed to take a further value infinitely often."""
+    """Yield scenarios with the assumption that an input takes a further value infinitely often."""
     scenario = problem.scenario
     for each, _ in problem.task.inputs:
         for value, word in ((False, "off"), (True, "on")):
@@ -280,8 +280,8 @@ def _objectives(problem: RepairProblem) -> Iterator[Repair]:
 
 
 def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple[str, str]]]:
-    """Yield less demanding objectives, the most demanding of them first, each with the changed item
-    of the scenario and its new value."""
+    """Yield less demanding objectives, the most demanding first, each with the changed item of the
+    scenario and its new value."""
     if isinstance(objective, Ltl):
         for part in ("init", "safety", "liveness"):
             lines = getattr(objective, part)
@@ -320,7 +320,7 @@ def _hopeful(robot: Robot, problem: RepairProblem) -> bool:
 
 
 def nearest(region: Region, regions: Iterable[Region], world: RegionMap) -> list[Region]:
-    """Return the given regions, those nearest to ``region`` first (walls are ignored)."""
+    """Return the given regions, the nearest to ``region`` first (ignoring walls)."""
     row, col = world.position(region)
 
     def away(other: Region) -> tuple[int, Region]:
@@ -331,7 +331,7 @@ def nearest(region: Region, regions: Iterable[Region], world: RegionMap) -> list
 
 
 def with_robots(scenario: Scenario, changed: Iterable[Robot]) -> Scenario:
-    """Return the scenario in which these robots replace the robots of the same names."""
+    """Return the scenario in which these robots replace robots of the same names."""
     new = {robot.name: robot for robot in changed}
     robots = tuple(new.get(robot.name, robot) for robot in scenario.robots)
     return replace(scenario, robots=robots)

@@ -1,7 +1,7 @@
-"""An automaton with its specification: the reachable nodes and edges, and the cycles.
+"""An automaton and its specification: reachable nodes and edges, and cycles.
 
 Only nodes reachable from the given start nodes are visited, in breadth-first order, so the first
-fault found is also one of those nearest to the start.
+found fault is one of the nearest to the start.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,16 +37,16 @@ def clauses(spec: Specification, section: Section) -> list[Clause]:
 
 
 def openings(spec: Specification) -> tuple[Completions, Completions]:
-    """Return two sets of valuations: the initial inputs that the assumptions allow, and the outputs
-    that the guarantees then allow."""
+    """Return two sets of valuations: initial inputs that the assumptions allow, and outputs that
+    the guarantees then allow."""
     inputs, outputs = ([Slot(variable, False) for variable in spec.owned(o)] for o in Owner)
     assumed, promised = clauses(spec, Section.ENV_INIT), clauses(spec, Section.SYS_INIT)
     return Completions((), inputs, assumed), Completions(inputs, outputs, promised)
 
 
 def rounds(spec: Specification) -> tuple[Completions, Completions]:
-    """Return two sets of valuations after a state: the next inputs that the assumptions allow, and
-    the next outputs that the guarantees then allow."""
+    """Return two sets of valuations after a state: next inputs that the assumptions allow, and next
+    outputs that the guarantees then allow."""
     now = [Slot(variable, False) for variable in spec.variables]
     inputs, outputs = ([Slot(variable, True) for variable in spec.owned(o)] for o in Owner)
     assumed, promised = clauses(spec, Section.ENV_TRANS), clauses(spec, Section.SYS_TRANS)
@@ -55,7 +55,7 @@ def rounds(spec: Specification) -> tuple[Completions, Completions]:
 
 Edge = tuple[int, int]
 Against = list[tuple[Clause, int]]
-"""Clauses, each with the plane (a bit per edge) of the edges that do not satisfy it."""
+"""Clauses, each with the plane (a bit per edge) of the edges that violate it."""
 _OF_MOVES = (Section.ENV_TRANS, Section.SYS_TRANS, Section.ENV_LIVENESS, Section.SYS_LIVENESS)
 
 
@@ -86,7 +86,7 @@ class Automaton:
 
     @cached_method
     def parts(self, owner: Owner) -> dict[int, Row]:
-        """Return the values of the inputs, or of the outputs, at each node."""
+        """Return the values of the inputs or of the outputs at each node."""
         own = [k for k, v in enumerate(self.spec.variables) if v.owner is owner]
         return {node: tuple([row[k] for k in own]) for node, row in self.values.items()}
 
@@ -115,7 +115,7 @@ class Automaton:
             field = self._fields[name]
             digits = ends[primed]
             last = len(digits) - width
-            # The digits of one column from the last edge to the first, read as a number.
+            # The digits of one column, from the last edge to the first, form a number.
             raw = [int(digits[last + column :: -width], 2) for column in field.columns]
             if field.variable.bounds is None:
                 return raw
@@ -133,7 +133,7 @@ class Automaton:
 
 class Edges:
     """The edges from each node to its successors (``after``), in order. There may be millions of
-    edges, so their ends are two flat lists, and pairs are made on demand."""
+    edges, so their ends are two flat lists, and pairs are formed on demand."""
 
     def __init__(self, after: Mapping[int, Sequence[int]]) -> None:
         self.after = after
@@ -147,7 +147,7 @@ class Edges:
         return zip(*self.ends, strict=True)
 
     def without(self, plane: int) -> dict[int, list[int]]:
-        """Return the successors of each node by the edges that are not in a plane."""
+        """Return the successors of each node by edges that are not in a plane."""
         banned = iter(self.flags(plane))
         return {n: [to for to in targets if not next(banned)] for n, targets in self.after.items()}
 
@@ -157,7 +157,7 @@ class Edges:
 
 
 class NoMeasureError(ValueError):
-    """The absence of a progress measure: ``cycle`` meets all assumptions and misses the goal."""
+    """The absence of a progress measure: ``cycle`` meets all assumptions, but not the goal."""
 
     def __init__(self, cycle: tuple[int, ...]) -> None:
         super().__init__(f"node {cycle[0]} lies on a cycle that starves the goal")
@@ -176,9 +176,9 @@ def measure(
 ) -> Measure:
     """Return the progress measure of a goal.
 
-    ``size``: the number of nodes. ``edges``: two lists, of the source and of the target of each
-    edge. ``met`` and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each
-    edge, whether the edge meets it. Raises NoMeasureError, with a cycle, if no measure exists.
+    ``size``: the number of nodes. ``edges``: two lists, the sources and the targets of the edges.
+    ``met`` and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each edge,
+    whether the edge meets it. Raises NoMeasureError, with a cycle, if no measure exists.
     """
     sources, targets = edges
     missing: list[list[int]] = [[] for _ in range(size)]
@@ -211,7 +211,7 @@ def measure(
 
 
 def closed_walk(edges: Sequence[Edge], required: Sequence[Edge]) -> tuple[int, ...]:
-    """Return a closed walk over ``edges`` of one component that takes each ``required`` edge. Its
+    """Return a closed walk over ``edges`` of one component that uses each ``required`` edge. Its
     first node is not repeated at the end."""
     successors: dict[int, list[int]] = {}
     for source, target in edges:

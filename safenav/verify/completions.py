@@ -1,9 +1,9 @@
-"""Counts of the completions of a partial transition, without listing them.
+"""Counts of the completions of a partial transition, without enumeration.
 
-For each row of known values (for example a state): how many valuations of the unknown variables
-(for example the next inputs) satisfy all constraints. The 2^n valuations are never enumerated:
+For each row of known values (such as a state), it counts the valuations of the unknown variables
+(such as the next inputs) that satisfy all constraints. It never enumerates the 2^n valuations:
 
-- groups of variables that no constraint connects are counted apart, and the counts multiplied;
+- unconnected groups of variables are counted apart, and the counts multiplied;
 - a constraint reads few of the known variables, so its verdict on every value of an unknown is
   computed once per valuation of those, as a bit mask, and looked up for the rows;
 - connected variables with a large joint domain are split by the values of one of them.
@@ -26,10 +26,10 @@ from safenav.formula.syntax import Connective, Operation
 from safenav.spec.specification import Constraint, Variable
 
 Vector = Sequence[int]
-"""The bits of a natural number in each row: planes, least significant first."""
+"""The bits of a natural number in each row, as planes, least significant first."""
 
 Lookup = Callable[[str, bool], Vector]
-"""Returns the value (not the offset from its minimum) of a variable, now or (True) next."""
+"""A function that returns a variable's value (not its offset), now or (True) next."""
 
 
 class Evaluator:
@@ -40,8 +40,8 @@ class Evaluator:
         self._number, self._compare = cache(lookup), cache(self._compared)
 
     def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
-        """Return the plane of the rows in which a formula is true, in the next state if
-        ``primed``."""
+        """Return the plane of the rows in which a formula is true (in the next state if
+        ``primed``)."""
         match formula:
             case syntax.Name(name, own_prime):
                 return self._number(name, primed or own_prime)[0]
@@ -88,7 +88,7 @@ class Evaluator:
         return planes.get(formula.relation, every ^ (less | equal))
 
     def _order(self, left: Vector, right: Vector) -> tuple[int, int]:
-        """Return two planes: the rows where left < right, and the rows where they are equal."""
+        """Return two planes: the rows where left < right, and those where they are equal."""
         less, equal = 0, self.everywhere
         for i in reversed(range(max(len(left), len(right)))):
             a = left[i] if i < len(left) else 0
@@ -128,7 +128,7 @@ def flags(plane: int, count: int) -> bytes:
 
 
 _SOME = 256
-"""Rows whose completions are counted together."""
+"""Number of rows whose completions are counted together."""
 _JOINT_DOMAIN = 1 << 12
 _BLOCK_BITS = 1 << 22
 _MOST_ROWS = 1 << 20
@@ -139,7 +139,7 @@ Row = tuple[int, ...]
 
 
 class Slot(Struct, frozen=True):
-    """A variable in the present state or, if ``primed``, in the next state."""
+    """A variable in the present or, if ``primed``, the next state."""
 
     variable: Variable
     primed: bool
@@ -153,7 +153,7 @@ Key = tuple[str, bool]
 
 
 class Clause(Struct, frozen=True, dict=True):
-    """A constraint, with its parsed formula."""
+    """A constraint with its parsed formula."""
 
     constraint: Constraint
     formula: syntax.Formula
@@ -193,8 +193,8 @@ class Completions:
         return [totals[row] for row in rows]
 
     def each(self, row: Row, decisive: frozenset[Key] | None = None) -> Iterator[Row]:
-        """Yield the completions of a row in ascending order, but only the first of several that
-        agree up to the last ``decisive`` slot. Raises as ``count``."""
+        """Yield the completions of a row in ascending order, only the first of those that agree up
+        to the last ``decisive`` slot. Raises as ``count``."""
         return (longer[len(row) :] for longer in self._longer([row], decisive))
 
     def _longer(self, rows: Sequence[Row], decisive: frozenset[Key] | None) -> Iterator[Row]:
@@ -216,15 +216,15 @@ class Completions:
 
     @cached_property
     def _rest(self) -> Completions:
-        """The completions of rows that include a value of the first unknown slot."""
+        """The completions of rows with a value of the first unknown slot."""
         first, *others = self._unknown
         return Completions((*self._known, first), others, self._clauses)
 
     def unanswered(
         self, replies: Completions, row: Row = (), most: int | None = None
     ) -> Row | None:
-        """Return a completion of a row that ``replies`` cannot complete further; None if there is
-        none among the first ``most`` that differ in slots to which ``replies`` refers."""
+        """Return a completion of a row that ``replies`` cannot complete; None if there is none
+        among the first ``most`` that differ in slots of ``replies``."""
         read = frozenset[Key]().union(*(clause.places for clause in replies._clauses))
         first = sorted(self._unknown, key=lambda place: place.key not in read)
         order = [first.index(place) for place in self._unknown]
@@ -239,7 +239,7 @@ class Completions:
 def _counts(
     rows: Sequence[Row], known: Sequence[Slot], part: Sequence[Slot], tied: Sequence[Clause]
 ) -> list[int]:
-    """Return, for each row, how many valuations of connected slots satisfy the clauses."""
+    """Return, for each row, the number of valuations of connected slots that satisfy all."""
     domain = prod(len(place.variable.range) for place in part)
     if not tied:
         return [domain] * len(rows)
@@ -301,7 +301,7 @@ def _projected(
     rows: Sequence[Row], known: Sequence[Slot], clauses: Sequence[Clause]
 ) -> tuple[list[Slot], list[Row], list[Row]]:
     """Return the known slots that clauses read, the values of these slots in each row, and the
-    distinct ones of these values."""
+    distinct values."""
     read = frozenset[Key]().union(*(clause.places for clause in clauses))
     columns = [column for column, place in enumerate(known) if place.key in read]
     if len(columns) > 1:
@@ -318,8 +318,8 @@ def _block(
     clauses: Sequence[Clause],
 ) -> list[int]:
     """Return, for each key, a mask of the valuations that satisfy all clauses. ``columns``: the
-    position of each slot in a key followed by a valuation."""
-    width = (len(valuations) + 7) // 8  # bytes of each key in a plane
+    position of each slot in a key and its valuation."""
+    width = (len(valuations) + 7) // 8  # bytes per key in a plane
     blanks = (bytes(width), b"\xff" * width)
 
     def lookup(name: str, primed: bool) -> Vector:
@@ -346,7 +346,7 @@ def _block(
 
 
 def _keys(formula: syntax.Formula, primed: bool) -> Iterator[Key]:
-    """Yield the variables of a formula, each with whether it refers to the next state."""
+    """Yield each variable of a formula and whether it refers to the next state."""
     if isinstance(formula, syntax.Name | syntax.Comparison):
         yield from ((name.name, primed or name.primed) for name in syntax.names_of(formula))
     for operand in syntax.operands_of(formula):

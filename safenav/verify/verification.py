@@ -1,19 +1,19 @@
 """An independent check that a strategy satisfies its specification (docs/trust.md).
 
-It shares nothing with the synthesizer but the automaton and the specification's text: that is
-parsed and evaluated here, on the explicit graph. A strategy is right if
+It shares only the automaton and the specification's text with the synthesizer. It parses the text
+and evaluates it on the explicit graph. A strategy is correct if
 
 - every initial input that ENV_INIT allows has a node to start from, which satisfies SYS_INIT;
 - every node has exactly one successor for each next input that ENV_TRANS allows, and no other;
 - every transition satisfies SYS_TRANS, and every value is within its range;
 - no cycle meets all assumptions of ENV_LIVENESS and misses a goal of SYS_LIVENESS.
 
-Once the environment has broken an assumption, the specification guarantees nothing, so nothing is
-checked.
+After the environment has violated an assumption, the specification guarantees nothing, so nothing
+is checked.
 
-A counterstrategy is an automaton of the environment that the system cannot beat. In each node the
-environment has chosen one next input; the successors are all replies of the system. It is a
-proof that a specification is unrealizable if
+A counterstrategy is a winning automaton of the environment. In each node the environment has chosen
+one next input; the successors are all replies of the system. It proves that a specification is
+unrealizable if
 
 - the start nodes have one input that ENV_INIT allows, and all outputs that SYS_INIT allows;
 - the next inputs satisfy ENV_TRANS, and each reply that SYS_TRANS allows is a successor (a node
@@ -37,7 +37,7 @@ from safenav.verify.completions import Clause, Completions, Row, first_row
 
 
 class Fault(StrEnum):
-    """Faults of an automaton; each value states its fault in words."""
+    """Faults of an automaton. Each value states its fault in words."""
 
     NO_START = "no node to start from"
     RANGE = "a value outside its range"
@@ -54,10 +54,10 @@ class Fault(StrEnum):
 class Failure(Struct, frozen=True):
     """A fault, with a path to it.
 
-    ``node``: its node, None if it concerns no node; ``state``: this node in words. ``successor``:
-    the other end of a faulty transition. ``constraint``: the violated constraint, with its origin.
+    ``node``: its node, None if there is none; ``state``: this node in words. ``successor``: the
+    other end of a faulty transition. ``constraint``: the violated constraint with its origin.
     ``path``: a shortest path from an initial node to ``node``. ``cycle``: the nodes of a closed
-    walk from ``node``, for faults of liveness. ``detail``: the move that is at fault.
+    walk from ``node``, for faults of liveness. ``detail``: the faulty move.
     """
 
     fault: Fault
@@ -71,7 +71,7 @@ class Failure(Struct, frozen=True):
 
     @property
     def lines(self) -> list[str]:
-        """The failure in words: the fault, and the constraint that it breaks with its origin."""
+        """The failure in words: the fault, the violated constraint, and its origin."""
         where = "" if self.node is None else f" at node {self.node} ({self.state})"
         found = [f"{self.fault.value}{where}", *([self.detail] if self.detail else [])]
         if self.constraint is not None:
@@ -81,9 +81,9 @@ class Failure(Struct, frozen=True):
 
 
 class Verification(Struct, frozen=True):
-    """The result of a check. ``failures``: the first one found of each kind and constraint;
-    ``nodes``, ``edges``: the numbers of checked nodes and edges. ``vacuous``: whether no initial
-    state satisfies the assumptions, so that the strategy guarantees nothing."""
+    """The result of a check. ``failures``: the first one of each kind and constraint; ``nodes``,
+    ``edges``: the numbers of checked nodes and edges. ``vacuous``: whether no initial state
+    satisfies the assumptions, so that the strategy guarantees nothing."""
 
     failures: tuple[Failure, ...]
     nodes: int
@@ -96,11 +96,11 @@ class Verification(Struct, frozen=True):
 
 
 def verify(spec: Specification, automaton: Strategy, counter: bool = False) -> Verification:
-    """Return the verdict on a strategy of the system or, if ``counter``, on a counterstrategy,
-    which proves that no strategy exists.
+    """Return the verdict on a strategy of the system or, if ``counter``, on a counterstrategy (a
+    proof that no strategy exists).
 
-    Raises InputError if the specification cannot be read, ResourceLimitError if its assumptions tie
-    so many inputs together that they cannot be counted.
+    Raises InputError if the specification cannot be read, ResourceLimitError if its assumptions
+    connect too many inputs for a count.
     """
     vacuous = not counter and not openings(spec)[0].count([()])[0]
     found = Automaton(spec, automaton, automaton.initial(counter))
@@ -118,7 +118,7 @@ def first_failure(spec: Specification, automaton: Strategy, counter: bool = Fals
 
 
 def lost_opening(spec: Specification) -> Row | None:
-    """Return initial inputs that ENV_INIT allows and that leave no output, if there are any. A
+    """Return initial inputs that ENV_INIT allows but that leave no output, or None. A
     counterstrategy that wins with these inputs has no node."""
     inputs, outputs = openings(spec)
     return inputs.unanswered(outputs)
@@ -168,7 +168,7 @@ def _node_in_words(automaton: Automaton, node: int) -> str:
 
 
 def _move_in_words(automaton: Automaton, owner: Owner, row: Row) -> str:
-    """Return the values of all inputs, or of all outputs, in words."""
+    """Return the values of all inputs or of all outputs in words."""
     names = [variable.name for variable in automaton.spec.owned(owner)]
     values = dict(zip(names, row, strict=True))
     return in_words(automaton.strategy, values, owner) or "nothing to choose"
@@ -176,7 +176,7 @@ def _move_in_words(automaton: Automaton, owner: Owner, row: Row) -> str:
 
 def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
     """Yield a failure if a start node is missing. A strategy needs one, which satisfies both INITs,
-    for each initial input; a counterstrategy, for each output that its initial input leaves."""
+    for each initial input; a counterstrategy, for each remaining output."""
     spec, strategy, starts = automaton.spec, automaton.strategy, automaton.starts
     inputs, outputs = openings(spec)
     if counter and not starts:
@@ -199,23 +199,23 @@ def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
 
 def _missing(possible: Completions, row: Row, count: int, there: Set[Row]) -> Row | None:
     """Return a completion of a row that is not in ``there``, or None. ``count``: the number of all
-    completions; if ``there`` has as many members, none is sought."""
+    completions; if ``there`` has as many members, none is missing."""
     if count == len(there):
         return None
     return next((each for each in possible.each(row) if each not in there), None)
 
 
 def _input_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Yield the failures of a strategy with other than one successor for some next input."""
+    """Yield the failures of a strategy without exactly one successor for each next input."""
     allowed = automaton.edges.without(reduce(or_, (edges for _, edges in automaton.against[0]), 0))
     moves = [(node, automaton.values[node], targets) for node, targets in allowed.items()]
     yield from _move_failures(automaton, Owner.INPUT, rounds(automaton.spec)[0], moves)
 
 
 def _reply_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Yield the failures of the successors of a counterstrategy. Those of a node must have one next
-    input in common and be all possible replies of the system to it, each once. A node without
-    successors needs a next input to which the system has no reply."""
+    """Yield the failures of the successors of a counterstrategy. Those of a node must have a common
+    next input and be all possible replies of the system, each once. A node without successors needs
+    a next input to which the system has no reply."""
     choices, replies = rounds(automaton.spec)
     inputs, after = automaton.parts(Owner.INPUT), automaton.edges.after
     chosen = {node: [*{inputs[target] for target in after[node]}] for node in after}
@@ -237,8 +237,8 @@ def _move_failures(
     possible: Completions,
     moves: Sequence[tuple[int, Row, Sequence[int]]],
 ) -> Iterator[Failure]:
-    """Yield the first node with two successors for one move of the other player, and the first
-    without any for an allowed move. ``moves``: nodes, their known values, their successors."""
+    """Yield the first node with two successors for one move of the other player, and the first with
+    none for an allowed move. ``moves``: nodes, their known values and successors."""
     parts = automaton.parts(owner)
     rows = [[parts[target] for target in targets] for _, _, targets in moves]
     counts = possible.count([row for _, row, _ in moves])
@@ -256,13 +256,13 @@ def _move_failures(
 
 
 Obligation = tuple[Fault, Clause | None, bytes, list[bytes]]
-"""A goal that each infinite path meets infinitely often, unless it misses one of the excuses from
-some point on. Its fields: the fault otherwise, the clause, and for each edge whether it meets the
-goal, and each excuse."""
+"""A goal that each infinite path meets infinitely often, unless from some point on it never meets
+one of the excuses. Fields: the fault otherwise, the clause, and for each edge whether it meets the
+goal and each excuse."""
 
 
 def obligations(automaton: Automaton, counter: bool) -> list[Obligation]:
-    """Return the obligations of a strategy (its goals, excused by the assumptions), or those of a
+    """Return the obligations of a strategy (its goals, excused by the assumptions) or of a
     counterstrategy (the assumptions, and an unmeetable goal, excused by the goals)."""
     every = (1 << len(automaton.edges)) - 1
     fair, goals = (
@@ -277,10 +277,10 @@ def obligations(automaton: Automaton, counter: bool) -> list[Obligation]:
 
 
 def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[str, Any]:
-    """Return the measures of a strategy, one for each goal, or those of a ``counter``strategy: one
-    for each assumption, and one whose excuses are the goals. Each path of a counterstrategy meets
-    all assumptions infinitely often, but not all goals. ``start``: its initial inputs; ``chosen``:
-    its next inputs in each node.
+    """Return the measures of a strategy (one for each goal) or of a ``counter``strategy (one for
+    each assumption, and one whose excuses are the goals). Each path of a counterstrategy meets all
+    assumptions infinitely often, but not all goals. ``start``: its initial inputs; ``chosen``: its
+    next inputs in each node.
 
     Raises NoMeasureError if the automaton does not satisfy (or refute) its specification."""
     size = len(automaton.states)
@@ -298,8 +298,8 @@ def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[st
 
 
 def _choice(automaton: Automaton, node: int) -> Row | None:
-    """Return the next inputs that the environment chooses in a node: those of its successors or, if
-    there are none, inputs to which the system has no reply."""
+    """Return the next inputs that the environment chooses in a node: those of its successors, or
+    inputs without a reply of the system if there are none."""
     targets = automaton.strategy.transitions[node]
     if targets:
         return automaton.parts(Owner.INPUT)[targets[0]]
