@@ -1,5 +1,5 @@
 """Continuous motion of each robot of a run, in metres and seconds (docs/motion.md).
 
-Needs the extra ``motion`` (numpy, daqp). Nothing is imported here, so that commands without motion
-stay fast.
+Needs the extra ``motion`` (numpy, daqp). This file imports nothing, so commands without motion stay
+fast.
 """

@@ -1,7 +1,7 @@
-"""A robot's motion as columns of numbers at a chosen rate. Columns are in the frame of the world
-(the map's origin and yaw applied, as in ROS) or of the map. All robots have ``t, x, y, z,
-vel_{x,y,z}, acc_{x,y,z}, yaw`` of the centre of the body (of a walker: its centre of mass). A
-walker also has ``cop_{x,y}`` and for each foot ``left_{x,y,z,yaw}``. A flyer in simulated flight
+"""A robot's motion as columns of numbers at a chosen rate, in the frame of the world (with the
+map's origin and yaw, as in ROS) or of the map. All robots have ``t, x, y, z, vel_{x,y,z},
+acc_{x,y,z}, yaw`` of the body's centre (walkers: of the centre of mass). Walkers also have
+``cop_{x,y}`` and, for each foot, ``left_{x,y,z,yaw}`` (or ``right``). A flyer in simulated flight
 has its attitude ``q_{w,x,y,z}``, rates, thrust and reference instead of accelerations. The attitude
 stays in the frame of the map."""
 
@@ -36,7 +36,7 @@ Columns = dict[str, Array]
 
 
 def times_of(motion: file.Motion, rate: float) -> Array:
-    """Return times in seconds from 0 to the end of the motion, ``rate`` of them per second."""
+    """Return times in seconds from 0 to the end of the motion, ``rate`` per second."""
     return np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
 
 
@@ -100,8 +100,7 @@ def _walking(segment: file.Segment, times: Array, limits: Mapping[str, object]) 
 
 
 def swing_poses(swing: file.Swing, times: Array, clearance: float) -> Array:
-    """Return x, y, z and yaw of a foot in the air (times, 4) at times since the start of its
-    segment."""
+    """Return x, y, z and yaw of a foot in the air (times, 4) at times since its segment's start."""
     seconds = swing.t1 - swing.t0
     since = times - swing.t0
     x, y, yaw = (values(axis, since) for axis in between(seconds, swing.start, swing.goal))
@@ -138,7 +137,7 @@ def _tracked(track: file.FlownTrack, times: Array, reference: Columns) -> Column
 
 
 def placed(columns: Columns, origin: tuple[float, float, float]) -> Columns:
-    """Return columns in the frame of the map, transformed to the frame of the world. ``origin``: x,
+    """Return columns of the frame of the map, transformed to the frame of the world. ``origin``: x,
     y and yaw of the map."""
     x0, y0, yaw = origin
     found = dict(columns)
@@ -155,7 +154,7 @@ def placed(columns: Columns, origin: tuple[float, float, float]) -> Columns:
 def poses_at(
     motion: file.Motion, rate: float, frame: Frame
 ) -> dict[str, list[tuple[float, float, float, float]]]:
-    """Return for each robot times (s) and poses (x, y in metres; yaw in radians) in a frame."""
+    """Return each robot's times (s) and poses (x, y in metres; yaw in radians) in a frame."""
     found, times = {}, times_of(motion, rate)
     for robot in motion.header.robots:
         there = placed(columns_at(motion, robot, times), (*frame.origin, frame.yaw))

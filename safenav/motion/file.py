@@ -1,10 +1,9 @@
 """The motion file: its lines as typed data (docs/motion_file.md), its reader and its writer.
 
 Positions are in the frame of the map: x east, y north, z up, the origin at its south-western
-corner, in metres; ``t``, ``t0`` and ``t1`` are seconds since the start of the motion; angles are
+corner, in metres. ``t``, ``t0`` and ``t1`` are seconds since the start of the motion. Angles are
 radians counter-clockwise from east. ``tick`` is the tick of the trace that a line carries out. A
-``row`` is written as the list of its fields. The reader skips lines of unknown types, and unknown
-fields.
+``row`` is the list of its fields. The reader skips unknown fields and lines of unknown types.
 """
 
 from collections.abc import Mapping
@@ -26,8 +25,7 @@ State = tuple[float, float, float, float]
 """x, y, vx, vy."""
 Numbers = tuple[float, ...]
 Polynomial = Annotated[Numbers, Meta(max_length=8)]
-"""Coefficients of a polynomial. Their number is limited, since each one adds samples to a
-check."""
+"""Coefficients of a polynomial. Their number is limited, since each one adds samples to checks."""
 SOME = Meta(min_length=1)
 Positive = Annotated[float, Meta(gt=0)]
 LONGEST = 2_000_000
@@ -62,11 +60,11 @@ BUILD = {
     "least_double": 0.15,
     "most_double": 0.25,
 }
-"""The limits of a walker in the header of a motion (docs/models.md): the longest step (m), the
-least distance by which a foot lands on its own side of the other (m), the friction needed (of the
-ground's normal force), the fastest swing (m/s), the farthest that the mass gets from a foot that
-carries it (m, on the ground); the size of a sole (m); bounds of the share of walking in which both
-feet are on the ground."""
+"""The limits of a walker in the header of a motion (docs/models.md): the longest step (m); the
+least sideways distance of a landing foot from the other (m); the required friction (of the ground's
+normal force); the fastest swing (m/s); the largest distance of the mass from a foot that carries it
+(m, on the ground); the size of a sole (m); bounds of the share of walking with both feet on the
+ground."""
 
 
 def limits_of(height: float) -> dict[str, float]:
@@ -94,9 +92,9 @@ class Foothold(Struct, frozen=True, array_like=True):
 
 
 class Swing(Struct, frozen=True, array_like=True):
-    """A foot in the air: x, y and yaw are quintics in time between ``start`` and ``goal``
-    (positions, velocities, accelerations: nine numbers); its height is
-    64 clearance u^3 (1-u)^3 with u from ``u0`` to ``u1``."""
+    """A foot in the air. x, y and yaw are quintics in time between ``start`` and ``goal``
+    (positions, velocities, accelerations: nine numbers); the height is 64 clearance u^3 (1-u)^3
+    with u from ``u0`` to ``u1``."""
 
     side: int
     t0: float
@@ -118,7 +116,7 @@ class PressurePhase(Struct, frozen=True, array_like=True):
 
 
 class Moving(Struct, frozen=True):
-    """A piece of motion, which defines its robot's position at every instant; successive pieces
+    """A piece of motion, which defines its robot's position at every instant. Successive pieces
     leave no gap."""
 
     robot: str
@@ -163,8 +161,8 @@ TrackRow = Annotated[Numbers, Meta(min_length=14, max_length=14)]
 
 
 class FlownTrack(Struct, frozen=True, tag="track"):
-    """The simulated flight of a flyer along its references. Its rows are ``step`` seconds apart,
-    the first at ``t0``."""
+    """The simulated flight of a flyer along its references. Its rows are ``step`` seconds apart
+    from ``t0`` on."""
 
     robot: str
     t0: float
@@ -216,14 +214,14 @@ L = TypeVar("L")
 
 
 class Motion(Struct, frozen=True):
-    """A whole motion file; ``lines`` in the order of their times."""
+    """A whole motion file. ``lines``: in the order of their times."""
 
     header: MotionHeader
     lines: tuple[Line, ...]
     outcome: MotionOutcome
 
     def of(self, kind: type[L], robot: str | None = None) -> list[L]:
-        """Return the lines of a kind, in the file's order: those of one robot, or of all robots."""
+        """Return the lines of a kind, in the file's order: of one robot or of all robots."""
         return [
             line
             for line in self.lines
@@ -290,5 +288,5 @@ def _header(data: Any, kind: object) -> MotionHeader:
 
 
 def text_of(motion: Motion) -> str:
-    """Return the text of the file. Its numbers are exact."""
+    """Return the text of the file, with exact numbers."""
     return "".join(map(json_line, to_builtins((motion.header, *motion.lines, motion.outcome))))

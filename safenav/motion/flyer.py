@@ -1,14 +1,14 @@
-"""Model predictive tracking of a flyer's reference at 20 Hz, and its simulation.
+"""Model predictive tracking of a flyer's reference at 20 Hz and its simulation.
 
-Along each axis a condensed quadratic programme is solved. The axis has position, velocity and
-acceleration, which follows a command with a lag; a disturbance is estimated from the prediction
-error. The command is bounded by the tilt limit. The corridor (the reserved regions) bounds the body
-by rows with one unbounded slack: a bounded one could make the problem infeasible, and lose the
-drone. Source: paper, section VII (a quadratic programme at 20 Hz); Arnstroem et al. (2022) for the
-solver, DAQP.
+The tracking solves a condensed quadratic programme for each axis. An axis has a position, a
+velocity, and an acceleration that follows a command with a lag; the prediction error gives an
+estimate of the disturbance. The tilt limit bounds the command. The corridor (the reserved regions)
+bounds the body by rows with one unbounded slack: a bounded one could make the problem infeasible
+and lose the drone. Source: paper, section VII (a quadratic programme at 20 Hz); Arnstroem et al.
+(2022) for the solver, DAQP.
 
-The simulated flyer is a rigid body of 0.5 kg, moved by its thrust, gravity and the air. An attitude
-loop on board (400 Hz) turns it so that its thrust gives the commanded acceleration. This code uses
+The simulated flyer is a rigid body of 0.5 kg, moved by thrust, gravity and air. An on-board
+attitude loop (400 Hz) turns it so that its thrust gives the commanded acceleration. This code uses
 plain numbers instead of arrays, since it runs 400 times per second of flight.
 """
 
@@ -30,17 +30,17 @@ PERIOD = 0.05
 """Seconds between commands."""
 HORIZON = 20
 LAG = 0.1
-"""Seconds in which the acceleration follows its command."""
+"""Time constant in seconds with which the acceleration follows its command."""
 DRAG = 0.25
-"""Deceleration by the air in 1/s of the speed through it."""
+"""Deceleration by the air, per speed, in 1/s."""
 POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
-"""Weights of the errors, of the command off the reference's, and of leaving the corridor."""
+"""Weights of the errors, of deviations from the reference's command, and of the slack."""
 
 
 class AxisModel(Struct, frozen=True):
-    """The discrete model of one axis with state [p, v, a, d] (``d``: a constant disturbance), and
-    its programme, which predicts positions and velocities over the horizon as
-    ``free @ state + forced @ commands``."""
+    """The discrete model of an axis with state [p, v, a, d] (``d``: a constant disturbance), and
+    its programme. It predicts positions and velocities over the horizon as ``free @ state + forced
+    @ commands``."""
 
     move: Array
     steer: Array
@@ -55,7 +55,7 @@ class AxisModel(Struct, frozen=True):
 
 @lru_cache(maxsize=1)
 def axis_model() -> AxisModel:
-    """Return the model of an axis, discretized by many small steps, with its programme."""
+    """Return the model of an axis, discretized in many small steps, with its programme."""
     parts = 50
     small = PERIOD / parts
     change = np.array([[0, 1, 0, 0], [0, -DRAG, 1, 1], [0, 0, -1 / LAG, 0], [0, 0, 0, 0]])
@@ -82,7 +82,7 @@ def axis_model() -> AxisModel:
 
 
 def _estimator(move: Array) -> Array:
-    """Return the steady gain of a Kalman filter for a position noise of 5 mm and disturbances d."""
+    """Return the steady Kalman gain for a position noise of 5 mm and disturbances d."""
     noise = np.diag([1e-8, 1e-6, 1e-4, 2e-2])
     spread, sees = np.eye(4), np.array([1.0, 0, 0, 0])
     gain = sees
@@ -94,7 +94,7 @@ def _estimator(move: Array) -> Array:
 
 
 OPTIMAL = 1
-"""The solver's flag of a solution."""
+"""The solver's flag for a solution."""
 FAR = np.full(HORIZON, 1e30)
 """No bound."""
 
@@ -107,15 +107,15 @@ class AxisTracker:
         self.limit = limit
 
     def observe(self, measured: float) -> None:
-        """Correct the estimate by a measured position in metres."""
+        """Correct the estimate by a measured position (metres)."""
         self.state = self.state + axis_model().gain * (measured - self.state[0])
 
     def command(self, wanted: Array, low: Array, high: Array) -> float:
-        """Return the acceleration to command now (m/s^2), and advance the estimate by one step.
+        """Return the acceleration to command now (m/s^2) and advance the estimate by one step.
 
-        ``wanted`` (HORIZON, 3): position, velocity, acceleration of the reference after each
-        step; ``low``, ``high`` (HORIZON): where the centre of the body may be. If the solver
-        does not finish, the reference's own command is given.
+        ``wanted`` (HORIZON, 3): position, velocity, acceleration of the reference after each step;
+        ``low``, ``high`` (HORIZON): bounds of the body's centre. If the solver does not finish,
+        return the reference's own command.
         """
         from daqp import solve  # only simulated flights need daqp
 
@@ -154,7 +154,7 @@ Quaternion = tuple[float, float, float, float]
 
 
 class Body(Struct):
-    """A quadcopter in flight: position, velocity, attitude (w, x, y, z, body to world), rates."""
+    """A flying quadcopter: position, velocity, attitude (w, x, y, z, body to world), rates."""
 
     place: list[float]
     yaw: float
@@ -168,13 +168,13 @@ class Body(Struct):
 
     @property
     def row(self) -> TrackRow:
-        """The present state of the body as a row of a motion file."""
+        """The body's present state as a row of a motion file."""
         numbers = (*self.place, *self.velocity, *self.attitude, *self.rates, self.thrust)
         return tuple(round(number, DIGITS) for number in numbers)
 
     def advance(self, pull: Vector, yaw: float) -> None:
-        """Advance by one 400th of a second: turn the body so that its thrust gives the acceleration
-        ``pull`` (m/s^2, without gravity), and so that it faces ``yaw`` (rad)."""
+        """Advance by 1/400 s. Turn the body so that its thrust gives the acceleration ``pull``
+        (m/s^2, without gravity) and it faces ``yaw`` (rad)."""
         w, x, y, z = self.attitude
         axis = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
         wanted = (pull[0], pull[1], pull[2] + GRAVITY)
@@ -229,7 +229,7 @@ def _facing(pull: Vector, yaw: float) -> Quaternion:
 
 DIGITS = 6
 CLIMB, SINK = 9.0, 5.0
-"""Stiffness (1/s^2) and damping (1/s) of its altitude control."""
+"""Stiffness (1/s^2) and damping (1/s) of the altitude control."""
 
 
 def flown(flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: float) -> FlownTrack:
@@ -259,7 +259,7 @@ def _reference(
     flights: Sequence[Flight], floor: MetricFloor, size: float, count: int
 ) -> tuple[dict[str, Array], Array]:
     """Return the reference at each step of the tracking (after its end, its last position), and the
-    box that the centre of the body must not leave at that step."""
+    bounds of the body's centre at that step."""
     times: Array = flights[0].t0 + PERIOD * np.arange(count, dtype=np.float64)
     boxes = np.zeros((count, 4))
     for flight in flights:

@@ -31,8 +31,8 @@ def quintic(
     pull: float = 0.0,
     goal_pull: float = 0.0,
 ) -> tuple[float, ...]:
-    """Return the six coefficients of the quintic that leads from a position, a speed and an
-    acceleration (``pull``) to those of the goal."""
+    """Return the six coefficients of the quintic from a position, speed and acceleration (``pull``)
+    to those of the goal."""
     distance = goal - start
     v0, v1 = speed * seconds, goal_speed * seconds
     a0, a1 = pull * seconds**2 / 2, goal_pull * seconds**2 / 2
@@ -46,7 +46,7 @@ def quintic(
 def between(
     seconds: float, start: Sequence[float], goal: Sequence[float]
 ) -> tuple[tuple[float, ...], ...]:
-    """Return the quintics of all axes between two states. A state has the positions of all axes,
+    """Return the quintics of all axes between two states. A state lists the positions of all axes,
     then their velocities, then their accelerations."""
     count = len(start) // 3
     return tuple(
@@ -64,7 +64,7 @@ def between(
 
 
 def values(coefficients: Sequence[float], times: T) -> T:
-    """Return the value of a polynomial at a time, or its values at several times."""
+    """Return the value of a polynomial at a time or its values at several times."""
     total = times * 0.0
     for coefficient in reversed(coefficients):
         total = total * times + coefficient
@@ -81,7 +81,7 @@ def slope(coefficients: Sequence[float], time: float) -> tuple[float, float]:
 
 
 def path(curve: Curve, times: Array) -> Array:
-    """Return positions, velocities and accelerations (3, 4, times) of x, y, z and yaw along a
+    """Return positions, velocities and accelerations (3, 4, times) of x, y, z, yaw along a
     curve."""
     axes = (curve.x, curve.y, curve.z, curve.yaw)
     table = np.zeros((4, max(1, *map(len, axes))))
@@ -96,7 +96,7 @@ def path(curve: Curve, times: Array) -> Array:
 
 
 class MetricFloor(Struct, frozen=True):
-    """A map of square regions: ``side`` metres each, numbered in reading order."""
+    """A map of square regions of ``side`` metres, numbered in reading order."""
 
     rows: int
     cols: int
@@ -109,14 +109,14 @@ class MetricFloor(Struct, frozen=True):
     def corridor(
         self, one: int, other: int, inset: float = 0.0
     ) -> tuple[float, float, float, float]:
-        """Return the western, southern, eastern and northern border (metres) of two regions (of
+        """Return the western, southern, eastern and northern border (metres) of two regions (or of
         one, if both are the same), moved inwards by ``inset``."""
         (ax, ay), (bx, by) = self.centre(one), self.centre(other)
         half = self.side / 2 - inset
         return min(ax, bx) - half, min(ay, by) - half, max(ax, bx) + half, max(ay, by) + half
 
     def heading(self, origin: int, to: int) -> str:
-        """Return the heading of a step between two regions that lie side by side."""
+        """Return the heading of a step between two adjacent regions."""
         (row, col), (next_row, next_col) = divmod(origin, self.cols), divmod(to, self.cols)
         step = (next_row - row, next_col - col)
         return next(heading.label for heading in Heading if heading.step == step)
@@ -129,14 +129,14 @@ def turn(before: str, after: str) -> int:
 
 
 def unit_vector(heading: str) -> tuple[int, int]:
-    """Return a heading as an integer unit vector, so that rotation by it is exact."""
+    """Return a heading as an integer unit vector, which makes rotations exact."""
     row, col = HEADINGS[heading].step
     return col, -row
 
 
 class Mass(Struct, frozen=True):
     """A centre of mass at some times since its start: states (n, 4) and centres of pressure (n, 2).
-    ``late``: the error of xi at the start; ``early``: the error of eta at the goal."""
+    ``late``: the error of xi at the start; ``early``: that of eta at the goal."""
 
     times: Array
     states: Array
@@ -148,9 +148,9 @@ class Mass(Struct, frozen=True):
 def mass(
     phases: Sequence[PressurePhase], start: State, goal: State, times: Array, omega: float
 ) -> Mass:
-    """Return the solution of c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the
-    equation with p = 0, so its growing part is computed backwards from the goal, its shrinking part
-    forwards from the start. Points are complex numbers."""
+    """Return the solution of c'' = omega^2 (c - p) with p linear in each phase. c - p obeys the
+    equation with p = 0, so its growing part is computed backwards from the goal, and its shrinking
+    part forwards from the start. Points are complex numbers."""
     here, fast, there, slow = (
         complex(*pair) for pair in (start[:2], start[2:], goal[:2], goal[2:])
     )
@@ -184,9 +184,8 @@ def mass(
 
 
 def transformed(segment: Segment, origin: complex, ahead: complex, facing: float) -> Segment:
-    """Return a segment transformed to another frame, in which ``origin`` is the origin of the
-    segment's frame and ``ahead`` the direction of its x; ``facing``: the angle of ``ahead``. Points
-    are complex numbers."""
+    """Return a segment in another frame, where the segment's frame has this ``origin`` and its x
+    points ``ahead``. ``facing``: the angle of ``ahead``. Points are complex numbers."""
 
     def way(x: float, y: float) -> tuple[float, float]:
         found = ahead * complex(x, y)

@@ -1,7 +1,7 @@
-"""Computation of the motion of all robots from a trace: it carries out each step and action at the
-times of a run with a clock.
+"""Computation of all robots' motion from a trace, with each step and action at its time in a run
+with a clock.
 
-A robot that has more time than its step takes rests first; a robot that has less is refused.
+A robot rests before a step that has time to spare; a step with too little time is refused.
 """
 
 from collections.abc import Iterator, Mapping
@@ -25,7 +25,7 @@ from safenav.trace.vocabulary import MoveEnd
 def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -> file.Motion:
     """Return the motion of a run. ``side``: side of a region in metres, instead of the trace's;
     ``track``: also simulate how flyers track their references. Raises UsageError or InputError if a
-    robot has no motion on the floor, or if the trace breaks a rule."""
+    robot has no motion on the floor or the trace breaks a rule."""
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
     header = _header(trace, floor)
@@ -56,7 +56,7 @@ def _header(trace: Trace, floor: MetricFloor) -> file.MotionHeader:
 
 
 def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
-    """Raise UsageError if the trace itself breaks a rule: only valid runs have a motion."""
+    """Raise UsageError if the trace itself breaks a rule, since only valid runs have a motion."""
     from safenav.run.checked import check_trace  # imported here, since the judge is slow to load
 
     if found := check_trace(trace).findings:
@@ -67,8 +67,8 @@ def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
 def _flown(
     name: str, moved: Glider, lines: tuple[file.Line, ...], track: bool
 ) -> tuple[file.Line, ...]:
-    """Return the lines with the flights of one flyer made smooth: it does not stop in the centres
-    of regions. ``track``: also add its simulated flight."""
+    """Return the lines with a flyer's flights made smooth: it does not stop in the centres of
+    regions. ``track``: also add its simulated flight."""
     flights = [line for line in lines if isinstance(line, file.Flight) and line.robot == name]
     size, tilt, floor = moved.values["size"], moved.values["tilt"], moved.floor
     smooth = dict(zip(map(id, flights), flown_through(flights, floor, size), strict=True))
@@ -79,8 +79,8 @@ def _flown(
 
 
 def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
-    """Return the floor of a trace in metres. ``side``: side of its regions (None: that of its map;
-    if the map has none, ``SIDE``)."""
+    """Return the floor of a trace in metres. ``side``: the side of its regions (None: the map's or,
+    if it has none, ``SIDE``)."""
     world = trace.header.scenario.map
     if side is None:
         side = SIDE if world.frame is None else world.frame.resolution
@@ -105,7 +105,7 @@ def mover(
 ) -> Mover:
     """Return the mover of a robot, at rest in a region.
 
-    Raises UsageError for an impossible parameter, or a floor on which the robot cannot move.
+    Raises UsageError for an impossible parameter or a floor on which the robot cannot move.
     """
     kind, values = figures.kind, figures.values
     for name, (least, most) in BOUNDS[kind].items():
@@ -133,9 +133,9 @@ SLACK = 1e-6
 def scheduled(
     trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
 ) -> tuple[tuple[file.Line, ...], file.MotionOutcome]:
-    """Return the lines of the motion by which these movers, starting at time 0, carry out a trace.
-    Raises InputError if they cannot: a step leaves too little time, or a robot changes its region
-    without a step."""
+    """Return the lines of the motion by which these movers carry out a trace from time 0. Raises
+    InputError if they cannot: a step leaves too little time, or a robot changes its region without
+    a step."""
     run = _Schedule(trace, floor, movers)
     for record in trace.records:
         run.take(record)
@@ -194,7 +194,7 @@ class _Schedule:
 
     def _step(self, depart: records.Depart, end: float | None) -> float:
         """Carry out a step until ``end``, or at the robot's own pace if the trace records no end. A
-        robot that has more time than it needs rests first. Return the time of the end."""
+        robot with time to spare rests first. Return the time of the end."""
         tick, to, mover = depart.tick, depart.to, self._movers[depart.robot]
         short = depart.command in self._short
 
@@ -211,7 +211,7 @@ class _Schedule:
         return mover.time
 
     def _act(self, act: records.Act, acted: records.ActionEnd) -> None:
-        """Carry out the actions of a command one after the other. Each begins as soon as its robots
+        """Carry out the actions of a command one after another. Each begins as soon as its robots
         are at rest and face the obstacle; the last one lasts until the end of the command."""
         actions = self._actions.get(acted.command, [])
         idle = self._movers.keys() - self._departs.keys()
@@ -242,8 +242,8 @@ class _Schedule:
     def _faced(
         self, mover: Mover, tick: int, region: int, begin: float, end: float
     ) -> list[file.Moving]:
-        """Return the motion by which a robot comes to rest and faces a region, until ``end``. If
-        the time is too short, it does not turn; without any time, it stays where it has acted."""
+        """Return the motion by which a robot halts and faces a region, until ``end``. If the time
+        is too short, it does not turn; without time, it stays where it has acted."""
         near = region == mover.region and begin < mover.time + SLACK
         for stays, towards in ((near, region), (near, mover.region), (True, mover.region)):
             ready = copy(mover)
@@ -257,8 +257,8 @@ class _Schedule:
     def _rest(
         self, mover: Mover, tick: int, until: float, *, stays: bool = False
     ) -> list[file.Moving]:
-        """Return the motion of a robot that rests until a time: in the centre of its region, or
-        where it has acted if it ``stays`` there."""
+        """Return the motion of a robot that rests until a time: in the centre of its region or, if
+        it ``stays``, where it has acted."""
         lines: list[file.Moving] = []
         if mover.due and not stays:
             mover.due = False
@@ -271,7 +271,7 @@ class _Schedule:
         return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
 
     def end(self) -> tuple[tuple[file.Line, ...], file.MotionOutcome]:
-        """Let the robots end their steps and rest until the run has ended. Return all lines in
+        """Let the robots end their steps and rest until the end of the run. Return all lines in
         order, and the outcome."""
         for depart in self._departs.values():  # steps under way when the run ends
             if depart.from_ == self._movers[depart.robot].region:
@@ -287,7 +287,7 @@ class _Schedule:
 
 
 def when(line: file.Line) -> tuple[float, int]:
-    """Return the sort key of a line: its time, then releases, reservations and other lines."""
+    """Return the sort key of a line: by time, then releases, reservations, other lines."""
     if isinstance(line, file.Release):
         return line.t, 0
     time = line.t0 if hasattr(line, "t0") else line.t

@@ -1,9 +1,9 @@
-"""A robot in motion: how it moves, acts, halts and rests.
+"""Robots in motion: moves, actions, halts and rests.
 
 A mover owns its robot's position and time. The timing decides when the robot moves; the mover
-decides how, and how long it takes. The robot never leaves its region, except by a move to the next
-one. Bodies that glide along curves are a disc, a rover, a flyer; a curve has a polynomial in time
-for each axis, and one for the yaw.
+decides the motion and its duration. The robot never leaves its region except by a move to the next
+one. Discs, rovers and flyers glide along curves, which have a polynomial in time for each axis and
+for the yaw.
 """
 
 from abc import ABC, abstractmethod
@@ -20,7 +20,7 @@ from safenav.pace.robot import AT_ONCE, ROOM, YAW, Figures
 
 
 class Mover(ABC):
-    """A robot in motion, at first at rest in a region. ``time``: the end of its motion so far, in
+    """A robot in motion, initially at rest in a region. ``time``: the end of its motion so far, in
     seconds; ``due``: whether it has acted in its own region and must still move to the centre."""
 
     def __init__(
@@ -34,33 +34,33 @@ class Mover(ABC):
 
     @abstractmethod
     def begin(self) -> None:
-        """Set the pose at the start. Raises UsageError if the robot does not fit or cannot move on
-        the floor."""
+        """Set the initial pose. Raises UsageError if the robot does not fit or cannot move on the
+        floor."""
 
     @abstractmethod
     def move(self, tick: int, to: int, *, short: bool = False) -> list[Moving]:
-        """Begin now a move to the adjacent region ``to``, and return its pieces. ``short``: an
-        obstacle stands across the centre of ``to``, which the robot will resolve there, so it stays
-        in the first half of the region."""
+        """Begin a move to the adjacent region ``to`` now, and return its pieces. ``short``: whether
+        the robot will resolve an obstacle across the centre of ``to``, and so stays in the first
+        half of the region."""
 
     @abstractmethod
     def rest(self, tick: int, until: float) -> list[Moving]:
-        """Stay at rest until a time, and return the pieces of motion."""
+        """Stay at rest until a time. Return the pieces of motion."""
 
     def wait(self, tick: int, until: float) -> list[Moving]:
-        """Stay at rest until a time, unless that has passed."""
+        """Stay at rest until a time unless that has passed."""
         return self.rest(tick, until) if until > self.time + AT_ONCE else []
 
     def halt(self, tick: int) -> list[Moving]:  # noqa: ARG002
-        """Let the robot come to rest within its region, and return the pieces of motion."""
+        """Let the robot come to rest within its region. Return the pieces of motion."""
         return []
 
     def face(self, tick: int, region: int) -> list[Moving]:  # noqa: ARG002
-        """Turn to an adjacent region, to act on it; for the robot's own region, do not turn."""
+        """Turn to an adjacent region to act on it. Do not turn for the robot's own region."""
         return []
 
     def resume(self, tick: int) -> list[Moving]:  # noqa: ARG002
-        """Move the robot to its usual place of rest, after an action short of that place."""
+        """Move the robot to its usual place of rest after an action short of that place."""
         return []
 
 
@@ -69,11 +69,11 @@ PRIMITIVES = {"disc": ("glide", "rest"), "rover": ("drive", "rest"), "flyer": ("
 
 
 class Glider(Mover):
-    """A body at rest at ``place``, in the centre of its region or short of it, that faces
-    ``facing`` (radians). Each move is a quintic from rest to rest along each axis and in its yaw.
+    """A body at rest at ``place``, in the centre of its region or short of it, which faces
+    ``facing`` (radians). Each move is a quintic from rest to rest along each axis and in yaw.
 
-    A disc and a flyer turn as they move. A rover, a unicycle, turns on the spot first, then drives
-    straight; its body has room to turn in a region.
+    Discs and flyers turn as they move. A rover, a unicycle, first turns on the spot, for which its
+    region has room, then drives straight.
     """
 
     def begin(self) -> None:
@@ -126,7 +126,7 @@ class Glider(Mover):
         return [self._made(PRIMITIVES[self.kind][0], tick, to, parts)]
 
     def _curves(self, there: tuple[float, float], wanted: float) -> list[Curve]:
-        """Return the path from rest to rest to a pose; no curves if the robot is there."""
+        """Return the path from rest to rest to a pose; no curves if the robot is already there."""
         here = self.place
         metres = hypot(there[0] - here[0], there[1] - here[1])
         angle = remainder(wanted - self.facing, tau)
@@ -145,7 +145,7 @@ class Glider(Mover):
     def _made(
         self, name: str, tick: int, to: int, parts: Sequence[Curve], until: float | None = None
     ) -> Moving:
-        """Return a piece of motion from now on, as long as its parts, or ``until`` a time."""
+        """Return a piece of motion from now on, as long as its parts or ``until`` a time."""
         begin = self.time
         self.time = begin + sum(part.seconds for part in parts) if until is None else until
         return Flight(self.robot, tick, name, self.region, to, begin, self.time, tuple(parts))
@@ -153,12 +153,12 @@ class Glider(Mover):
 
 def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) -> list[Flight]:
     """Return the flights of a flyer of ``size`` metres, through the same centres at the same times,
-    but without a halt between two flights that follow each other.
+    but without halts between consecutive flights.
 
-    It passes a centre at the lower mean speed of both flights, so both stay below the speed and the
-    acceleration that they have from rest to rest. At a corner it flies diagonally, slowly enough to
-    keep its body in its regions: between two corners to one side, a quintic that ends where it
-    began swings out by at most 5/32 of a side.
+    It passes a centre at the lower mean speed of both flights, so both stay below their speed and
+    acceleration from rest to rest. At a corner it flies diagonally, slowly enough to keep its body
+    in its regions: between two corners to one side, a quintic that ends where it began swings out
+    by at most 5/32 of a side.
     """
     width = min(1.0, (floor.side / 2 - size / 2 - ROOM) / (floor.side * 5 / 32))
     found = list(flights)
@@ -186,7 +186,7 @@ def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) ->
 
 
 def _way(flight: Flight) -> tuple[float, float]:
-    """Return the displacement in metres, along x and along y, of a flight with one curve."""
+    """Return the displacement in metres, along x and y, of a flight with one curve."""
     (curve,) = flight.parts
     x, y = (
         sum(c * curve.seconds**power for power, c in enumerate(path) if power)

@@ -1,11 +1,11 @@
 """The actions of a run with a clock, from its trace; and the conversion of a lockstep run to a run
-with a clock, in which each line has the second at which robots of these paces execute it.
+with a clock, where each line has the second at which robots with these paces execute it.
 
-In a lockstep run, turns are in a serial order in which no robot ever enters a region where another
-robot is. In continuous time robots move simultaneously, each at its own pace: a step waits for
-earlier ones of robots in conflict (Hoenig et al., RA-L 2019; section VII of the paper names the
-problem), and every other line waits for all lines before it. An activity waits only for earlier
-ones, so there is no deadlock.
+In a lockstep run, turns have a serial order, and no robot ever enters another robot's region. In
+continuous time robots move simultaneously, each at its own pace. A step waits for earlier ones of
+robots in conflict (Hoenig et al., RA-L 2019; section VII of the paper names the problem). Every
+other line waits for all lines before it. An activity waits only for earlier ones, so there is no
+deadlock.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
 
 
 class TimedAction(Struct, frozen=True):
-    """An action of robots on an obstacle in ``region``, as part of a ``command``. ``index``: index
+    """An action of robots on an obstacle in ``region``, as part of a ``command``. ``index``: that
     of the record that reports it; ``takes``: whether the robots then carry the obstacle."""
 
     index: int
@@ -41,8 +41,8 @@ Does = records.Part | records.Resolved
 
 
 class PartDone(Struct, frozen=True):
-    """A part of the need of this index, done by the robots of ``team``; those ``inside`` were in
-    the region of the obstacle."""
+    """A part of the need with this index, done by the robots of ``team``. Those ``inside`` were in
+    the obstacle's region."""
 
     obstacle: Obstacle
     number: int
@@ -73,8 +73,8 @@ def parts_done(trace: Trace) -> dict[int, PartDone]:
 
 
 def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
-    """Return the actions of a run with a clock in the order of its trace, and the commands to enter
-    the region of an obstacle and then act on it, whose steps stop short of the obstacle."""
+    """Return the actions of a run with a clock in the order of its trace, and the commands whose
+    steps enter the region of an obstacle to act on it, and so stop short of the obstacle."""
     found: list[TimedAction] = []
     short: set[int] = set()
     steps: dict[str, int] = {}
@@ -101,8 +101,7 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
 
 
 def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
-    """Return a mapping from each command to its actions; those after which robots carry the
-    obstacle come last."""
+    """Return the actions of each command. Those after which robots carry the obstacle come last."""
     found: dict[int, list[TimedAction]] = {}
     carried = {(action.command, action.obstacle): action.takes for action in actions}
     for action in sorted(actions, key=lambda a: (carried[a.command, a.obstacle], a.obstacle)):
@@ -111,7 +110,7 @@ def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
 
 
 DECIMALS = 9
-"""Decimals of seconds: an arrival and the departure after it must not differ by rounding."""
+"""Decimals of seconds. Rounding must not separate an arrival and the next departure."""
 
 
 def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
@@ -123,7 +122,7 @@ def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
 
 
 def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
-    """Return the lines of a trace in their order, with times as in a run with a clock."""
+    """Return the lines of a trace in their order, with the times of a run with a clock."""
     if trace.header.live:
         return trace.records
     done = parts_done(trace)
@@ -134,8 +133,8 @@ def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
 
 
 def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
-    """Return the trace with these lines ordered by time. Departures, actions and changes of service
-    are the last lines of each instant. Ticks do not change."""
+    """Return the trace with these lines in order of time. Departures, actions and changes of
+    service are last in each instant. Ticks do not change."""
     if trace.header.live:
         return trace
 
@@ -146,12 +145,12 @@ def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
-    """Convert a trace to that of a live run with the times of its motion: a tick is an instant."""
+    """Convert a trace to a live run's with the times of its motion: a tick is an instant."""
     return by_instants(ordered(trace, dated(trace, paces_of(trace, motion.header))))
 
 
 def by_instants(trace: Trace) -> Trace:
-    """Return a trace with times as that of a live run, with instants as ticks."""
+    """Return a trace with times as a live run's trace, with instants as ticks."""
     if trace.header.live:
         return trace
     found: list[records.Record] = []
@@ -173,12 +172,12 @@ WAITING = (
     *(records.Violation, records.Discovered, records.Appeared, records.Gone),
     *(records.Part, records.Resolved),
 )
-"""Lines that wait for all activities until then, and for which later ones wait: decisions, actions,
-and changes of obstacles and robots. Only steps overlap."""
+"""Lines that wait for all earlier activities and delay all later ones: decisions, actions, and
+changes of obstacles and robots. Only steps overlap."""
 
 
 class _Step(Struct):
-    """A step in progress: the index of its line, its first tick, and its earliest beginning."""
+    """A step in progress: the index of its line, its first tick, and its earliest start."""
 
     place: int
     tick: int
@@ -186,7 +185,7 @@ class _Step(Struct):
 
 
 class _SerialRun:
-    """A run in lockstep that is given times. ``lines``: the lines so far, with times in seconds."""
+    """A lockstep run that gets times. ``lines``: the lines so far, with times in seconds."""
 
     def __init__(self, trace: Trace, paces: Mapping[str, Pace]) -> None:
         self._scenario = trace.header.scenario
@@ -196,7 +195,7 @@ class _SerialRun:
         self._ended: dict[str, float] = defaultdict(float)
         """The end of each robot's last activity."""
         self._left: dict[int, dict[str, float]] = defaultdict(dict)
-        """The last step with which each robot left a region."""
+        """The time at which each robot last left each region."""
         self._since = 0.0
         """The time of the last line that is not a step."""
         self._begun: dict[str, _Step] = {}
@@ -204,7 +203,7 @@ class _SerialRun:
         self._commands = 0
         self._turn = ""
         self._stood = False
-        """Whether the robot whose turn it is stands."""
+        """Whether the robot that has its turn stands."""
 
     def take(self, record: records.Record, done: PartDone | None) -> None:
         if isinstance(record, WAITING):
@@ -219,7 +218,7 @@ class _SerialRun:
             case records.End():
                 end = max((line.t or 0.0 for line in self.lines), default=0.0)
                 self._tell(end, replace(record, makespan=end))
-            case records.Charge() if self._stood:  # it changes while the others move
+            case records.Charge() if self._stood:  # it changes while other robots move
                 self._tell(max([self._since, *self._ended.values()]), record)
             case _:
                 self._tell(max(self._since, self._ended[self._turn]), record)
@@ -253,8 +252,8 @@ class _SerialRun:
         self._tell(end, records.Arrive(move.tick, *place))
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
-        """Yield the times at which other robots have left the regions that this robot must not
-        share with them: the region that it enters, and those of an exclusion that it enters."""
+        """Yield the times at which other robots left the regions that this robot must not share
+        with them: its destination, and the regions of an exclusion that it enters."""
         mine = self._robots[name]
         for other, robot in self._robots.items():
             if other == name:

@@ -1,12 +1,12 @@
-"""The linear inverted pendulum in closed form, and the primitives of a walker's motion.
+"""The linear inverted pendulum in closed form, and the primitives of walker motion.
 
 A centre of mass ``c`` at constant height h above flat ground, pushed by a centre of pressure ``p``,
-moves by ``c'' = omega^2 (c - p)`` with ``omega = sqrt(g / h)``, in x and in y alike. Its state
-splits into ``xi = c + c'/omega`` (the divergent component, or capture point) and
-``eta = c - c'/omega``. While p moves linearly at the rate ``omega r``, ``xi - p - r`` grows by
-``e^(omega t)`` and ``eta - p + r`` shrinks by ``e^(-omega t)``. So this module computes eta
-forwards from the start and xi backwards from the goal; shooting from one side would multiply every
-rounding error by e^(omega T), 10^7 over one move.
+moves by ``c'' = omega^2 (c - p)`` with ``omega = sqrt(g / h)``, in both x and y. Its state splits
+into ``xi = c + c'/omega`` (the divergent component, or capture point) and ``eta = c - c'/omega``.
+While p moves linearly at the rate ``omega r``, ``xi - p - r`` grows by ``e^(omega t)`` and ``eta -
+p + r`` shrinks by ``e^(-omega t)``. So this module computes eta forwards from the start and xi
+backwards from the goal. Shooting from one side would multiply every rounding error by e^(omega T),
+10^7 over one move.
 
 Sources: Englsberger, Ott, Albu-Schaeffer (T-RO 2015) for the divergent component; the linear
 problem of a whole move is our own.
@@ -14,11 +14,11 @@ problem of a whole move is our own.
 States are arrays ``[x, y, vx, vy]`` in metres and metres per second; times are seconds. The centre
 of pressure of n phases is a path through n + 1 knots (n + 1, 2), linear in each phase.
 
-Primitives are planned once, each in its own frame: the walker enters its region at the origin,
-heading along x. A *walking pose* is at apex, one step length inside, on the centre line, at the
-gait's speed, the other foot in mid-air; a *standing pose* is at rest two lengths inside with both
-feet on the ground. Every primitive leads exactly from one such pose to another, so primitives
-compose without limit and no error accumulates: each begins at the pose of an absolute region.
+Primitives are planned once, each in its own frame: the walker enters its region at the origin and
+heads along x. A *walking pose* is at apex, one step length inside, on the centre line, at the
+gait's speed, with the other foot in mid-air. A *standing pose* is at rest two lengths inside with
+both feet on the ground. Every primitive leads exactly from one such pose to another, so primitives
+compose without limit. No error accumulates, since each begins at the pose of an absolute region.
 
 Phase-space intersections give the times of the steps (safenav.pace.gait), as if the mass changed
 feet in an instant. Around each such instant both feet are on the ground, and the centre of pressure
@@ -54,8 +54,7 @@ Array = NDArray[np.float64]
 
 
 def divergent(state: Array, omega: float) -> Array:
-    """Return the divergent component (xi) of a state: the foothold that would bring the mass to
-    rest."""
+    """Return the divergent component (xi) of a state: a foothold there brings the mass to rest."""
     return state[:2] + state[2:] / omega
 
 
@@ -73,11 +72,11 @@ def placed(
     weights: Array,
     omega: float,
 ) -> Array:
-    """Return the nodes nearest to the given ones that lead exactly from start to goal.
+    """Return the nearest nodes to the given ones that lead exactly from start to goal.
 
     ``nodes`` (m, 2): feet and other points of pressure; ``knots`` (phases + 1): the node at each
-    knot; ``weights`` (m): freedom of each node to move; 0: fixed. At least two must be free. Along
-    each axis it solves two well-scaled equations at least cost.
+    knot; ``weights`` (m): each node's freedom to move (0: fixed; at least two are free). Along each
+    axis the solution meets two well-scaled equations at least cost.
     """
     ends = np.cumsum(durations)
     late, early = np.exp(-omega * (ends - durations)), np.exp(-omega * (ends[-1] - ends))
@@ -105,12 +104,12 @@ def placed(
 LEFT, RIGHT = 1, -1
 
 DOUBLE, LEAST_DOUBLE = 0.2, 0.16
-"""Share of a step in which both feet are on the ground; of two unequal steps, of the shorter. Least
-share of all steps of a move."""
+"""Share of a step (of the shorter of two unequal steps) with both feet on the ground; its minimum
+for each step of a move."""
 SETTLING = 4
 """Phases in which the mass settles between the feet."""
 SNAP = 0.5
-"""A swing foot leaves the ground with this share of the acceleration of a cubic: a quintic without
+"""A swing foot leaves the ground with this share of a cubic's acceleration, since a quintic without
 acceleration there would be faster halfway."""
 
 
@@ -123,15 +122,15 @@ def walk(gait: Gait, turn: int, foot: int) -> Segment:
 
 @lru_cache(maxsize=512)
 def start(gait: Gait, turn: int, foot: int) -> Segment:
-    """Return the segment from a standing pose to a walking pose in the next region. ``foot``:
-    stance foot at the end of a straight start; a turn determines its own."""
+    """Return the segment from a standing pose to a walking pose in the next region. ``foot``: the
+    stance foot at the end of a straight start (a turn determines it)."""
     return _stepping(f"start {_WORDS[turn]}", gait, starting(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=64)
 def stop(gait: Gait, foot: int) -> Segment:
     """Return the segment from a walking pose to a standing pose: the walker steps onto the capture
-    point and closes its feet, and its mass settles between them."""
+    point and closes its feet; its mass settles between them."""
     omega, offset, length = gait.omega, gait.walker.foot, gait.length
     step, close, *settling = stopping(gait)
     place, half = 2 * length, DOUBLE / 2 * min(2 * step, close)
@@ -157,7 +156,7 @@ def stop(gait: Gait, foot: int) -> Segment:
 
 
 def stand(gait: Gait, seconds: float) -> Segment:
-    """Return a segment in which the walker remains in the standing pose for some seconds."""
+    """Return a segment in which the walker stands for some seconds."""
     x, offset = 2 * gait.length, gait.walker.foot
     rest = np.array([x, 0.0, 0.0, 0.0])
     feet = tuple(Foothold(x, side * offset, 0.0, side, 0.0, seconds) for side in (LEFT, RIGHT))
@@ -173,7 +172,7 @@ def _local(
     goal: Array,
     turning: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
 ) -> Segment:
-    """Return a segment of these parts in its own frame; its time begins at 0."""
+    """Return a segment of these parts in its own frame, from time 0 on."""
     seconds = sum(phase.seconds for phase in phases)
     about = ("", 0, name, 0, 0, 0.0, seconds, phases, feet, swings, turning)
     return Segment(*about, tuple(start.tolist()), tuple(goal.tolist()))
@@ -186,7 +185,7 @@ def stance(segment: Segment) -> int:
 
 
 def _phases(durations: Array, pressures: Array) -> tuple[PressurePhase, ...]:
-    """Return the phases of a centre of pressure that moves through these points (phases + 1, 2)."""
+    """Return the phases of a centre of pressure on these points (phases + 1, 2)."""
     ends = pairwise(pressures.tolist())
     return tuple(
         PressurePhase(s, *a, *b) for s, (a, b) in zip(durations.tolist(), ends, strict=True)
@@ -197,7 +196,7 @@ _WORDS = {0: "straight", LEFT: "left", RIGHT: "right"}
 
 
 def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
-    """Return the segment of a stride; a standing walker first leans onto the first foot."""
+    """Return the segment of a stride. A standing walker first leans onto the first foot."""
     omega, offset, line = gait.omega, gait.walker.foot, stride.line
     standing = stride.lean > 0
     nodes = np.array([apex.stance(offset) for apex in line])
@@ -205,7 +204,7 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
     weights[0] = weights[-1] = 0.0
     steps = np.array(stride.durations)
     switches = stride.lean + np.cumsum(steps)[:-1]
-    steps[[0, -1]] *= 2  # steps on the first and the last foot are half as long
+    steps[[0, -1]] *= 2  # steps on the first and last foot are half as long
     shorter = np.minimum(steps[:-1], steps[1:])
     share = max(DOUBLE, LEAST_DOUBLE * (stride.seconds - stride.lean) / float(shorter.sum()))
     half = share / 2 * shorter
@@ -233,7 +232,7 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
             line, nodes[: len(line)].tolist(), downs.tolist(), ups.tolist(), strict=True
         )
     )
-    if standing:  # the other foot is equally far on the other side
+    if standing:  # the other foot is symmetric to it
         aside = (first.x, -first.foot * offset, 0.0, -first.foot, 0.0, stride.lean)
         footholds = (Foothold(*aside), *footholds)
     swings = _swings(gait, line, footholds, stride.seconds, standing)
@@ -243,7 +242,7 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
 def _swings(
     gait: Gait, line: Sequence[Apex], holds: tuple[Foothold, ...], end: float, standing: bool
 ) -> tuple[Swing, ...]:
-    """Return the swings between the footholds; at a walking pose one foot is half-way."""
+    """Return the swings between the footholds. At a walking pose one foot is halfway."""
     swings = []
     first, last, before = line[0], line[-1], holds[-2]
     if not standing:
@@ -280,7 +279,7 @@ def _lifted(hold: Foothold, ahead: tuple[float, float], pull: float) -> FootStat
 
 
 def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> FootState:
-    """Return the state of the swing foot when it passes the stance foot in the periodic gait."""
+    """Return the swing foot's state as it passes the stance foot in the periodic gait."""
     offset = side * gait.walker.foot
     speed = (1.875 - 0.375 * SNAP) * 2 * gait.length / (gait.seconds * (1 - DOUBLE))
     along = (cos(yaw), sin(yaw))
@@ -355,14 +354,14 @@ def entered(primitive: Segment, floor: MetricFloor, region: int, heading: str) -
 
 @lru_cache(maxsize=64)
 def fault_of(gait: Gait) -> str | None:
-    """Return the first rule that the segments of a gait break, in words; None if all are kept."""
+    """Return, in words, the first rule that the segments of a gait break, or None."""
     height = gait.walker.height
     limits = {"height": height, **limits_of(height)}
     try:
         made = [stop(gait, LEFT), walk(gait, LEFT, RIGHT)]
         for quarters in (0, LEFT, RIGHT):
             made += [walk(gait, quarters, LEFT), start(gait, quarters, LEFT)]
-    except ValueError:  # in a step of an arc, the mass never passes over the foot
+    except ValueError:  # in an arc step, the mass never passes over the foot
         return "the mass would fall back on an arc"
     found = (words for each in made for _, _, words in walked(each, limits).broken)
     return next(found, None)

@@ -1,9 +1,9 @@
-"""A run as waypoints in metres, for a robot stack to follow.
+"""Runs as waypoints in metres, for a robot stack.
 
-A waypoint is the position of a robot at the end of a tick (in a live run: of each of its steps) or,
-with the motion of a run, at the end of each piece that leads to another region, turns it or stops
-it. It is in the frame of ROS map_server: x grows east, y grows north, the origin is the
-south-western corner (docs/maps.md); metres, seconds since the start, radians.
+A waypoint is the position of a robot at the end of a tick (in a live run: of each of its steps).
+With the motion of a run, it is the position at the end of each piece that leads to another region,
+turns the robot or stops it. Its frame is that of ROS map_server: x grows east, y grows north, the
+origin is the south-western corner (docs/maps.md); metres, seconds since the start, radians.
 """
 
 import csv
@@ -27,8 +27,8 @@ _DECIMALS = 6
 class Waypoint(Struct, frozen=True):
     """A position. ``tick``: the tick (live: the moment) at whose end the robot is there, 0 for the
     start; ``t``: seconds, in a run with a clock or a motion; ``yaw``: None for a robot without a
-    heading. A motion also gives the height ``z`` and the ``speed`` with which the robot passes
-    there, 0 where it comes to rest."""
+    heading. A motion also gives the height ``z`` and the ``speed`` of the robot there, 0 at
+    rest."""
 
     robot: str
     tick: int
@@ -76,8 +76,8 @@ def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
 
 
 def timed_waypoints(motion: Motion) -> list[Waypoint]:
-    """Return the waypoints of a motion: the start of each robot, and the end of each piece that
-    leads it to another region, turns it or stops it."""
+    """Return the waypoints of a motion: each robot's start, and the end of each piece that leads it
+    to another region, turns it or stops it."""
     x0, y0, turned = motion.header.origin
     frame = Frame(motion.header.side, (x0, y0), turned)
 
@@ -96,7 +96,7 @@ def timed_waypoints(motion: Motion) -> list[Waypoint]:
 
 
 def _ends(pieces: Sequence[Moving]) -> Iterator[tuple[Moving, float, int]]:
-    """Yield for each waypoint a piece of motion, the seconds since its start, and the region."""
+    """Yield, for each waypoint, a piece of motion, the seconds since its start, and the region."""
     if pieces:
         yield pieces[0], 0.0, pieces[0].origin
     for piece in pieces:
@@ -115,8 +115,8 @@ def _pose(motion: Motion, piece: Moving, since: float) -> tuple[float, ...]:
 
 
 def as_csv(found: Sequence[Waypoint]) -> str:
-    """Return the waypoints as CSV (RFC 4180, with line feeds) with a line of column names; an
-    unknown field is empty."""
+    """Return the waypoints as CSV (RFC 4180, with line feeds) with a line of column names. Unknown
+    fields are empty."""
     text = io.StringIO()
     rows = (Waypoint.__struct_fields__, *map(astuple, found))
     csv.writer(text, lineterminator="\n").writerows(rows)

@@ -1,6 +1,5 @@
-"""Checks of a motion file: against its trace, by rules of its own, and against the requirements of
-its scenario.
+"""Checks of a motion file: against its trace, its own rules, and its scenario's requirements.
 
-The rules use the format of the file, its mathematics (``geometry``, ``columns``) and the times of
-its trace (``timing``), but no code that computes motions.
+The rules use the file's format, its mathematics (``geometry``, ``columns``) and its trace's times
+(``timing``), but no code that computes motions.
 """

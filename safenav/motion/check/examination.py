@@ -1,5 +1,5 @@
-"""A motion with its trace, its findings, and the space that bodies occupy, as sampled discs. The
-rules of space: bodies stay inside the regions of their steps, and keep their distances."""
+"""A motion with its trace and findings, and the space that bodies occupy, as sampled discs. The
+rules of space: bodies stay inside the regions of their steps and keep their distances."""
 
 from collections.abc import Hashable, Iterator, Sequence
 from functools import partial
@@ -19,8 +19,8 @@ from safenav.trace.file import Trace
 
 
 class Disc(Struct, frozen=True):
-    """A moving disc: times (n) in seconds since the start of the motion, centres (n, 2), radius,
-    and a name for messages."""
+    """A moving disc: times (n) in seconds since the motion's start, centres (n, 2), radius, and a
+    name for messages."""
 
     what: str
     radius: float
@@ -29,13 +29,13 @@ class Disc(Struct, frozen=True):
 
 
 MOST_CELLS = 1000
-"""Maximum number of regions that one piece of motion may cross in each direction."""
+"""Maximum number of regions that a piece of motion may cross in each direction."""
 STILL = 1e-6
 """Tolerance for rounding of a body at rest, in metres."""
 
 
 class Finding(Struct, frozen=True):
-    """A broken rule: time (seconds), robot, rule, and the observation in metres and seconds."""
+    """A broken rule: time (seconds), robot, rule, and observation in metres and seconds."""
 
     t: float
     robot: str
@@ -57,7 +57,7 @@ class Holding(Struct, frozen=True):
 
 
 class Grid(MetricFloor, frozen=True):
-    """The map, and the cells beyond it."""
+    """The map and the cells beyond it."""
 
     def place(self, region: int) -> tuple[int, int]:
         """Return the column (from the west) and the row (from the south) of a region."""
@@ -69,7 +69,7 @@ class Grid(MetricFloor, frozen=True):
         return (self.rows - 1 - cell[1]) * self.cols + cell[0]
 
     def distance(self, points: Array, cell: tuple[int, int]) -> Array:
-        """Return the distance of each point (n, 2) to a cell; 0 inside it."""
+        """Return the distance of each point (n, 2) from a cell; 0 inside it."""
         west, south = cell[0] * self.side, cell[1] * self.side
         dx = np.maximum(0.0, np.maximum(west - points[:, 0], points[:, 0] - west - self.side))
         dy = np.maximum(0.0, np.maximum(south - points[:, 1], points[:, 1] - south - self.side))
@@ -79,7 +79,7 @@ class Grid(MetricFloor, frozen=True):
     def cells(self, points: Array, radius: float) -> Iterator[tuple[int, int]]:
         """Yield all cells that discs of this radius around the points could touch.
 
-        Raises UsageError for a piece of motion far off the map: too many cells to examine."""
+        Raises UsageError for a piece of motion far off the map, with too many cells to examine."""
         low = [(each - radius) / self.side for each in points.min(axis=0).tolist()]
         high = [(each + radius) / self.side for each in points.max(axis=0).tolist()]
         if not (across := max(high[0] - low[0], high[1] - low[1])) < MOST_CELLS:
@@ -90,9 +90,9 @@ class Grid(MetricFloor, frozen=True):
 
 
 class Examination:
-    """A motion, its trace, and the ``findings`` so far. ``pieces``: the pieces of each robot in the
-    order of the file; ``numbers``: the numerical parameters of each robot in the header; ``held``:
-    the reservations."""
+    """A motion, its trace, and the ``findings`` so far. ``pieces``: each robot's pieces in the
+    order of the file; ``numbers``: each robot's numerical parameters in the header; ``held``: the
+    reservations."""
 
     def __init__(self, motion: file.Motion, trace: Trace) -> None:
         header = motion.header
@@ -115,7 +115,7 @@ class Examination:
     def limit(
         self, robot: str, times: Array, found: Array, most: float, rule: str, words: str
     ) -> None:
-        """Report a broken rule if the largest of the ``found`` values, one for each time, exceeds
+        """Report a broken rule if the maximum of the ``found`` values, one for each time, exceeds
         ``most``. ``words``: message with places for both."""
         worst = int(found.argmax())
         if found[worst] > most:
@@ -131,7 +131,7 @@ class Examination:
 
     @cached_method
     def walked(self, segment: file.Segment) -> Walked:
-        """Return the samples of a segment. Those of a segment of the same shape are reused."""
+        """Return the samples of a segment. Segments of the same shape share them."""
         key = segment.robot, shape_of(segment)
         if key not in self._shapes:
             self._shapes[key] = walked(segment, self.numbers[segment.robot])
@@ -139,11 +139,11 @@ class Examination:
 
     @cached_method
     def flown(self, piece: file.Flight) -> list[tuple[Array, Array]]:
-        """Return times and path of each part of a flight. A body at rest needs only two samples."""
+        """Return the times and path of each part of a flight. A resting body needs two samples."""
         found, begin = [], piece.t0
         for part in piece.parts:
             degree = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw)) - 1
-            # Close enough that the curve stays near its samples.
+            # Close enough to keep the curve near its samples.
             step = min(STEP, part.seconds / (2 * (degree + 1) ** 2)) if degree else inf
             times = grid(part.seconds, step or STEP)
             found.append((begin + times, path(part, times)))
@@ -152,7 +152,7 @@ class Examination:
 
     @cached_method
     def discs(self, piece: file.Moving) -> list[Disc]:
-        """Return the discs that a piece of motion moves: first the body, then a walker's feet, on
+        """Return the moving discs of a piece of motion: first the body, then a walker's feet, on
         the ground and in the air."""
         return [*self._made(piece)]
 
@@ -176,7 +176,7 @@ class Examination:
                 yield Disc("swinging foot", foot, begin + moved.times.ravel(), places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
-        """Return those sampled centres (n, 2) of a robot's body that lie between two times."""
+        """Return the sampled centres (n, 2) of a robot's body between two times."""
         found = [np.empty((0, 2))]
         for piece in self.pieces[robot]:
             if piece.t0 < end - NEAR and piece.t1 > begin + NEAR:
@@ -186,7 +186,7 @@ class Examination:
         return np.concatenate(found)
 
     def places(self, robot: str, times: Array) -> Array:
-        """Return the centre of a robot's body at each of some times: (times, 2)."""
+        """Return the centre of a robot's body at given times: (times, 2)."""
         bodies = [self.discs(piece)[0] for piece in self.pieces[robot]]
         samples = np.concatenate([body.times for body in bodies])
         centres = np.concatenate([body.centres for body in bodies])
@@ -196,14 +196,14 @@ class Examination:
 
 
 TOUCH = 1e-6
-"""Tolerance for rounding at the border of a body's room, in metres."""
+"""Tolerance for rounding at the border of a body's regions, in metres."""
 INSTANT = 0.05
 """Seconds between the instants at which distances are measured."""
 
 
 def outside(case: Examination, disc: Disc, spans: Sequence[Holding]) -> tuple[float, str] | None:
-    """Return a time at which a disc is inside a region that its robot has not reserved then
-    (``spans``), and a description of the place; None if there is no such time."""
+    """Return a time at which a disc is in a region without a reservation of its robot (``spans``),
+    and a description of the place; None if there is none."""
     held: dict[tuple[int, int], list[Holding]] = {}
     for span in spans:
         held.setdefault(case.grid.place(span.region), []).append(span)
@@ -250,7 +250,7 @@ def check_distances(case: Examination) -> None:
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
 PULL = 0.2
-"""Tolerance (m/s^2) of the mean acceleration between two samples, within which attitude changes."""
+"""Tolerance (m/s^2) of the mean acceleration between two samples, since attitude changes."""
 LONGEST = 0.05
 """Maximum time between two samples, in seconds."""
 WAY = 0.005
@@ -260,8 +260,8 @@ OFF = 0.05
 
 
 def check_tracks(case: Examination) -> None:
-    """Check that a simulated flight lasts to the end of the motion and is that of a rigid body:
-    moved by thrust, gravity and air alone, near its reference, inside the regions of its steps."""
+    """Check that a simulated flight lasts to the end of the motion, and that only thrust, gravity
+    and air move the rigid body, near its reference and inside the regions of its steps."""
     for track in case.motion.of(file.FlownTrack):
         rows: Array = np.array(track.rows)
         times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)

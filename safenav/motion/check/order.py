@@ -1,9 +1,9 @@
 """The rules of order, of actions and of charge.
 
 A motion gives each line of its trace a time. The judge of traces judges the run at these times;
-this module compares pieces, reservations and actions with the times. Lines keep the serial order
-where robots depend on each other; a robot acts at rest, at the place that the trace states, and
-does not pass an obstacle before it has resolved it; a robot without charge stands still."""
+this module compares pieces, reservations and actions with the times. Lines keep the serial order if
+robots depend on each other. A robot acts at rest, at the place in the trace, and does not pass an
+obstacle before it has resolved it. A robot without charge stands still."""
 
 from collections.abc import Iterator, Sequence
 
@@ -24,22 +24,21 @@ JUDGED = {
     **dict.fromkeys(("continuity", "mobility"), "order"),
     **{"collision": "overlap", "unresolved-obstacle": "obstacle", "resolution": "action"},
 }
-"""The rules of traces whose findings depend on the times of a motion, with their names for
-motions."""
+"""The trace rules with findings that depend on a motion's times, by their names for motions."""
 ELSEWHERE = (
     *(records.Synthesis, records.Plan, records.PlanEnd, records.Push, records.Pop, records.Duty),
     *(records.Goal, records.Belief, records.Request),
 )
-"""Lines that these rules do not need."""
+"""Lines that these rules ignore."""
 DECISIONS = records.Synthesis | records.Plan | records.PlanEnd
 
 
 Step = tuple[records.Depart, records.Arrive | None, int]
-"""A step of the trace, and the region in which it ends."""
+"""A step of the trace and the region in which it ends."""
 
 
 def check_order(case: Examination) -> None:
-    """Check that pieces, reservations and actions of a motion are those of a run that its trace
+    """Check that a motion's pieces, reservations and actions are those of a run that its trace
     allows."""
     serial = timing.dated(case.trace, timing.paces_of(case.trace, case.motion.header))
     trace = timing.ordered(case.trace, serial)
@@ -52,7 +51,7 @@ def check_order(case: Examination) -> None:
 
 def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding]:
     """Yield the findings about a trace by the rules of live runs, at the times of its lines.
-    ``serial``: the lines in the trace's order, in which robots move only after decisions."""
+    ``serial``: the lines in the trace's order, where robots move only after decisions."""
     live = timing.by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
     data = map(as_data, (live.header, *lines))
@@ -71,7 +70,7 @@ def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding
 
 
 def _steps(case: Examination, trace: Trace) -> None:
-    """Check that the pieces of each robot between two regions carry out its steps in order and in
+    """Check that each robot's pieces between two regions carry out its steps in order and in
     time."""
     steps: dict[str, list[Step]] = {name: [] for name in case.trace.robots}
     for depart, arrive in trace.steps:
@@ -123,8 +122,8 @@ def _reservations(case: Examination, trace: Trace) -> None:
 
 
 def _actions(case: Examination, trace: Trace) -> None:
-    """Check that all participants of each action of the trace act at its time, simultaneously if
-    there are several."""
+    """Check that all participants of each action of the trace act at its time, all
+    simultaneously."""
     waiting = list(case.actions)
     acts = [({*a.robots}, a.t or 0.0, end.t or 0.0) for a, end in trace.acts if end is not None]
     for wanted in timing.actions_of(trace)[0]:
@@ -134,7 +133,7 @@ def _actions(case: Examination, trace: Trace) -> None:
             what = f"acts on {wanted.obstacle}, but not at the same time as its partners"
             case.wrong(min(times)[0], wanted.robots[0], "action", what)
         for t0, t1 in times:
-            # A robot that stands there takes part in a joint action even without a request.
+            # A robot there takes part in a joint action even without a request.
             spans = (span for who, *span in acts if who & {*wanted.robots})
             if not any(begin < t0 + NEAR and t1 < end + NEAR for begin, end in spans):
                 what = f"acts on {wanted.obstacle} until {t1:.3f} s; in the trace at another time"
@@ -148,7 +147,7 @@ def _done(
     case: Examination, wanted: timing.TimedAction, record: records.Record, waiting: list[Action]
 ) -> Iterator[Action]:
     """Yield the actions of the motion that carry out one action of the trace, and remove them from
-    those ``waiting``; check that each robot acts where it is, and for long enough."""
+    those ``waiting``. Check that each robot acts where it is and for long enough."""
     assert isinstance(record, records.Part | records.Resolved)
     for robot in wanted.robots:
         mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, wanted.obstacle))
@@ -194,7 +193,7 @@ def _moved(path: Array) -> float:
 
 
 def _past(case: Examination, at: int, action: Action) -> float:
-    """Return the metres by which a robot passes the centre of its region before it has resolved an
+    """Return the metres by which a robot passes the centre of its region before it has resolved the
     obstacle there; 0 for any other action."""
     own = case.pieces[action.robot]
     entering = [p for p in own if p.to == at and p.origin != at and p.t1 <= action.t0 + NEAR]
@@ -236,7 +235,7 @@ def _charges(case: Examination, trace: Trace) -> None:
 
 def _comes_to_rest(case: Examination, piece: Moving) -> bool:
     """Return whether a piece of motion only brings a robot to rest: the stop of a walker, or the
-    way to the centre of its region for a robot that has acted short of the centre."""
+    path to the centre of its region for a robot that has acted short of it."""
     path = case.body(piece.robot, piece.t0, piece.t1)
     off = np.hypot(*(path - case.grid.centre(piece.to)).T)
     if piece.primitive == "stop":

@@ -31,8 +31,8 @@ SATISFIED, VIOLATED, UNDECIDED = "satisfied", "violated", "undecided"
 
 
 class Judgement(Struct, frozen=True):
-    """The verdict on a requirement. Its robustness at the start is between ``low`` and ``high``,
-    each up to the sampling error ``error``. ``advice``: the remedy for an undecided verdict."""
+    """The verdict on a requirement. Its initial robustness is between ``low`` and ``high``, each up
+    to the sampling error ``error``. ``advice``: the remedy for an undecided verdict."""
 
     name: str
     formula: str
@@ -51,7 +51,7 @@ class Judgement(Struct, frozen=True):
 
     @property
     def complaint(self) -> str:
-        """The error in one sentence; empty if the requirement is satisfied."""
+        """The error in a sentence; empty if the requirement is satisfied."""
         return "" if self.verdict == SATISFIED else f"requirement {self}"
 
     def __str__(self) -> str:
@@ -79,14 +79,14 @@ class MotionRecording:
         self.obstacles = frozenset(listed | {name for _, name in self._events})
         self._times: Array = np.zeros(0)
         self._bodies: dict[str, _Body] = {}
-        """The bodies at the sampled times, which the signals of a formula share."""
+        """The bodies at the sampled times, shared by the signals of a formula."""
 
     @property
     def robots(self) -> Mapping[str, object]:
         return self._motion.header.robots
 
     def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
-        """Return the values of a signal at given times, and a bound of their change per second."""
+        """Return a signal's values at given times, and a bound of their change per second."""
         if times is not self._times:
             self._times, self._bodies = times, {}
         for robot in {*which.robots} - self._bodies.keys():
@@ -111,7 +111,7 @@ _AXES = {"x": "x", "y": "y", "height": "z"}
 
 
 class _Body:
-    """The centre (3, times) and speed (times) of a body, and bounds of the changes of both."""
+    """The centre (3, times) and speed (times) of a body, and bounds of both changes."""
 
     def __init__(self, columns: Columns, times: Array) -> None:
         self.place = np.array([columns[axis] for axis in "xyz"])
@@ -141,8 +141,8 @@ def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, 
 def judged(
     motion: Motion, trace: Trace, more: tuple[str, ...] = (), rate: float = RATE
 ) -> list[Judgement]:
-    """Return the verdict on each requirement of a trace, and on each of the formulas ``more``,
-    named by its text. Raises UsageError for a formula that cannot be read or evaluated."""
+    """Return the verdict on each requirement of a trace and on each of the formulas ``more``, named
+    by its text. Raises UsageError for a formula that cannot be read or evaluated."""
     formulas = {**trace.header.scenario.requirements, **{text: text for text in more}}
     if not formulas:
         return []
@@ -151,7 +151,7 @@ def judged(
 
 
 def readable(recording: MotionRecording, text: str) -> Requirement:
-    """Return the formula in a text about robots of a motion. Raises UsageError for other texts."""
+    """Return the formula in a text about a motion's robots. Raises UsageError."""
     try:
         formula = parse_requirement(text)
     except FormulaError as error:

@@ -1,6 +1,6 @@
-"""All rules of a motion, and the findings about a motion by time.
+"""All rules of a motion, and the findings by time.
 
-Contradictions between a motion file and its trace are excluded first. This module also has the
+Contradictions between a motion file and its trace are excluded first. This module also contains the
 rules of flights and of consecutive pieces: no gap, no jump, no sudden change of velocity.
 """
 
@@ -33,7 +33,7 @@ from safenav.trace.file import Trace
 def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
     """Return the motion of a trace in the file ``path``. ``name``: the file of the trace.
 
-    Raises InputError as ``read_motion``, and UsageError for the motion of another trace, or with
+    Raises InputError as ``read_motion``, and UsageError for the motion of another trace or with
     impossible times.
     """
     motion = file.read_motion(path)
@@ -45,8 +45,8 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
 
 
 def _gap(motion: file.Motion) -> str:
-    """Return the error of a motion in which the pieces of some robot do not follow one another from
-    the start to the end; empty if there is no such robot."""
+    """Return the error of a motion in which some robot's pieces leave a gap or overlap between the
+    start and the end; empty if there is none."""
     for name in motion.header.robots:
         pieces = motion.of(Moving, name)
         begins = [*(piece.t0 for piece in pieces), motion.outcome.makespan]
@@ -58,8 +58,8 @@ def _gap(motion: file.Motion) -> str:
 
 
 def mismatch(motion: file.Motion, trace: Trace) -> str:
-    """Return the first contradiction between parts of a motion, or between the motion and its
-    trace; empty if there is none."""
+    """Return the first contradiction within a motion, or between it and its trace; empty if there
+    is none."""
     header, world = motion.header, trace.header.scenario.map
     if header.trace != trace.digest:
         return "the motion is of another trace, whose header has another sha256"
@@ -93,8 +93,8 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
 
 
 def check_flights(case: Examination, robot: str) -> None:
-    """Check the limits of a flyer's references, or of the paths of a disc or a rover, and that
-    their parts join."""
+    """Check the limits of a flyer's references, or of a disc's or rover's paths, and the joins of
+    their parts."""
     flights = [piece for piece in case.pieces[robot] if isinstance(piece, Flight)]
     for piece in flights:
         seconds, lasting = [part.seconds for part in piece.parts], piece.t1 - piece.t0
@@ -136,7 +136,7 @@ def _jumps(before: Curve | Moving, after: Curve | Moving) -> Iterator[str]:
     """Yield each sudden change between two pieces of motion, or two parts of one."""
     end, start = _state(before, last=True), _state(after, last=False)
     for what, ended in end.items():
-        if what not in start:  # for example a foot in the air that is next on the ground
+        if what not in start:  # for example, a foot in the air is next on the ground
             yield f"{what} is lost"
         elif (jump := dist(ended, start[what])) > NEAR:
             yield f"{what} jumps by {jump:.4f} {UNITS.get(what, 'm')}"
@@ -146,7 +146,7 @@ def _jumps(before: Curve | Moving, after: Curve | Moving) -> Iterator[str]:
 
 
 def _state(piece: Curve | Moving, *, last: bool) -> dict[str, tuple[float, ...]]:
-    """Return the values that must not jump at the start or end (``last``) of a piece, by name."""
+    """Return the values, by name, that must not jump at the start or end (``last``) of a piece."""
     if isinstance(piece, Segment):
         return dict(_walking(piece, last=last))
     if not isinstance(piece, Curve):
@@ -177,7 +177,7 @@ def _walking(piece: Segment, *, last: bool) -> Iterator[tuple[str, tuple[float, 
 
 
 def check_joins(case: Examination, robot: str) -> None:
-    """Check that the pieces of a robot follow each other from start to end of the motion."""
+    """Check that a robot's pieces follow each other from the start to the end of the motion."""
     pieces = case.pieces[robot]
     if not pieces:
         if case.makespan > NEAR:  # a run without duration needs no motion
@@ -239,7 +239,7 @@ def _place(piece: Moving, *, last: bool = False) -> tuple[float, ...]:
 
 
 def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
-    """Return the findings about broken rules, by time; none if the motion carries out the trace as
+    """Return the broken rules by time; none if the motion carries out the trace as
     docs/motion_file.md demands."""
     if found := mismatch(motion, trace):
         return [Finding(0.0, "", "header", found)]
@@ -252,13 +252,13 @@ def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
             case.wrong(segment.t0 + t, segment.robot, rule, found)
     for name in case.pieces:
         check_flights(case, name)
-    if not case.findings:  # paths are of motions whose pieces keep their own rules
+    if not case.findings:  # rules of paths assume pieces that keep their own rules
         _check_paths(case)
     return sorted(case.findings, key=lambda finding: finding.t)
 
 
 def _check_paths(case: Examination) -> None:
-    """Check the rules of a motion in which each piece keeps its own rules."""
+    """Check the rules of a motion whose pieces keep their own rules."""
     for name, robot in case.trace.robots.items():
         pieces = case.pieces[name]
         check_joins(case, name)

@@ -1,5 +1,5 @@
 """The motion of a walker during a segment, and the rules of segments: the pendulum of the walker's
-mass, and the feet that support it."""
+mass and the feet that support it."""
 
 from cmath import rect
 from collections.abc import Hashable, Iterator, Mapping
@@ -28,22 +28,21 @@ MOST_SAMPLES = 5_000_000
 NEAR = 1e-7
 """Tolerance for the rounding of a file, in metres, seconds and radians."""
 ALIKE = 9
-"""Decimals (metres, seconds, radians) in which segments of one shape are equal."""
+"""Decimals (metres, seconds, radians) in which segments of one shape agree."""
 GRAVITY = 9.81
 TURNED = pi / 4
-"""Maximum angle between the feet when one lands, and between the body and a foot on the ground, in
-radians."""
+"""Maximum angle between the feet when one lands, and between body and grounded foot, in radians."""
 INNER = 0.6
-"""Share of a sole, around its centre, in which the centre of pressure stays."""
+"""Central share of a sole within which the centre of pressure stays."""
 Limits = Mapping[str, float]
 Broken = tuple[float, str, str]
-"""A broken rule of a segment: seconds since its start, rule, and observation."""
+"""A broken rule of a segment: seconds since its start, rule and observation."""
 
 
 def grid(seconds: float, step: float = STEP) -> Array:
-    """Return times from 0 to the end, consecutive ones at most a step apart.
+    """Return times from 0 to the end, at most a step apart.
 
-    Raises UsageError for a duration that no file of safenav has: its samples would fill the memory.
+    Raises UsageError for an absurd duration, whose samples would fill the memory.
     """
     if not seconds < MOST_SAMPLES * STEP:
         most = f"expected at most {MOST_SAMPLES * STEP:,.0f} s"
@@ -65,7 +64,7 @@ class Walked(Struct, frozen=True):
     broken: list[Broken]
 
     def moved(self, segment: Segment, points: Array) -> Array:
-        """Return points (n, 2) of this segment, moved to those of another segment of its shape."""
+        """Return points (n, 2) of this segment, moved to another segment of its shape."""
         (here, before), (there, after) = start_frame(self.segment), start_frame(segment)
         flat = np.ascontiguousarray(points).view(complex)
         found: Array = (there + (flat - here) * (after / before)).view(np.float64)
@@ -93,7 +92,7 @@ def shape_of(segment: Segment) -> Hashable:
 
 def walked(segment: Segment, limits: Limits) -> Walked:
     """Return the samples of a segment, from the pendulum of its mass and the quintics of its feet,
-    and the rules that it breaks."""
+    with its broken rules."""
     ends = np.cumsum([phase.seconds for phase in segment.phases])
     rests = segment.start == segment.goal and not any(segment.start[2:])
     still = rests and len(segment.phases) == 1
@@ -146,7 +145,7 @@ def _friction(path: Mass, limits: Limits) -> Iterator[Broken]:
 
 
 def _support(segment: Segment, limits: Limits) -> Iterator[Broken]:
-    """Check that the centre of pressure is always under the feet on the ground, and never jumps."""
+    """Check that the centre of pressure is always under the grounded feet and never jumps."""
     begin, last = 0.0, segment.phases[0]
     sole = limits["sole_length"] / 2 * INNER, limits["sole_width"] / 2 * INNER
     for phase in segment.phases:
@@ -166,7 +165,7 @@ def _support(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 def _double(segment: Segment, limits: Limits) -> Iterator[Broken]:
     """Check the share of time with both feet on the ground in a segment that begins and ends on one
-    foot, as a walk does."""
+    foot, like a walk."""
     lasting = segment.t1 - segment.t0
     ends = [
         sum(foot.down <= t + NEAR and foot.up >= t - NEAR for foot in segment.feet)
@@ -203,8 +202,8 @@ def _facing(segment: Segment, times: Array) -> Iterator[Broken]:
 
 
 def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) -> float:
-    """Return a point's distance in metres from the area between one or two feet, each with a margin
-    of ``sole`` metres ahead and aside."""
+    """Return a point's distance in metres from the area of one or two feet, each with a margin of
+    ``sole`` metres ahead and aside."""
     one, other = feet[0], feet[-1]
     across = (other.x - one.x, other.y - one.y)
     square = across[0] ** 2 + across[1] ** 2
@@ -218,7 +217,7 @@ def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) ->
 
 
 def _steps(segment: Segment, limits: Limits) -> Iterator[Broken]:
-    """Check that the feet land near each other, each on its own side, and turn little."""
+    """Check that the feet land near each other, on their own sides, and turn little."""
     feet = sorted(segment.feet, key=lambda foot: foot.down)
     together = [(a, b) for a, b in combinations(feet, 2) if b.down < a.up + NEAR]
     for before, after in {*pairwise(feet), *together}:
