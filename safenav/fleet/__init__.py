@@ -1,1 +1,1 @@
-"""Real robots: regions to metres and back, and the transports that drive them."""
+"""Real robots: conversion between regions and metres, and the transports that drive them."""

@@ -24,7 +24,7 @@ from safenav.world.map import RegionMap
 
 
 class TransportKind(StrEnum):
-    """The middleware or simulator by which robots are driven."""
+    """The middleware or simulator that drives robots."""
 
     ROS2 = "ros2"
     SIMULATION = "simulation"
@@ -36,7 +36,7 @@ NAMESPACE = re.compile(rf"/?|{NAME.pattern}/?")
 
 
 def _in_ros(pattern: re.Pattern[str], about: str = "") -> Key:
-    """Return a key whose value is a ROS name that matches this pattern. ``about``: its meaning."""
+    """Return a key for ROS names of this pattern. ``about``: its meaning."""
 
     def check(value: str, node: Node, what: str, findings: Findings) -> str | None:
         if pattern.fullmatch(value):
@@ -60,7 +60,7 @@ class ScanUse(Part, frozen=True):
 
 
 class TfUse(Part, frozen=True):
-    """A pose from TF (from ``map`` to the robot's ``frame``) instead of odometry."""
+    """A pose from TF (from ``map`` to the robot's ``frame``) in place of odometry."""
 
     topic: Annotated[
         str, _in_ros(NAME, "The topic of transforms; TOPIC_static has the static ones.")
@@ -69,15 +69,15 @@ class TfUse(Part, frozen=True):
 
 
 class FollowUse(Part, frozen=True):
-    """References that the robot tracks itself, instead of goals."""
+    """References that the robot itself tracks, in place of goals."""
 
     example: ClassVar = "{topic: reference}"
     topic: Annotated[str, _in_ros(NAME, "The topic of its references.")] = "reference"
 
 
 class Station(Part, frozen=True):
-    """A robot of the fleet. ``namespace``: prefix of its topics, services and actions; ``tf``: None
-    if its odometry is in the frame of the map; ``follow``: None if it navigates to goals by
+    """A robot of the fleet. ``namespace``: the prefix of its topics, services and actions; ``tf``:
+    None if its odometry is in the frame of the map; ``follow``: None if it navigates to goals
     itself."""
 
     one: ClassVar = "robot '{name}'"
@@ -107,7 +107,7 @@ class Station(Part, frozen=True):
 
     @property
     def pose_topic(self) -> str:
-        """The full name of the topic on which the robot's pose arrives."""
+        """The full name of the topic with the robot's pose."""
         return self.path("odom" if self.tf is None else self.tf.topic)
 
     def path(self, name: str) -> str:
@@ -116,7 +116,7 @@ class Station(Part, frozen=True):
 
 
 class Network(Part, frozen=True):
-    """Network of the robots. Default: this machine alone."""
+    """The robots' network. Default: only this machine."""
 
     domain: int = key("ROS_DOMAIN_ID.", most=232, default=0)
     interface: str = key("The network interface; lo: loopback.", default="lo")
@@ -135,8 +135,8 @@ class SimulationUse(Part, frozen=True):
 
 
 class FleetFile(Struct, frozen=True):
-    """The data of a fleet file. ``obstacles``: true obstacles of a simulation. ``inputs``: the
-    topic (std_msgs/Bool) of each input of the environment that has a topic. ``failures``: the
+    """The data of a fleet file. ``obstacles``: the true obstacles of a simulation. ``inputs``: the
+    topics (std_msgs/Bool) of the environment's inputs, where they have one. ``failures``: the
     policies of the drive."""
 
     transport: TransportKind
@@ -171,8 +171,8 @@ class FleetKeys(Item, frozen=True):
 
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
-    """Read the fleet file for the robots of a scenario. Robots that it does not list get the
-    defaults. Raises InputError with all errors."""
+    """Read the fleet file for the robots of a scenario. Unlisted robots get the defaults. Raises
+    InputError with all errors."""
     reading = Reading(str(path), world=scenario.map)
     reading.catalogue = scenario.catalogue
     text = read_source(path, reading)
@@ -207,7 +207,7 @@ def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
 
 
 def _unfollowing(robot: Robot) -> tuple[str, str] | None:
-    """Return why a robot cannot follow references, with a hint; None if it can."""
+    """Return the reason why a robot cannot follow references, and a hint; None if it can."""
     figures = robot.model.figures
     if figures is not None and figures.kind != "walker":
         return None
@@ -242,7 +242,7 @@ def _inputs(
 
 
 def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap | None) -> Station:
-    """Return a robot's station: its own keys, completed by those of the defaults."""
+    """Return a robot's station: its own keys, completed by the defaults."""
     place, defaults = below(item.at("robots"), name), item.at("defaults")
     found = item.defaults or Station()
     mine = {

@@ -1,9 +1,9 @@
-"""Robots that track references: a goal becomes the motion of ``safenav.motion``, streamed to them.
+"""Robots that track references: they receive their goals as motions of ``safenav.motion``.
 
-A layer between the fleet's world and a transport, for robots whose station has ``follow``; goals of
-other robots pass through. A goal succeeds when its reference has ended and the robot is there; it
-is aborted as soon as odometry deviates from the reference by more than the tolerance. The plan then
-continues from the measured position, at rest. A cancelled robot completes its step first.
+This layer is between the fleet's world and a transport, for robots whose station has ``follow``;
+goals of other robots pass through. A goal succeeds when its reference has ended and the robot is
+there. It is aborted as soon as odometry deviates from the reference by more than the tolerance; the
+plan then continues from the measured position, at rest. A cancelled robot completes its step first.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -23,14 +23,13 @@ from safenav.scenario.model import Robot
 from safenav.world.map import Region
 
 LEAD = 0.1
-"""Seconds between a decision to move and the start of the motion, so that the robot receives it in
+"""Seconds between a decision to move and the start of the motion, which the robot receives in
 advance."""
 
 
 class Follower(Struct):
-    """A robot that follows references. ``mover``: its plan, on the clock of the transport and in
-    the frame of the map; ``goal`` and ``action``: the numbers of its present goal and action, if
-    any."""
+    """A robot that follows references. ``mover``: its plan, on the transport's clock and in the
+    frame of the map; ``goal``, ``action``: the numbers of its present goal and action, if any."""
 
     name: str
     mover: Glider
@@ -42,8 +41,7 @@ class Follower(Struct):
 
 
 class Following:
-    """A transport that turns the goals of followers into references, which another transport
-    streams."""
+    """A transport that turns followers' goals into references, which another transport streams."""
 
     def __init__(
         self,
@@ -110,11 +108,11 @@ class Following:
                 transport.GoalEnded(follower.name, goal.number, transport.GoalEnd.ABORTED, reason)
             )
             return
-        follower.goal, follower.action = goal.number, None  # only one of them is ever awaited
+        follower.goal, follower.action = goal.number, None  # only one of them is awaited
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
-        """Return a follower's motion to its own or an adjacent region; for other regions, none."""
+        """Return a follower's motion to its own or an adjacent region; none for other regions."""
         body = follower.mover
         body.time = max(body.time, self.now() + LEAD)
         if to == body.region:
@@ -131,7 +129,7 @@ class Following:
 
     def _resynchronized(self, follower: Follower) -> str:
         """Restart the plan at the measured position if a robot at rest is too far from its plan.
-        Return why that is impossible, or an empty text."""
+        Return the reason why that is impossible, or an empty text."""
         at = follower.place
         assert at is not None
         off = _off(self._places.frame.in_world(*follower.mover.place), at)
@@ -139,8 +137,8 @@ class Following:
         return "" if off <= follower.tolerance else self._reset(follower, at, why)
 
     def _reset(self, follower: Follower, at: transport.Located, reason: str) -> str:
-        """Restart the plan at the measured position, at rest; return why that is impossible, or an
-        empty text."""
+        """Restart the plan at the measured position, at rest. Return the reason why that is
+        impossible, or an empty text."""
         body, frame = follower.mover, self._places.frame
         region = self._places.region(at.x, at.y)
         if region is None or not self._places.world.is_free(region):
@@ -183,8 +181,8 @@ class Following:
             self._end(follower, transport.GoalEnd.SUCCEEDED)
 
     def _hold(self, follower: Follower, at: transport.Located, reason: str) -> str:
-        """Stop a robot at its measured position; return why its plan cannot continue there, or an
-        empty text."""
+        """Stop a robot at its measured position. Return the reason why its plan cannot continue
+        there, or an empty text."""
         refused = self._reset(follower, at, reason)
         if refused:
             self._inner.cancel(follower.name)

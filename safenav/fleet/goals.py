@@ -1,4 +1,4 @@
-"""The goals of driven robots: sending, monitoring and retrying them, and the ends of steps."""
+"""Goals of driven robots: how they are sent, monitored and retried, and the ends of steps."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ FRESH = 1.0
 LATE = 1.8
 """Maximum delay of odometry after a result, in seconds."""
 SETTLING = 5.0
-"""Seconds that every goal may take beyond the time for its distance: to accept it, to turn, to
-brake."""
+"""Seconds that every goal may take beyond the time for its distance, for acceptance, turns and
+brakes."""
 STOPPING = 5.0
 """Seconds within which a cancelled goal must end."""
 PAUSE, RETURNING = 1.0, 20.0
-"""Seconds between attempts of a failed return, and seconds during which they are repeated: a robot
-whose emergency stop is pressed, or whose navigation restarts, rejects every goal immediately."""
+"""Seconds between attempts of a failed return, and seconds during which they are repeated. A robot
+with a pressed emergency stop, or whose navigation restarts, rejects every goal immediately."""
 
 
 def frame_of(scenario: Scenario) -> Frame:
@@ -37,8 +37,8 @@ def frame_of(scenario: Scenario) -> Frame:
 
 
 class Goals:
-    """The owner of all goals, the only code that sends them. It executes each robot's command
-    (``bodies``) from its start until the event that ends the command (``events``)."""
+    """The owner and only sender of all goals. It executes each robot's command (``bodies``) from
+    its start until the event that ends it (``events``)."""
 
     def __init__(
         self, scenario: Scenario, stations: Mapping[str, Station], transport: Streamer
@@ -66,7 +66,7 @@ class Goals:
         self.events.append(protocol.Sensed(self.now(), obstacle, robot, there=there))
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:
-        """Return an error if a robot is not where the run begins or continues; else None."""
+        """Return an error if a robot is not where the run begins or continues, else None."""
         at, pose, name = body.place, body.pose, body.robot.name
         assert at is not None
         found = self.places.region(at.x, at.y)
@@ -83,7 +83,7 @@ class Goals:
         return f"{problem}\n    odometry has to be in the frame of the map (its 'origin')"
 
     def number(self) -> int:
-        """Return a number for the next goal or action that no other one has in this run."""
+        """Return a number for the next goal or action that is unique in this run."""
         self._goals += 1
         return self._goals
 
@@ -108,7 +108,7 @@ class Goals:
         if task is None or message.number != task.goal:
             return  # a late message about an abandoned goal
         moving = task.phase in (Phase.GOING, Phase.STOPPING, Phase.RETURNING)
-        if moving and message.end is GoalEnd.SUCCEEDED:  # perhaps the goal ended before the stop
+        if moving and message.end is GoalEnd.SUCCEEDED:  # the goal may have ended before the stop
             self._look(body, task)
         elif task.phase is Phase.GOING:
             self._go_back(body, task, message.reason or message.end.value)
@@ -118,15 +118,15 @@ class Goals:
             self._return_failed(body, task, message.reason or message.end.value)
 
     def _return_failed(self, body: DrivenRobot, task: FleetTask, why: str) -> None:
-        """Schedule another attempt to return. If attempts have failed for too long, or odometry is
-        old, declare the robot lost."""
+        """Schedule another attempt to return. Declare the robot lost if attempts have failed for
+        too long or odometry is old."""
         if self.now() < task.since + RETURNING and self.now() - body.heard <= STALE:
             task.goal, task.due = 0, self.now() + PAUSE
         else:
             self.lose(body, task, f"{task.reason}; its return ended: {why}")
 
     def overdue(self, body: DrivenRobot, task: FleetTask) -> None:
-        """Handle a command of which the present phase has reached its time limit."""
+        """Handle a command whose present phase has reached its time limit."""
         late = f"did not end within {self.now() - task.sent:.1f} s"
         if task.phase is Phase.LOOKING:
             self.looked(body, task)
@@ -146,9 +146,9 @@ class Goals:
         self.transport.cancel(body.robot.name)
 
     def watch(self, body: DrivenRobot) -> None:
-        """Stop a robot that leaves the regions of its step: its own planner may lead it around an
-        obstacle, through regions that other robots may enter. A robot that still passes the centre
-        of another region is lost. A follower's reference is monitored instead."""
+        """Stop a robot that leaves the regions of its step, since its own planner may lead it
+        around an obstacle, through regions that other robots may enter. A robot that still passes
+        the centre of another region is lost. For a follower, the reference is monitored instead."""
         task, off = body.task, self.sensing.off(body)
         if task is None or body.station.follow is not None:
             return
@@ -181,8 +181,8 @@ class Goals:
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """Wait until odometry, which may be later, confirms a reported arrival or return. Then wait
-        up to ``FRESH`` seconds, longer while a ray may hit something that has left, for a reading
-        of the robot's sensors from there."""
+        up to ``FRESH`` seconds (longer while rays may hit something that has left) for a reading of
+        the robot's sensors from there."""
         task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
         self.confirm(body, task)
 
@@ -215,8 +215,8 @@ class Goals:
             self._go_back(body, task, far)
 
     def _near(self, body: DrivenRobot, region: Region, least: float = 0.0) -> bool:
-        """Return whether a robot is within its tolerance, or ``least`` metres, of the centre of a
-        region. A follower always counts as near, since its reference has ended there."""
+        """Return whether a robot is within its tolerance, or ``least`` metres, of a region's
+        centre. A follower always counts as near, since its reference has ended there."""
         far = self._metres_to(body, region)
         return body.station.follow is not None or far <= max(body.station.tolerance, least)
 
@@ -224,8 +224,8 @@ class Goals:
         return self._near(body, region, self.places.frame.resolution / 4)
 
     def lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
-        """Declare the robot lost for this ``reason``, or because its odometry is old or places it
-        in no free region."""
+        """Declare the robot lost for this ``reason``, or since its odometry is old or places it in
+        no free region."""
         regions = frozenset((task.start.region, task.to.region))
         at = self.pose_now(body)
         if at is not None:
@@ -240,15 +240,15 @@ class Goals:
     def end(
         self, body: DrivenRobot, kind: Callable[..., protocol.WorldEvent], *about: object
     ) -> None:
-        """End a command by an event of this kind; the robot gets the event's pose, if any."""
+        """End a command by an event of this kind. The robot gets the event's pose, if any."""
         assert body.task is not None
         event = kind(self.now(), body.robot.name, *about, command=body.task.command)
         body.pose, body.task = getattr(event, "pose", body.pose), None
         self.events.append(event)
 
     def pose_now(self, body: DrivenRobot) -> Pose | None:
-        """Return the robot's pose by its newest odometry; None if the odometry is old, or places
-        the robot in no free region."""
+        """Return the robot's pose by its newest odometry; None if that is old or places the robot
+        in no free region."""
         at = body.place
         if at is None or self.now() - body.heard > STALE:
             return None

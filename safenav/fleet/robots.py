@@ -1,8 +1,8 @@
-"""Actions of a fleet: the robots that take part in each need of an obstacle, and the meaning of
-their answers.
+"""Actions of a fleet: the robots that take part in each need of an obstacle, and the meanings of
+their replies.
 
-If several robots lift a crate together, the service of each is called, and all must succeed. Once a
-need is fulfilled, the obstacle's next need applies.
+If several robots lift a crate together, the service of each is called, and all must succeed. After
+a fulfilled need, the obstacle's next need applies.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from safenav.world.map import Region
 from safenav.world.poses import Pose
 
 PASSED = 2.0
-"""Seconds after which a ray can no longer have hit a robot that has left, or a resolved obstacle: a
+"""Seconds after which a ray can no longer have hit a robot that has left or a resolved obstacle. A
 scan may be as late as odometry may be old."""
 
 
@@ -35,11 +35,11 @@ class View(Enum):
     """The result of a scan for one region."""
 
     SEEN = auto()
-    """The region is free, an obstacle there is reported, or no ray reaches it."""
+    """The region is free, has a reported obstacle, or is reached by no ray."""
     DOUBT = auto()
     """A ray has hit something that may have left since: another robot, or a resolved obstacle."""
     BEFORE = auto()
-    """A ray has hit something before the region, such as the leaf of a door that opens."""
+    """A ray has hit something before the region, such as the leaf of an opening door."""
     ROBOT = auto()
     """A ray has hit something that may be another robot."""
 
@@ -47,12 +47,12 @@ class View(Enum):
 UNREAD = 100
 """Maximum number of scans of a robot that wait for its odometry."""
 STILL = 0.05
-"""Largest difference (metres, radians) between two measurements of a robot at rest."""
+"""Maximum difference (metres, radians) between two measurements of a robot at rest."""
 
 
 class Phase(Enum):
-    """A phase of a command. INSPECTING: before the departure the robot senses the region that it
-    will enter."""
+    """A phase of a command. INSPECTING: before departure the robot senses the region that it will
+    enter."""
 
     INSPECTING = auto()
     GOING = auto()
@@ -64,11 +64,11 @@ class Phase(Enum):
 
 class FleetTask(Struct):
     """A command in progress. ``sent``, ``due``: the time when its goal was last sent, and the time
-    limit of its present phase, on the world's clock; ``back``: whether it failed, and the robot was
+    limit of its present phase, on the world's clock; ``back``: whether it failed and the robot was
     sent back to its departure region, first at time ``since``; ``there``: whether odometry has
     confirmed the arrival, at time ``since``; ``over``: the results of an action and the reason of a
-    failure, reported once odometry places the robot in its region again; ``known``: the obstacle
-    known at the destination."""
+    failure, reported once odometry places the robot in its region again; ``known``: the known
+    obstacle at the destination."""
 
     command: int
     start: Pose
@@ -87,8 +87,8 @@ class FleetTask(Struct):
 
 
 class TrailPoint(Struct, frozen=True):
-    """A past position of a robot, the time of its receipt in seconds, and the regions that the
-    robot occupied then."""
+    """A robot's past position, the time of its receipt in seconds, and the regions that the robot
+    then occupied."""
 
     at: float
     place: Located
@@ -96,13 +96,13 @@ class TrailPoint(Struct, frozen=True):
 
 
 class DrivenRobot(Struct):
-    """The state of a robot. ``heard``: the time at which its newest odometry was received, on the
-    world's clock; ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its
-    odometry at its newest arrival, since when it has not moved; ``view``: its reading of the
-    adjacent regions since then, received at ``viewed``; ``trail``: its positions in the last
-    seconds, oldest first; ``unread``: scans newer than its odometry, each with the time of its
-    receipt; ``newest``: the stamp of its newest scan; ``lost``: the regions in one of which it is,
-    until a person places it."""
+    """The state of a robot. ``heard``: the time of receipt of its newest odometry, on the world's
+    clock; ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its odometry at
+    its last arrival, since when it has not moved; ``view``: its reading of the adjacent regions
+    since then, received at ``viewed``; ``trail``: its positions in the last seconds, oldest first;
+    ``unread``: scans newer than its odometry, each with the time of its receipt; ``newest``: the
+    stamp of its newest scan; ``lost``: the regions in one of which it is, until an operator places
+    it."""
 
     robot: Robot
     station: Station
@@ -121,8 +121,8 @@ class DrivenRobot(Struct):
 
     @property
     def regions(self) -> frozenset[Region]:
-        """The regions that the robot occupies: its own, those of its step, and those into which it
-        reaches while it acts."""
+        """The regions that the robot occupies: its own, those of its step, and those that it
+        reaches during an action."""
         task = self.task
         if task is None:
             return self.lost | {self.pose.region}
@@ -132,7 +132,7 @@ class DrivenRobot(Struct):
 
     @property
     def stands(self) -> Region | None:
-        """The region in which the robot is at rest; None if it moves, or its arrival is not
+        """The region in which the robot is at rest; None if it moves or its arrival is not
         confirmed."""
         task = self.task
         if task is None or task.phase is Phase.INSPECTING:
@@ -143,7 +143,7 @@ class DrivenRobot(Struct):
 
     def stood(self, stamp: float) -> Located | None:
         """Return the position at which the robot was at rest at a stamp of its clock; None if it
-        moved then, or if odometry from before and after that time does not agree."""
+        moved then or the odometry before and after differs."""
         newer: Located | None = None
         for point in reversed(self.trail):
             at = point.place
@@ -159,12 +159,12 @@ class DrivenRobot(Struct):
 STALE = 2.0
 """Seconds without odometry after which a robot's position is unknown."""
 WORST = (ActResult.DONE, ActResult.UNTRAVERSABLE, ActResult.NOTHING, ActResult.FAILED)
-"""Results of a group in ascending order: the worst counts."""
+"""Results of a group in ascending order, of which the worst counts."""
 GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 
 def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
-    """Yield warnings: actions that a listed obstacle needs, for which a robot has no service."""
+    """Yield warnings about actions for listed obstacles for which a robot has no service."""
     named = [*scenario.obstacles, *fleet.obstacles]
     types = {obstacle.type.name: obstacle.type for obstacle in named}
     for station in fleet.stations.values():
@@ -181,8 +181,8 @@ def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
 
 
 class FleetProgress:
-    """Progress of the fleet's work on the obstacles that it knows, computed by the team's model.
-    ``begun``: the run that is continued."""
+    """The fleet's progress with the obstacles that it knows, computed by the team's model.
+    ``begun``: the run to continue."""
 
     def __init__(self, scenario: Scenario, begun: Resumption | None) -> None:
         self._team = team_of(scenario)
@@ -193,14 +193,14 @@ class FleetProgress:
         return self._stage(obstacle).need
 
     def forget(self, obstacle: Obstacle) -> None:
-        """Discard the progress on an obstacle that is resolved or gone. Other work in its region,
-        such as a second parcel, is unchanged."""
+        """Discard the progress with a resolved or absent obstacle. Other work in its region, such
+        as a second parcel, is unchanged."""
         self._stages.pop(obstacle.name, None)
 
     def group(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> tuple[str, ...]:
-        """Return the robots that act if this robot now acts on the next need of an obstacle: the
-        whole group if the need is joint, else this robot alone; none if the robot cannot act, or
-        the group is too small. ``idle``: the regions of the robots that can take part."""
+        """Return the robots that act if this robot now acts on an obstacle's next need: the whole
+        group if the need is joint, else only this robot; none if the robot cannot act or the group
+        is too small. ``idle``: the regions of the robots that can take part."""
         floor, stages = self._floor(obstacle)
         need, members = floor.need(0, stages), self._team.members
         at = [idle.get(member.name) for member in members]
@@ -212,7 +212,7 @@ class FleetProgress:
         return tuple(there) if len(there) >= need.robots else ()
 
     def meet(self, obstacle: Obstacle, robot: str, idle: Mapping[str, Region]) -> bool:
-        """Record that ``group`` has acted; return whether the obstacle is then resolved."""
+        """Record that ``group`` has acted. Return whether the obstacle is then resolved."""
         floor, stages = self._floor(obstacle)
         names = self.group(obstacle, robot, idle)
         group = [i for i, member in enumerate(self._team.members) if member.name in names]
@@ -224,7 +224,7 @@ class FleetProgress:
         return self._stages.setdefault(obstacle.name, Stage())
 
     def _floor(self, obstacle: Obstacle) -> tuple[Floor, Stages]:
-        """Return the model of the floor with this obstacle alone, and its progress."""
+        """Return the model of the floor with only this obstacle, and its progress."""
         if obstacle not in (each.source for each in self._team.obstacles):
             self._team = introduced(self._team, obstacle)
         sources = [each.source for each in self._team.obstacles]
@@ -233,9 +233,9 @@ class FleetProgress:
 
 
 class TeamAction(Struct):
-    """One command to act. ``on``: the obstacle of the present action; ``team``: the answer of each
-    participant; ``advanced``: obstacles of which the command has fulfilled a need, but not the last
-    one; ``reasons``: reasons of failed parts; ``need``: the need that the action must fulfil."""
+    """A command to act. ``on``: the obstacle of the present action; ``team``: each participant's
+    reply; ``advanced``: obstacles with a need that the command has fulfilled, but not the last one;
+    ``reasons``: reasons of failed parts; ``need``: the need that the action must fulfil."""
 
     robot: Robot
     obstacles: Sequence[Obstacle]
@@ -248,7 +248,7 @@ class TeamAction(Struct):
     need: int = 0
 
     def next(self, idle: Mapping[str, Region], stations: Mapping[str, Station]) -> dict[str, str]:
-        """Set ``on``, and return the service that each participant of the next action must call;
+        """Set ``on`` and return the service that each participant of the next action must call;
         empty if no action is left. ``idle``: regions of robots without another command."""
         self.on, self.team = None, {}
         for obstacle in self.obstacles:
@@ -268,7 +268,7 @@ class TeamAction(Struct):
     def answer(
         self, robot: str, result: ActResult, idle: Mapping[str, Region], reason: str = ""
     ) -> bool:
-        """Record the answer of a participant; return whether all have answered."""
+        """Record a participant's reply. Return whether all have replied."""
         if robot not in self.team or self.team[robot] is not None or self.on is None:
             return False
         self.team[robot] = result
@@ -290,13 +290,13 @@ class TeamAction(Struct):
 
     @property
     def resolved(self) -> Obstacle | None:
-        """The obstacle that the last action has resolved; None if that has resolved none."""
+        """The obstacle that the last action has resolved, if any."""
         gone = self.on is not None and self.results.get(self.on.name, ActResult.FAILED)
         return self.on if self.on is not None and gone is not ActResult.FAILED else None
 
     @property
     def silent(self) -> list[str]:
-        """The participants that have not yet answered."""
+        """The participants that have not yet replied."""
         return [name for name, answer in self.team.items() if answer is None]
 
     @property

@@ -1,6 +1,6 @@
 """Obstacles that a fleet has detected: lidar rays and reports mapped to regions. All robots share
-their sightings. A reading taken before the resolution of an obstacle does not restore the obstacle;
-only stamps of the same robot are compared.
+their sightings. A reading from before the resolution of an obstacle does not restore it; only
+stamps of the same robot are compared.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -14,24 +14,24 @@ from safenav.team.acts import lost
 from safenav.world.map import Region
 
 FRESH_SIGHT = 2.0
-"""Seconds for which a sighting by one sensor outweighs a miss by another: a leaf is thin when seen
+"""Seconds for which a sighting by one sensor outweighs a miss by another: a door leaf is thin
 edge-on, and messages may be late."""
 BEFORE = 0.1
-"""Share of a region's side by which the end of a ray must be outside it to count as before the
-region, or past its centre to count as behind it."""
+"""Minimum distance, as a share of a region's side, of a ray's end before the region to count as
+before it, or past the centre to count as behind it."""
 BEHIND = 0.35
-"""Share of a region's side behind its centre within which the end of a ray is an obstacle there;
-behind half a side it hits the wall of the next region."""
+"""Maximum distance of a ray's end behind a region's centre, as a share of its side, for an obstacle
+there; behind half a side it hits the wall of the next region."""
 NARROW, WIDE = 0.1, 0.3
 """Maximum distances of rays from the line to a region's centre, as shares of its side: NARROW to
-detect an obstacle, WIDE to find that it is gone, since the leaves of an open door are beside the
+detect an obstacle, WIDE to detect its absence, since an open door's leaves are beside the
 centre."""
 
 
 class Sensing:
-    """The obstacles known to be present now, by region, and robots in regions to which they were
-    not sent. ``tell`` takes each sighting: an obstacle, the robot that sees it, if one does, and
-    whether it is present."""
+    """The obstacles known to be present, by region, and robots in regions to which they were not
+    sent. ``tell`` takes each sighting: an obstacle, the robot that sees it (if any), and whether it
+    is present."""
 
     def __init__(
         self,
@@ -47,10 +47,10 @@ class Sensing:
         self._resolved_at: dict[Region, dict[str, float]] = {}
         self._resolved: dict[Region, float] = {}
         self._hit: dict[tuple[Region, str], float] = {}
-        """Time at which each sensor last detected the obstacle of a region."""
+        """The time at which each sensor last detected the obstacle of a region."""
         self.acted_on: set[Region] = set()
-        """Regions whose obstacle a robot acts on: the result of the action shows whether it is
-        gone."""
+        """Regions with an obstacle on which a robot acts. The result of the action shows whether it
+        is gone."""
 
     def at(self, region: Region) -> Obstacle | None:
         return self._seen.get(region)
@@ -60,14 +60,14 @@ class Sensing:
         return self._seen.values()
 
     def forget(self, region: Region, stamps: Mapping[str, float], now: float) -> None:
-        """Discard a resolved obstacle. ``stamps``: stamp of each robot's newest odometry."""
+        """Discard a resolved obstacle. ``stamps``: the stamp of each robot's newest odometry."""
         self._seen.pop(region, None)
         self._hit = {key: at for key, at in self._hit.items() if key[0] != region}
         self._resolved_at[region] = dict(stamps)
         self._resolved[region] = now
 
     def report(self, message: Reported, stamp: float, now: float) -> None:
-        """Process a report, ``door@47`` or ``-door@47``; ignore any other text."""
+        """Process a report, ``door@47`` or ``-door@47``. Ignore any other text."""
         there = not message.text.startswith("-")
         kind, _, place = message.text.removeprefix("-").strip().partition("@")
         region = self._scenario.map.names.get(place)
@@ -92,8 +92,8 @@ class Sensing:
         return self.off(body) > body.station.tolerance
 
     def stray(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return an obstacle that represents another robot in a region to which it was not sent,
-        since it has left its path or a person has moved it; None if there is none."""
+        """Return an obstacle that represents another robot in a region to which it was not sent: it
+        has left its path or a person has moved it. None if there is none."""
         for body in self._bodies.values():
             at = body.place
             if at is None or not robot.conflicts(body.robot):
@@ -106,18 +106,18 @@ class Sensing:
         return None
 
     def stray_left(self, body: DrivenRobot) -> None:
-        """Report that the obstacle that represented this robot is gone, once the robot has left."""
+        """Report the end of the obstacle that represents this robot once the robot has left."""
         at, found = body.place, self._strays.get(body.robot.name)
         if found and at and self._places.region(at.x, at.y) != found.region:
             self._tell(self._strays.pop(body.robot.name), None, False)
 
     def placed(self, robot: str) -> None:
-        """Record that an operator has placed a robot in the region where the team expects it."""
+        """Record that an operator has placed a robot where the team expects it."""
         self._strays.pop(robot, None)
 
     def is_shared(self, body: DrivenRobot, region: Region) -> bool:
-        """Return whether a region also holds a robot that does not conflict with this one, such as
-        a flyer above it."""
+        """Return whether a region also contains a robot without a conflict with this one, such as a
+        flyer above it."""
         return any(
             region in other.regions and not body.robot.conflicts(other.robot)
             for other in self._bodies.values()
@@ -125,15 +125,15 @@ class Sensing:
         )
 
     def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
-        """Store a scan until odometry shows where it was taken: odometry or scan may be late."""
+        """Store a scan until odometry shows its pose, since either may be late."""
         if body.station.scan is None or scan.stamp <= body.newest:
             return
         body.newest = scan.stamp
         body.unread.append((heard, scan))
 
     def read(self, body: DrivenRobot, now: float) -> Iterator[None]:
-        """Evaluate the scans whose poses are now known from odometry. Those taken at rest, at the
-        robot's present pose, update its view. Yield after each of these."""
+        """Evaluate the scans whose poses are now known from odometry. Scans at rest, at the robot's
+        present pose, update its view. Yield after each of these."""
         while body.unread and body.place is not None:
             heard, scan = body.unread[0]
             if now - heard <= STALE and scan.stamp > body.place.stamp:
@@ -162,7 +162,7 @@ class Sensing:
         heard: float,
     ) -> View:
         """Return the result of a scan for an adjacent region, and report whether it shows an
-        obstacle. An obstacle that another sensor still detects is not reported as gone."""
+        obstacle. Do not report an obstacle as gone while another sensor detects it."""
         hit, known = self._nearest(scan, at, region), self._seen.get(region)
         if hit is None:
             return View.SEEN
@@ -202,7 +202,7 @@ class Sensing:
             self._tell(self._seen.pop(region), robot, False)
 
     def _is_past(self, region: Region, now: float) -> bool:
-        """Return whether a sighting may show an obstacle that has just been resolved."""
+        """Return whether a sighting may show a just resolved obstacle."""
         return now - self._resolved.get(region, -inf) < PASSED
 
     def _new(self, robot: str, region: Region, stamp: float) -> bool:
@@ -210,7 +210,7 @@ class Sensing:
         return stamp > self._resolved_at.get(region, {}).get(robot, -inf)
 
     def _saw(self, robot: str, region: Region, kind: str, stamp: float) -> bool:
-        """Record that a sensor sees an obstacle; return whether the obstacle was unknown."""
+        """Record that a sensor sees an obstacle. Return whether the obstacle was unknown."""
         free = self._scenario.map.is_free(region)
         if region in self._seen or not free or not self._new(robot, region, stamp):
             return False
@@ -223,8 +223,8 @@ class Sensing:
     def _nearest(
         self, scan: Scanned, at: Located, region: Region, share: float = NARROW
     ) -> float | None:
-        """Return the length in metres of the shortest ray that ends near the line to the centre of
-        a region; None if there is none. ``share``: maximum distance from the line as a share of a
+        """Return the length in metres of the shortest ray that ends near the line to a region's
+        centre; None if there is none. ``share``: the maximum distance from the line as a share of a
         region's side."""
         bearing = self._places.bearing(region, at.x, at.y) - at.yaw
         width = share * self._side
@@ -244,7 +244,7 @@ class Sensing:
         self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
     ) -> View | None:
         """Return ROBOT if a ray that ended in a region at a point (metres) may have hit another
-        robot, which is near that point or occupies the region; DOUBT if a robot was near the point
+        robot: one is near the point or occupies the region. Return DOUBT if one was near the point
         or in the region up to ``PASSED`` seconds before the scan was received; else None."""
         view = None
         for other in self._bodies.values():

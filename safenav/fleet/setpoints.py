@@ -1,8 +1,8 @@
 """Sampled references for robots with their own tracking controllers.
 
-They are in the frame of the world (the map's origin and yaw applied): metres, seconds, radians.
-Times are on the clock of the transport. The stream is ``HORIZON`` samples ``PERIOD`` seconds apart,
-sent once per period (paper, Section VII: a quadratic programme at 20 Hz).
+They are in the frame of the world (with the map's origin and yaw), in metres, seconds, radians.
+Times are on the clock of the transport. The stream has ``HORIZON`` samples ``PERIOD`` seconds
+apart, sent once per period (paper, Section VII: a quadratic programme at 20 Hz).
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from safenav.world.map import Frame
 
 Array = NDArray[np.float64]
 TABLE = 0.01
-"""Seconds between the samples of a whole reference, which is interpolated linearly."""
+"""Seconds between the samples of a whole reference, with linear interpolation."""
 
 
 class Setpoints(Struct, frozen=True):
     """Rows (n, 10) every ``step`` seconds from ``begin``, from rest to rest: x, y, z, their
-    velocities, their accelerations, the yaw."""
+    velocities and accelerations, and the yaw."""
 
     begin: float
     step: float
@@ -36,7 +36,7 @@ class Setpoints(Struct, frozen=True):
         return self.begin + self.step * (len(self.rows) - 1)
 
     def at(self, now: float) -> Array:
-        """Return the row at a time, interpolated between the samples."""
+        """Return the interpolated row at a time."""
         last = len(self.rows) - 1
         place = max(0.0, min((now - self.begin) / self.step, last))
         before, after = self.rows[int(place)], self.rows[min(int(place) + 1, last)]
@@ -44,14 +44,13 @@ class Setpoints(Struct, frozen=True):
         return row
 
     def ahead(self, now: float) -> Setpoints:
-        """Return the part of the stream that is sent at the time ``now``, when its first row
-        begins."""
+        """Return the part of the stream to send at the time ``now``, the time of its first row."""
         rows = np.array([self.at(now + number * PERIOD) for number in range(HORIZON)])
         return Setpoints(now, PERIOD, rows)
 
 
 def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
-    """Return the samples of consecutive pieces of motion, which are in the frame of the map."""
+    """Return the samples of consecutive pieces of motion in the frame of the map."""
     begin, end = pieces[0].t0, pieces[-1].t1
     times = np.minimum(begin + TABLE * np.arange(int((end - begin) / TABLE) + 2), end)
     columns = placed(sampled(pieces, times, limits), (*frame.origin, frame.yaw))

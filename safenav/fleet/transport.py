@@ -1,8 +1,8 @@
-"""Interface between the fleet and the middleware of the robots: goals in metres out, messages in.
+"""The interface between fleet and middleware: goals in metres out, messages in.
 
-The fleet (``safenav.fleet.world``) knows regions, poses, time limits and retries; a transport knows
-only one middleware. Positions are in metres in the frame of the scenario's map, angles in radians,
-counter-clockwise from east. A transport may deliver messages from any thread.
+The fleet (``safenav.fleet.world``) handles regions, poses, time limits and retries; a transport
+handles only one middleware. Positions are in metres in the frame of the scenario's map, angles in
+radians, counter-clockwise from east. A transport may deliver messages from any thread.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ class Places(Struct, frozen=True):
     frame: Frame
 
     def centre(self, region: Region) -> tuple[float, float]:
-        """Return x and y of the centre of a region."""
+        """Return x and y of a region's centre."""
         return self.frame.centre(*self.world.position(region), self.world.rows)
 
     def yaw(self, pose: Pose) -> float | None:
-        """Return the direction that a robot faces; None for a robot without a heading."""
+        """Return the direction of a robot; None for a robot without a heading."""
         return None if pose.heading is None else YAW[pose.heading.label] + self.frame.yaw
 
     def region(self, x: float, y: float) -> Region | None:
@@ -74,19 +74,19 @@ def turned(angle: float) -> float:
 
 
 class GoalEnd(StrEnum):
-    """End of a goal."""
+    """The end of a goal."""
 
     SUCCEEDED = "succeeded"
     ABORTED = "aborted"
     CANCELED = "canceled"
     REJECTED = "rejected"
-    UNREACHABLE = "unreachable"  # no server answers
+    UNREACHABLE = "unreachable"  # no server replies
 
 
 class GoalPoint(Struct, frozen=True):
-    """Destination of a robot. ``yaw``: None for a robot without a heading. ``number``: identifies
-    the goal uniquely in a run. ``short``: whether the region holds an obstacle that the robot
-    resolves from inside the region."""
+    """A robot's destination. ``yaw``: None for a robot without a heading. ``number``: identifies
+    the goal uniquely in a run. ``short``: whether the region contains an obstacle that the robot
+    resolves from inside."""
 
     number: int
     x: float
@@ -123,8 +123,8 @@ class Located(Struct, frozen=True):
 
 
 class Scanned(Struct, frozen=True):
-    """A lidar's rays, ``ranges[i]`` metres at angle ``first + i * step`` from the robot's front.
-    The range of a ray that hits nothing is infinite, that of a ray without a reading NaN."""
+    """A lidar's rays, ``ranges[i]`` metres at angle ``first + i * step`` from the robot's front. A
+    range is infinite without a hit, NaN without a reading."""
 
     robot: str
     stamp: float
@@ -153,12 +153,12 @@ Message = InputHeard | GoalEnded | Performed | Located | Scanned | Reported
 
 
 class Transport(Protocol):
-    """One middleware. No method waits for a robot, except ``step``."""
+    """A middleware. Only ``step`` waits for robots."""
 
     @property
     def step(self) -> Callable[[], None] | None:
-        """Advance a simulation, in which time passes only while the run waits, to its next
-        messages. None: time passes by itself."""
+        """Advance a simulation, where time passes only while the run waits, to its next messages.
+        None: time passes by itself."""
 
     def now(self) -> float:
         """Return the time on the clock of the middleware, in seconds."""
@@ -169,19 +169,19 @@ class Transport(Protocol):
         Raises UsageError if the middleware cannot be used."""
 
     def missing(self) -> list[str]:
-        """Return the names of action servers and of followers' topics that no robot answers yet."""
+        """Return the names of action servers and followers' topics without a robot so far."""
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Send a robot to a goal. One message GoalEnded follows for each goal."""
+        """Send a robot to a goal. One GoalEnded message follows for each goal."""
 
     def cancel(self, robot: str) -> None:
-        """Stop a robot as soon as possible; a follower ends its step first. GoalEnded follows."""
+        """Stop a robot as soon as possible, a follower after its step. GoalEnded follows."""
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
-        """Let a robot act on an obstacle from where it is. One message Performed follows."""
+        """Let a robot act on an obstacle from where it is. One Performed message follows."""
 
     def close(self) -> None:
-        """Cancel every goal, and disconnect. Safe to call twice."""
+        """Cancel every goal and disconnect. A second call does nothing."""
 
 
 class Streamer(Transport, Protocol):
@@ -189,13 +189,13 @@ class Streamer(Transport, Protocol):
 
     def follow(self, robot: str, reference: Setpoints) -> None:
         """Stream ``Setpoints.ahead`` of a reference 20 times per second until the next one or
-        ``close``; no message follows. Its times are on the clock of ``now``. A robot must stop by
+        ``close``. No message follows. Its times are on the clock of ``now``. A robot must stop by
         itself when its stream ends."""
 
 
 def result_of(success: bool, text: str) -> ActResult:
-    """Return the result in the answer of a service (std_srvs/Trigger): its message may be one of
-    ``done``, ``untraversable``, ``failed``, ``nothing``; otherwise ``success`` decides."""
+    """Return the result in a service's response (std_srvs/Trigger): its message ``done``,
+    ``untraversable``, ``failed`` or ``nothing``. For other messages, ``success`` decides."""
     word = text.strip()
     if word in set(ActResult):
         return ActResult(word)

@@ -1,9 +1,9 @@
 """The world of a mission with real robots (``runtime.worlds.protocol.World``), for any transport.
 
-A command becomes a goal in metres, and ends with one confirmed event: after a failure the robot is
+A command becomes a goal in metres and ends with one confirmed event. After a failure the robot is
 first sent back to the centre of its departure region, since a robot between two regions occupies
-both. A robot that cannot be brought back, or has no fresh odometry, is lost in the two regions.
-An arrival waits a few seconds at most for a reading of the new surroundings: an earlier reading
+both. A robot that cannot be brought back, or has no fresh odometry, is lost in the two regions. An
+arrival waits at most a few seconds for a reading of the new surroundings, since an earlier reading
 does not show what is in front of the robot now.
 """
 
@@ -25,8 +25,8 @@ from safenav.world.poses import Pose
 
 
 class FleetWorld:
-    """World of a fleet behind a transport. Open it before the mission; always close it. ``goals``
-    executes the commands. ``begun``: the run that the drive continues."""
+    """The world of a fleet behind a transport. Open it before the mission; always close it.
+    ``goals`` executes the commands. ``begun``: the run that the drive continues."""
 
     def __init__(
         self,
@@ -49,7 +49,7 @@ class FleetWorld:
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         self._take_all()
-        seen = self._sensing.at(region)  # sightings are shared by all robots
+        seen = self._sensing.at(region)  # all robots share sightings
         return self._sensing.stray(robot, region) if seen is None else seen
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
@@ -69,7 +69,7 @@ class FleetWorld:
         return f"its odometry places it in {where}, to which it was not sent"
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
-        """Return the inputs of the environment that were received so far."""
+        """Return the received inputs of the environment."""
         del tick
         return self._inputs
 
@@ -79,7 +79,7 @@ class FleetWorld:
         self._send_if_clear(body, task)
 
     def _send_if_clear(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """Send a robot if its lidar confirms the team's knowledge of the next region, or cannot see
+        """Send a robot if its lidar confirms the team's knowledge of the next region or cannot see
         that region. A robot that has just found an obstacle does not depart."""
         if body.robot.name in self._untold:
             return
@@ -105,7 +105,7 @@ class FleetWorld:
         self.goals.send(body, task, task.to)
 
     def _peered(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """End a step before departure, since no scan has shown the next region free in time."""
+        """End a step before departure, since no scan has shown a free next region in time."""
         pose, region = self.goals.pose_now(body), task.to.region
         if pose is None:
             self.goals.lose(body, task)
@@ -130,7 +130,7 @@ class FleetWorld:
 
     def _passed(self, robot: Robot, known: Sequence[Obstacle]) -> list[Obstacle]:
         """Return the obstacles unknown to the team that a robot resolves alone, by one action from
-        its region, such as a door that it has found and entered."""
+        its region: for example, a door that it has found and entered."""
         idle = self._idle(None)
         return [
             one
@@ -141,13 +141,13 @@ class FleetWorld:
         ]
 
     def placed(self, robot: Robot, pose: Pose) -> None:
-        """Record that an operator has placed a robot; ``start`` compares that with odometry."""
+        """Record that an operator has placed a robot. ``start`` compares this with odometry."""
         body = self._bodies[robot.name]
         body.pose, body.lost, body.view = pose, frozenset(), {}
         self._sensing.placed(robot.name)
 
     def cleared(self, obstacle: Obstacle) -> None:
-        """Discard a resolved obstacle: readings taken before its resolution are outdated."""
+        """Discard a resolved obstacle, since earlier readings of it are outdated."""
         self._progress.forget(obstacle)
         places = {name: body.place for name, body in self._bodies.items()}
         stamps = {n: -inf if place is None else place.stamp for n, place in places.items()}
@@ -170,7 +170,7 @@ class FleetWorld:
         for name in list(self._untold):
             self._set_out(name)
         while True:
-            self._take_all()  # many messages may have arrived during a long computation
+            self._take_all()  # many messages may arrive during a long computation
             self._check_times()
             if self.goals.events or self.now() >= end:
                 found, self.goals.events = self.goals.events, []
@@ -182,8 +182,8 @@ class FleetWorld:
     # Connection
 
     def open(self, patience: float = 10.0) -> None:
-        """Connect, wait until each robot answers, check its start pose by odometry, then wait
-        ``FRESH`` seconds at most for the first reading of its lidar. Raises UsageError."""
+        """Connect, wait for all robots, and check their start poses by odometry. Then wait at most
+        ``FRESH`` seconds for the first reading of each lidar. Raises UsageError."""
         self.goals.transport.open(self._heard)
         end = self.now() + patience
         while silent := self._silent():
@@ -203,7 +203,7 @@ class FleetWorld:
         return quiet or self.goals.transport.missing()
 
     def close(self) -> None:
-        """Cancel every goal, and disconnect."""
+        """Cancel every goal and disconnect."""
         self.goals.transport.close()
 
     # Messages
@@ -301,7 +301,7 @@ class FleetWorld:
     def _act_on_next(
         self, body: robots.DrivenRobot, task: robots.FleetTask, team_action: robots.TeamAction
     ) -> None:
-        """Start the next action of a command for all its participants, or end the command."""
+        """Start the next action of a command for all participants, or end the command."""
         stations = {name: other.station for name, other in self._bodies.items()}
         services = team_action.next(self._idle(task), stations)
         if not services:
@@ -318,8 +318,8 @@ class FleetWorld:
             self.goals.transport.perform(name, service, team_action.on.name, task.goal)
 
     def _acted(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
-        """End the actions of a command when odometry has the robot in its own region. A robot that
-        opens a door enters the region of the door, and odometry may be later than the result."""
+        """End the actions of a command when odometry shows the robot in its own region. A robot
+        that opens a door enters its region, and odometry may be later than the result."""
         pose = self.goals.pose_now(body)
         if pose is not None and pose.region == body.pose.region:
             self._end_action(body, task)
@@ -331,13 +331,13 @@ class FleetWorld:
         self.goals.end(body, Acted, *task.over)
 
     def _idle(self, task: robots.FleetTask | None) -> dict[str, Region]:
-        """Return the regions of the robots that can take part in an action of this command: those
-        without another command."""
+        """Return the regions of the robots that can take part in an action of this command, since
+        they have no other command."""
         bodies = self._bodies.values()
         return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
 
     def _performed(self, message: transport.Performed) -> None:
-        """Process the answer of a participant of an action."""
+        """Process the reply of a participant of an action."""
         for leader in self._bodies.values():
             task = leader.task
             if task is None or task.team_action is None or task.goal != message.number:
@@ -352,13 +352,13 @@ class FleetWorld:
     # Sensing
 
     def _read(self, body: robots.DrivenRobot, now: float) -> None:
-        """Evaluate the scans whose poses are known from odometry by now."""
+        """Evaluate the scans whose poses are now known from odometry."""
         for _ in self._sensing.read(body, now):
             task = body.task
             if task is not None and task.phase is robots.Phase.LOOKING and task.there:
                 if robots.View.DOUBT not in body.view.values():
                     self.goals.looked(body, task)
-                else:  # the robot or obstacle that a ray has hit may have left: scan again
+                else:  # the robot or obstacle hit by a ray may have left: scan again
                     task.due = max(task.due, task.since + robots.PASSED + FRESH)
             elif task is not None and task.phase is robots.Phase.INSPECTING:
                 self._send_if_clear(body, task)

@@ -22,7 +22,7 @@ compose without limit. No error accumulates, since each begins at the pose of an
 
 Phase-space intersections give the times of the steps (safenav.pace.gait), as if the mass changed
 feet in an instant. Around each such instant both feet are on the ground, and the centre of pressure
-moves from one to the other at constant speed; the linear problem that places the feet knows that.
+moves from one to the other at constant speed, as in the linear problem that places the feet.
 """
 
 from collections.abc import Sequence

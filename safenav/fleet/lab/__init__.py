@@ -1,1 +1,1 @@
-"""A lab in MuJoCo: robots of a simulation in place of real ones."""
+"""A lab in MuJoCo, with simulated robots in place of real ones."""

@@ -1,11 +1,11 @@
-"""Robots, walls and obstacles in MuJoCo: a lab without real robots, for rehearsals and tests.
+"""A lab in MuJoCo for rehearsals and tests: simulated robots, walls and obstacles.
 
 Robots track references by limited accelerations; for a goal, the reference leads straight there. A
 robot on the ground is a capsule, a flyer a sphere at its altitude. An obstacle is a box for the
-robots that must not enter its region; it disappears when its last need is fulfilled, and appears
+robots that must not enter its region. It disappears when its last need is fulfilled, and appears
 and disappears at the times of the scenario. One that blocks no robot, such as an order or an empty
-battery, has no body; neither has an uncertain region, which is noticed from adjacent regions.
-Metres, radians, seconds of simulated time.
+battery, has no body. Uncertain regions have none either; robots notice them from adjacent regions.
+Units: metres, radians, seconds of simulated time.
 """
 
 from collections.abc import Iterable, Sequence
@@ -31,30 +31,30 @@ from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
 BITS = 31
-"""Contact bits in MuJoCo: one for all robots of a layer that the same obstacles stop."""
+"""Number of contact bits in MuJoCo. Robots of a layer that the same obstacles block share one."""
 BELOW = -10.0
-"""Height in metres of obstacles that are absent: below the floor."""
+"""Height in metres of absent obstacles: below the floor."""
 HEIGHT, TALL = 1.8, 3.0
-"""Height in metres of a robot on the ground, unless it is wider; height of walls and obstacles."""
+"""Heights in metres: of a robot on the ground, unless it is wider; of walls and obstacles."""
 STEP = 0.01
 """Seconds of a step of the simulation."""
 FORCE, TORQUE = 2.5, 20.0
 """Maximum accelerations of a robot on the ground, m/s^2 and rad/s^2."""
 STIFF, BRAKING = 10.0, 1.5
-"""Gain (1/s) with which a robot tracks its reference; and, for a reference far away, the square of
-the approach speed divided by distance and acceleration: 2 would leave no reserve to brake."""
+"""Gain (1/s) with which a robot tracks its reference. For a distant reference, the square of the
+approach speed divided by distance and acceleration; 2 would leave no reserve to brake."""
 NEAR, SLOW, ALIGNED = 0.03, 0.05, 0.05
-"""Metres, metres per second, radians: within these a robot has reached its goal."""
+"""Tolerances in metres, metres per second and radians of a robot at its goal."""
 STUCK = 3.0
-"""Seconds after the end of its reference after which an unreached goal is aborted."""
+"""Seconds from the end of its reference until an unreached goal is aborted."""
 RAYS, FAR = 72, 8.0
-"""Number of rays of a lidar, and their range in metres."""
+"""Number of a lidar's rays and their range in metres."""
 ACTING = 2.0
 """Seconds of an action."""
 
 
 class LabObstacle(Struct, eq=False):
-    """An obstacle. ``key``: name of its box; ``geom``: the box in the model, if it has one."""
+    """An obstacle. ``key``: its box's name; ``geom``: the box in the model, if there is one."""
 
     obstacle: Obstacle
     key: str
@@ -98,8 +98,8 @@ def body_of(robot: Robot, bit: int) -> Dimensions:
 
 
 class Handling(Struct):
-    """The action with this ``number``, which a robot performs on ``obstacle`` (None: there is
-    nothing to act on) at least ``until`` this time, in seconds."""
+    """The action with this ``number``, which a robot performs on ``obstacle`` (None: there is none)
+    at least ``until`` this time, in seconds."""
 
     action: str
     number: int
@@ -108,7 +108,7 @@ class Handling(Struct):
 
 
 class SimulatedBody(Struct):
-    """One robot. ``reference``: the reference that it tracks; ``goal``, ``acts``: its present goal
+    """A robot. ``reference``: the reference that it tracks; ``goal``, ``acts``: its present goal
     and action, if any; ``ended``: unreported messages about the ends of goals and actions."""
 
     kind: Dimensions
@@ -120,7 +120,7 @@ class SimulatedBody(Struct):
 
 
 class Physics:
-    """A world in MuJoCo in which robots start in the centre of their region. ``begun``: the run
+    """A world in MuJoCo in which robots start in the centres of their regions. ``begun``: the run
     that the world continues, from that run's time on."""
 
     def __init__(
@@ -138,7 +138,7 @@ class Physics:
         self._model: Any = mujoco.MjModel.from_xml_string(_model_text(places, known, kinds))
         self._data: Any = mujoco.MjData(self._model)
         self._data.time = begun.kept.state.time if begun else 0.0
-        # Views that stay valid: reading from them takes a tenth of the time of a lookup.
+        # Views that stay valid: a read takes a tenth of the time of a lookup.
         self._coordinate, self._velocity = self._data.qpos.item, self._data.qvel.item
         self._force = self._data.qfrc_applied
         self._bodies: dict[str, SimulatedBody] = {}
@@ -170,7 +170,7 @@ class Physics:
     # Robots
 
     def _track(self, body: SimulatedBody) -> None:
-        """Accelerate a robot as its reference does, with corrections, within limits."""
+        """Accelerate a robot like its reference, with corrections, within limits."""
         at, row = self._at(body), body.reference.at(self.now).tolist()
         speeds, kind = [*map(self._velocity, body.dofs)], body.kind
         for axis in (0, 1):
@@ -191,7 +191,7 @@ class Physics:
         return x, y, yaw
 
     def _here(self, body: SimulatedBody) -> Region | None:
-        """Return the region in which a robot is; None off the map."""
+        """Return a robot's region; None off the map."""
         return self._places.region(*self._at(body)[:2])
 
     def moves(self, robot: str) -> bool:
@@ -201,7 +201,7 @@ class Physics:
     # Commands
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
-        """Give a robot a new goal, to which a straight reference leads: from rest to rest, at the
+        """Give a robot a new goal. A straight reference leads there, from rest to rest, at the
         robot's speed on average."""
         body = self._bodies[robot]
         start, kind = self._at(body), body.kind
@@ -212,14 +212,14 @@ class Physics:
         body.goal = goal
 
     def follow(self, robot: str, reference: Setpoints) -> None:
-        """From now on, let a robot track a reference, whose times are on the clock of the
-        simulation. During an action of the robot, the simulation moves it."""
+        """From now on, let a robot track a reference, with times on the clock of the simulation.
+        The simulation moves the robot during its actions."""
         body = self._bodies[robot]
         if body.acts is None:
             body.reference = reference
 
     def cancel(self, robot: str) -> None:
-        """Cancel a robot's goal or reference: it brakes."""
+        """Cancel a robot's goal or reference. The robot brakes."""
         self._give_up(self._bodies[robot], GoalEnd.CANCELED)
 
     def perform(self, robot: str, action: str, number: int) -> None:
@@ -235,13 +235,13 @@ class Physics:
         return "" if one is None else self._need(one).action
 
     def bring(self, obstacle: Obstacle) -> None:
-        """Add an unlisted obstacle without a body that the team itself has created: an operator's
-        order, or a robot with an empty battery."""
+        """Add an unlisted obstacle without a body, created by the team itself: an operator's order
+        or an empty battery."""
         if obstacle.type.blocks == frozenset() and obstacle.name not in self._listed:
             self.standing.setdefault(obstacle.name, LabObstacle(obstacle, obstacle.name))
 
     def told(self, robot: str) -> tuple[transport.Located, list[transport.Message]]:
-        """Return a robot's odometry, and the ends of goals and actions not returned before."""
+        """Return a robot's odometry and the unreported ends of its goals and actions."""
         body = self._bodies[robot]
         ended, body.ended = body.ended, []
         return transport.Located(robot, self.now, *self._at(body)), ended
@@ -263,8 +263,8 @@ class Physics:
         return self.now, found
 
     def noticed(self, name: str, *, bodies: bool = False) -> dict[Region, str | None]:
-        """Return the adjacent regions, each with the name of the obstacle that the robot sees
-        there: an uncertain region or, with ``bodies``, any obstacle (None: it sees none)."""
+        """Return the adjacent regions, each with the obstacle that the robot sees there (None:
+        none): an uncertain region or, with ``bodies``, any obstacle."""
         here = self._here(self._bodies[name])
         near = () if here is None else self._places.world.neighbours(here)
         found: dict[Region, str | None] = dict.fromkeys(near)
@@ -275,7 +275,7 @@ class Physics:
         return found
 
     def step(self, seconds: float) -> None:
-        """Advance the simulation by a time, to the nearest step."""
+        """Advance the simulation by a time, rounded to steps."""
         for _ in range(max(1, round(seconds / STEP))):
             self._step()
 
@@ -291,7 +291,7 @@ class Physics:
             self._judge(body)
 
     def _judge(self, body: SimulatedBody) -> None:
-        """End a goal that is reached or overdue, and an action whose time has passed."""
+        """End a reached or overdue goal, and an action whose time has passed."""
         act, goal = body.acts, body.goal
         if goal is not None:
             x, y, yaw = self._at(body)
@@ -306,13 +306,13 @@ class Physics:
             self._worked(body, act)
 
     def _end(self, body: SimulatedBody, end: GoalEnd) -> None:
-        """End the goal of a robot, if it has one."""
+        """End a robot's goal, if it has one."""
         if body.goal is not None:
             body.ended.append(transport.GoalEnded(body.kind.name, body.goal.number, end))
             body.goal = None
 
     def _give_up(self, body: SimulatedBody, end: GoalEnd) -> None:
-        """End the goal of a robot, and let the robot rest where it is."""
+        """End a robot's goal, and let the robot rest where it is."""
         self._end(body, end)
         at = self._at(body)
         body.reference = straight(self.now, at, at)
@@ -320,8 +320,8 @@ class Physics:
     # Obstacles
 
     def _show(self, one: LabObstacle) -> None:
-        """Move the box of an obstacle into its region, with the contact bits of the robots that
-        must not enter this region now; if the obstacle is not present, move it below the floor."""
+        """Move an obstacle's box into its region, with the contact bits of the robots that must not
+        enter this region now. Move the box below the floor if the obstacle is absent."""
         if one.geom is None:
             return
         stage = self._progress.need(one.obstacle)
@@ -331,8 +331,8 @@ class Physics:
         self._model.geom_pos[one.geom.id][2] = TALL / 2 if there else BELOW
 
     def _change(self, now: float) -> None:
-        """Let obstacles appear and disappear at their times. One with a body does not appear in a
-        region that a robot occupies or to which it is in transit."""
+        """Let obstacles appear and disappear at their times. One with a body appears in no region
+        that a robot occupies or to which it is in transit."""
         for one in [*self.standing.values()]:
             if one.obstacle.goes is not None and one.obstacle.goes <= now:
                 self._remove(one)
@@ -356,9 +356,9 @@ class Physics:
         )
 
     def _reached(self, here: Region, action: str) -> LabObstacle | None:
-        """Return the obstacle on which a robot acts: one whose next need can be fulfilled from its
-        region by this action, else one in or beside its region with a need of this action; None if
-        there is none."""
+        """Return the obstacle on which a robot acts: one whose next need this action can fulfil
+        from the robot's region, else one in or beside its region with a need of this action; None
+        if there is none."""
         world, beside = self._places.world, None
         near = {here, *world.neighbours(here)}
         for one in self.standing.values():
@@ -377,8 +377,8 @@ class Physics:
         return one.obstacle.needs[self._progress.need(one.obstacle)]
 
     def _worked(self, body: SimulatedBody, act: Handling) -> None:
-        """End the work of a robot: it does its part of the obstacle's next need, alone or with the
-        robots that have also finished their work."""
+        """End a robot's work: it does its part of the obstacle's next need, alone or with the other
+        robots that have finished their work."""
         one = act.obstacle
         if one is None or self.standing.get(one.obstacle.name) is not one:
             self._answer(ActResult.NOTHING, body.kind.name)
@@ -453,7 +453,7 @@ def _model_text(
 
 
 def _box(places: Places, region: Region, name: str, share: float) -> str:
-    """Return a box in a region. ``share``: its half-widths as a share of the region's side."""
+    """Return a box in a region. ``share``: its half-widths as shares of the region's side."""
     x, y = places.centre(region)
     half = share * places.frame.resolution
     return (

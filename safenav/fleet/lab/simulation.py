@@ -1,4 +1,4 @@
-"""Robots of a physics simulation in this process, in place of real ones."""
+"""Robots of a physics simulation in this process in place of real ones."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.world.map import Region
 
 RATE = 50.0
-"""Odometry per second of simulated time."""
+"""Odometry messages per second of simulated time."""
 LOOKS = 5
-"""Odometry messages per scan and report of a robot at rest."""
+"""Odometry messages per scan and per report of a robot at rest."""
 
 
 class SimulationTransport:
     """A fleet in MuJoCo. Only ``step`` advances time, at most ``pace`` times as fast as real time,
-    and not while the run computes, so a drive does not depend on the machine's speed. ``begun``:
-    the run that the drive continues."""
+    but not while the run computes, so a drive is independent of the machine's speed. ``begun``: the
+    run that the drive continues."""
 
     def __init__(
         self, scenario: Scenario, fleet: FleetFile, begun: Resumption | None = None
@@ -54,18 +54,18 @@ class SimulationTransport:
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         kind, region, which = name_parts(obstacle)
         self.physics.bring(Obstacle(self._types[kind], int(region), number=which))
-        # One service may perform several actions.
+        # A service may perform several actions.
         actions = [name for name, one in self._stations[robot].act.items() if one == action]
         due = self.physics.due(obstacle)
         self.physics.perform(robot, due if due in actions else actions[0], number)
 
     def close(self) -> None:
-        """Stop all robots: from now on, ``step`` does not advance the simulation."""
+        """Stop all robots: ``step`` no longer advances the simulation."""
 
     def step(self) -> None:
         """Advance to the time of the next odometry, and post the robots' messages."""
         ahead = self._due - time.monotonic()
-        if ahead > 0:  # a sleep of zero seconds can yield the processor for some milliseconds
+        if ahead > 0:  # a sleep of zero seconds may yield the processor for milliseconds
             time.sleep(ahead)
         self._due = time.monotonic() + 1.0 / (RATE * self._pace)
         self.physics.step(1.0 / RATE)

@@ -1,1 +1,1 @@
-"""Transport to robots over ROS 2, without an installation of it."""
+"""The transport to robots over ROS 2, without its installation."""

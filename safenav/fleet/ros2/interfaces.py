@@ -1,7 +1,7 @@
-"""Interface definitions of ROS 2 in its own notation, in the order of the bytes.
+"""Interface definitions of ROS 2, in its own notation, with fields in serialized order.
 
-``interfaces.msg`` has those of common_interfaces, rcl_interfaces and nav2_msgs (Humble and later)
-that the transport and bags need.
+``interfaces.msg`` contains those of common_interfaces, rcl_interfaces and nav2_msgs (Humble and
+later) that the transport and bags need.
 """
 
 from pathlib import Path
@@ -12,5 +12,5 @@ INTERFACES = {
     name: tuple((kind, key) for kind, key in map(str.split, fields))
     for name, *fields in (part.split("\n") for part in _TEXT.strip().split("\n\nMSG: "))
 }
-"""The fields (type, name) of each interface: ``nav_msgs/Path``, or with its folder if that is
-not ``msg``."""
+"""The fields (type, name) of each interface, for example ``nav_msgs/Path``, with its folder unless
+that is ``msg``."""

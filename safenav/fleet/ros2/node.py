@@ -1,7 +1,7 @@
 """A participant on the network of rmw_cyclonedds: topics and service clients, without ROS.
 
 Names on the wire: a topic ``/odom`` is ``rt/odom``; a service ``/push`` is ``rq/pushRequest`` and
-``rr/pushReply``. cyclonedds calls listeners from threads of its own.
+``rr/pushReply``. cyclonedds calls listeners from its own threads.
 """
 
 import contextlib
@@ -35,8 +35,8 @@ idl: Any = types
 
 @cache
 def message(kind: str) -> Any:
-    """Return the class of a message by its name in ``INTERFACES``. Fields default to zero, empty,
-    or a new message."""
+    """Return the class of a message by its name in ``INTERFACES``. Fields are zero, empty or a new
+    message by default."""
     package, *folder, name = kind.split("/")
     fields: dict[str, Any] = {}
     if name.endswith(("_Request", "_Response")):
@@ -93,10 +93,10 @@ _CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
 SERVICE = Qos(_RELIABLY, _NEW, Policy.History.KeepAll, _CDR)
 RELIABLE = Qos(_RELIABLY, _NEW, _LAST, _CDR)
 SENSOR = Qos(Policy.Reliability.BestEffort, _NEW, Policy.History.KeepLast(5), _CDR)
-"""A best-effort reader also receives from reliable writers; a reliable reader receives only from
-those."""
+"""A best-effort reader also receives from reliable writers. A reliable reader receives only from
+these."""
 LATCHED = Qos(_RELIABLY, Policy.Durability.TransientLocal, _LAST, _CDR)
-"""Settings of topics whose last messages a reader receives when it joins."""
+"""Settings of topics whose last messages a new reader receives."""
 
 CYCLONE = "0110"
 VENDORS = {"0101": "RTI Connext", "0103": "OpenDDS", "010f": "Fast DDS", CYCLONE: "Cyclone DDS"}
@@ -114,7 +114,7 @@ _CONFIGURATION = (
 
 def configuration(interface: str, peers: tuple[str, ...]) -> str:
     """Return the configuration of cyclonedds: one interface, and unicast discovery of the named
-    peers. Multicast is used only if there are no peers."""
+    peers (multicast only without peers)."""
     listed = "".join(f'<Peer address="{escape(peer)}"/>' for peer in peers)
     return _CONFIGURATION.format(
         interface=escape(interface), multicast="false" if peers else "spdp", peers=listed
@@ -122,8 +122,8 @@ def configuration(interface: str, peers: tuple[str, ...]) -> str:
 
 
 def _joined(domain: int, interface: str, peers: tuple[str, ...]) -> Any:
-    """Join a domain. Raises UsageError if this machine lacks the interface, or a peer has no
-    address, for which cyclonedds would abort the process."""
+    """Join a domain. Raises UsageError if this machine lacks the interface or a peer has no
+    address; cyclonedds would abort the process."""
     for peer in peers:
         host, colon, port = peer.partition(":")
         try:
@@ -160,7 +160,7 @@ def _confine(interface: str) -> None:
 
 
 class Taking(Listener):
-    """Listener that passes each message to a function, one at a time, in the order of arrival."""
+    """A listener that passes each message to a function, one by one, in the order of arrival."""
 
     def __init__(self, take: Callable[[Any], None]) -> None:
         super().__init__()  # type: ignore[no-untyped-call]
@@ -193,8 +193,8 @@ class Participant:
         return self._topics[name]
 
     def listen(self, name: str, kind: str, take: Callable[[Any], None], qos: Qos) -> None:
-        """Call ``take`` for every message of a topic (by its name on the wire), in another
-        thread."""
+        """Call ``take`` in another thread for every message of a topic (by its name on the
+        wire)."""
         topic = self._topic(name, kind, qos)
         self._readers.append(DataReader(self._participant, topic, qos=qos, listener=Taking(take)))
 
@@ -212,7 +212,7 @@ class Participant:
 
 
 class Client:
-    """A client of one service of a kind. Replies for other clients are not passed on."""
+    """A client of one service. It ignores replies for other clients."""
 
     def __init__(self, node: Participant, service: str, kind: str) -> None:
         self._node = node
@@ -223,8 +223,8 @@ class Client:
         self._writer = node.writer(f"rq{service}Request", f"{kind}_Request", SERVICE)
 
     def call(self, take: Callable[[Any], None], **fields: Any) -> None:
-        """Send a request, unless a server of other middleware would receive it; ``take`` is called
-        once with the reply, in another thread."""
+        """Send a request unless a server of other middleware would receive it. The client calls
+        ``take`` once with the reply, in another thread."""
         number = next(self._numbers)
         if not self.foreign:
             self._calls[number] = take
@@ -232,9 +232,9 @@ class Client:
 
     @property
     def foreign(self) -> str:
-        """The middleware of a server that is not Cyclone DDS; empty if there is none. Other
-        middleware puts the identity of a request elsewhere: its servers would read the header of
-        ours as lengths, and could exhaust their memory."""
+        """The middleware of a server other than Cyclone DDS; empty if there is none. Other
+        middleware puts the identity of a request elsewhere: its servers would read our header as
+        lengths and could exhaust their memory."""
         for handle in self._writer.get_matched_subscriptions():
             server = self._writer.get_matched_subscription_data(handle)
             vendor = CYCLONE if server is None else server.participant_key.bytes[:2].hex()

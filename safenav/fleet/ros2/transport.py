@@ -1,6 +1,6 @@
 """Robots with ROS 2 under rmw_cyclonedds: Nav2's NavigateToPose, odometry, scans, reports.
 
-A robot of namespace ``/digit`` has the action ``/digit/navigate_to_pose``, the topics
+A robot with namespace ``/digit`` has the action ``/digit/navigate_to_pose``, the topics
 ``/digit/odom`` and ``/digit/scan``, the report topic, and a ``std_srvs/Trigger`` for each action.
 """
 
@@ -42,13 +42,13 @@ PERIOD = 0.05
 FRAME = "map"
 """The frame of goals and setpoints."""
 JOINT = "mass"
-"""The joint of trajectories: the middle of a body."""
+"""The joint of trajectories: a body's centre."""
 
 
 class Streams:
     """The reference streams of all followers. A thread calls ``send`` with a robot and the next
     second of its reference. A stream continues after the end of its reference, since silence means
-    that safenav has died."""
+    that safenav is dead."""
 
     def __init__(self, send: Callable[[str, Setpoints], None]) -> None:
         self._send = send
@@ -66,7 +66,7 @@ class Streams:
                 self._thread.start()
 
     def stop(self, robot: str) -> bool:
-        """End the stream of a robot; return whether it had one."""
+        """End a robot's stream. Return whether it had one."""
         with self._lock:
             return self._references.pop(robot, None) is not None
 
@@ -86,14 +86,14 @@ class Streams:
 
 
 def located(robot: str, stamp: float, odometry: Any) -> Located | None:
-    """Return x, y and yaw of a ``nav_msgs/Odometry``; None if one of them is not finite, because
-    the estimator has diverged."""
+    """Return x, y and yaw of a ``nav_msgs/Odometry``; None if one of them is not finite, since the
+    estimator has diverged."""
     pose = odometry.pose.pose
     return _finite(Located(robot, stamp, *_planar(pose.position, pose.orientation)))
 
 
 def _planar(place: Any, turn: Any) -> tuple[float, float, float]:
-    """Return x, y and yaw of a pose that is given as a position and a quaternion."""
+    """Return x, y and yaw of a pose with a position and a quaternion."""
     sine = 2 * (turn.w * turn.z + turn.x * turn.y)
     cosine = 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
     return float(place.x), float(place.y), atan2(sine, cosine)
@@ -104,16 +104,16 @@ def _finite(at: Located) -> Located | None:
 
 
 class Transforms:
-    """The transforms of one robot: its pose, from ``map`` to its frame."""
+    """The transforms of a robot: its pose, from ``map`` to its frame."""
 
     def __init__(self, robot: str, frame: str) -> None:
         self._robot, self._frame = robot, frame
         self._known: dict[str, tuple[str, float | None, tuple[float, float, float]]] = {}
-        """By frame: its parent, the stamp (None: static), and x, y, yaw in its parent."""
+        """For each frame: its parent, the stamp (None: static), and x, y, yaw in the parent."""
 
     def take(self, message: Any, *, static: bool) -> Located | None:
         """Store transforms. Return the robot's pose if the ``tf2_msgs/TFMessage`` renews the moving
-        transform nearest to the robot, which has the stamp of the pose; else None."""
+        transform nearest to the robot, whose stamp is that of the pose; else None."""
         fresh = set()
         for each in message.transforms:
             child, parent = each.child_frame_id.strip("/"), each.header.frame_id.strip("/")
@@ -144,8 +144,8 @@ def seconds_of(stamp: Any) -> float:
 
 def scanned(robot: str, stamp: float, scan: Any) -> Scanned:
     """Return a ``sensor_msgs/LaserScan`` as rays. By REP 117, ``-inf`` is a hit nearer than
-    ``range_min``, and a range above ``range_max`` hits nothing; a range below ``range_min`` is not
-    a reading, nor is NaN."""
+    ``range_min``, and a range above ``range_max`` is a ray without a hit. A range below
+    ``range_min`` or NaN is not a reading."""
     least, most = float(scan.range_min), float(scan.range_max)
 
     def metres(measured: float) -> float:
@@ -158,7 +158,7 @@ def scanned(robot: str, stamp: float, scan: Any) -> Scanned:
 
 
 def facing(yaw: float | None) -> tuple[float, float]:
-    """Return z and w of the quaternion of a yaw in radians; None counts as 0."""
+    """Return z and w of the quaternion of a yaw in radians (None: 0)."""
     half = (yaw or 0.0) / 2
     return sin(half), cos(half)
 
@@ -207,7 +207,7 @@ class _Robot:
 
     @property
     def foreign(self) -> str:
-        """The middleware of the robot's action server, if that is not Cyclone DDS."""
+        """The middleware of the robot's action server, if it is not Cyclone DDS."""
         return self._send.foreign or self._result.foreign
 
     def navigate(self, goal: GoalPoint) -> None:
@@ -223,7 +223,7 @@ class _Robot:
                 self._stop(self._current)
 
     def _stop(self, sent: _Sent) -> None:
-        """Cancel a goal. The reply is ignored: the goal's result shows whether the goal ended."""
+        """Cancel a goal. Ignore the reply, since the goal's result shows whether it ended."""
         self._cancel.call(lambda _: None, goal_info=ros.GoalInfo(sent.uuid, ros.Time()))
 
     def _answered(self, sent: _Sent, reply: Any) -> None:
@@ -264,7 +264,7 @@ class _Robot:
 
 
 class Ros2Transport:
-    """A fleet on one domain of ROS 2. Use one at a time in a process."""
+    """A fleet on one ROS 2 domain. A process may use one at a time."""
 
     now = staticmethod(time.monotonic)
     step = None
@@ -326,7 +326,7 @@ class Ros2Transport:
         self._robots, self._references, self._node = {}, {}, None
 
     def _topics(self) -> Iterator[tuple[str, str, Any, Callable[[Any], None]]]:
-        """Yield the topics to subscribe to: name, type, quality of service and message handler."""
+        """Yield the topics to subscribe to: name, type, quality of service, message handler."""
         for name, topic in self._inputs.items():
             yield topic, "std_msgs/Bool", RELIABLE, partial(self._heard, InputHeard, name)
         for name, station in self._stations.items():
@@ -346,7 +346,7 @@ class Ros2Transport:
                 yield station.path(station.report), "std_msgs/String", RELIABLE, report
 
     def _heard(self, meaning: Callable[[str, Any], Message], name: str, message: Any) -> None:
-        """Pass on a text report of a robot, or the value of an input."""
+        """Pass on a robot's text report or an input's value."""
         data = message.data
         self._post(meaning(name, data.strip() if isinstance(data, str) else data))
 
@@ -365,8 +365,8 @@ class Ros2Transport:
             self._post(found)
 
     def _answers(self, robot: str) -> bool:
-        """Return whether a robot's action server answers or, for a follower, whether the robot has
-        subscribed to its references."""
+        """Return whether a robot's action server is available or, for a follower, whether the robot
+        has subscribed to its references."""
         reference = self._references.get(robot)
         if reference is not None:
             return bool(reference.get_matched_subscriptions())
@@ -395,7 +395,7 @@ def _topic(name: str) -> str:
 
 
 def _whole(kind: Any, seconds: float) -> Any:
-    """Return seconds as a time or a duration of ROS 2, with whole nanoseconds."""
+    """Return seconds as a ROS 2 time or duration, with whole nanoseconds."""
     return kind(int(seconds), int(seconds % 1 * 1e9))
 
 

@@ -310,7 +310,7 @@ class Run(Situation):
                 self.happens(now.Reopened())
 
     def settle(self) -> None:
-        """Update the team's intentions. Its decisions are events like all others."""
+        """Update the team's intentions. Its decisions are events like any other."""
         before, intended = self.state, self.control
         if self.settled is not None and all(map(is_, self.settled, (self.team, before, intended))):
             return  # nothing has changed
