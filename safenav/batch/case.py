@@ -1,5 +1,5 @@
-"""Cases of a batch and their results as data, which processes exchange as JSON, and the comparison
-of a run with the expectations of its scenario."""
+"""Cases of a batch and their results as data, which processes exchange as JSON; and the comparison
+of a run with its scenario's expectations."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from safenav.trace import records
 from safenav.trace.words import obstacle_words
 
 Settings = Mapping[str, Any]
-"""Dotted path into the scenario (``limits.ticks``) -> the value that replaces the present one."""
+"""The values that replace present ones, by dotted paths into the scenario (``limits.ticks``)."""
 _HALF = 60
-"""Number of characters kept at each end of a long name."""
+"""Number of remaining characters at each end of a long name."""
 
 
 class CaseVerdict(StrEnum):
-    """The status of one case."""
+    """The status of a case."""
 
     PASSED = "passed"
     DIFFERENT = "different"
@@ -40,17 +40,17 @@ class CaseVerdict(StrEnum):
     ERROR = "error"
     """The synthesizer failed, or safenav has a defect."""
     CRASHED = "crashed"
-    """The process that ran it died."""
+    """Its process died."""
     HUNG = "hung"
-    """No end within the wall-clock limit."""
+    """It did not end within the wall-clock limit."""
 
 
 class Case(Struct, frozen=True):
-    """One run of a batch: a scenario with some of its settings replaced.
+    """A run of a batch: a scenario with some replaced settings.
 
     ``name`` is unique within a batch and the same in the next batch. ``text`` is the scenario (None
     if the file could not be read, which the run reports). ``references`` is a digest of the files
-    that it names; ``places``: lines and columns of the settings in their matrix file.
+    that it names; ``places``: the settings' lines and columns in their matrix file.
     """
 
     name: str
@@ -62,20 +62,20 @@ class Case(Struct, frozen=True):
 
     @property
     def fingerprint(self) -> str:
-        """Hash of the case and of safenav's version: a result with an equal hash is still valid."""
+        """A hash of the case and safenav's version: a result with an equal hash is still valid."""
         version, settings = safenav.__version__, dict(self.settings)
         made_of = [version, self.name, self.file, self.text, settings, self.references]
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
 
     def result(self, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:
-        """Return a result of this case that has no data of a run."""
+        """Return a result of this case without data of a run."""
         settings = dict(self.settings)
         return Result(self.name, self.file, settings, self.fingerprint, verdict, reasons, detail)
 
 
 def file_name(name: str, digest: str) -> str:
     """Return a file name for a case: its name, shortened in the middle if it is long, and a digest,
-    by which two cases whose shortened names are equal differ."""
+    which distinguishes cases with equal shortened names."""
     fit = re.sub(r"[^A-Za-z0-9._=-]+", "_", name).strip("._")
     if len(fit) > 2 * _HALF:
         fit = f"{fit[:_HALF]}...{fit[-_HALF:]}"
@@ -83,9 +83,9 @@ def file_name(name: str, digest: str) -> str:
 
 
 class Conditions(Struct, frozen=True):
-    """Settings that hold for each case's run. ``seconds``: wall-clock limit of one case.
-    ``certify``: the folder for the bundle of each run (docs/certify.md), or None. ``directory``:
-    the folder to which paths in scenarios are relative."""
+    """Settings for each case's run. ``seconds``: wall-clock limit of a case. ``certify``: the
+    folder for the bundles of the runs (docs/certify.md), or None. ``directory``: the folder to
+    which paths in scenarios are relative."""
 
     seconds: float = 600.0
     certify: str | None = None
@@ -93,10 +93,10 @@ class Conditions(Struct, frozen=True):
 
 
 class Result(Struct, frozen=True):
-    """The result of one case. ``reasons``: differences or errors, one sentence each; ``detail``: a
-    traceback, or the last output of the process; ``requirements``: name -> verdict and robustness
+    """The result of a case. ``reasons``: differences or errors, one sentence each; ``detail``: a
+    traceback or the last output of the process; ``requirements``: by name, verdict and robustness
     on the motion of the run; ``makespan``: seconds of a live run on its own clock; ``seconds``:
-    duration of the run; ``wall_seconds``: time from the moment when a process gets the case to its
+    duration of the run; ``wall_seconds``: seconds from the process's receipt of the case to its
     result."""
 
     name: str
@@ -135,7 +135,7 @@ class Result(Struct, frozen=True):
 
 
 class Ledger(Struct):
-    """A listener that keeps the data needed to check expectations. ``orders``: open orders;
+    """A listener that keeps the data for the check of expectations. ``orders``: open orders;
     ``live``: whether ticks count passes of a live run; ``end``: the last line, if the run ended."""
 
     orders: list[str] = field(default_factory=list)
@@ -189,8 +189,8 @@ class Ledger(Struct):
 
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
-    """Return the differences between the run and ``expect``, one sentence each; empty if there are
-    none. ``word`` returns the name of a region."""
+    """Return the differences between the run and ``expect``, one sentence each. ``word`` returns
+    the name of a region."""
     end = ledger.end
     assert end is not None
     found = []

@@ -1,4 +1,4 @@
-"""Execution of one case in this process. Failures of the case never raise an exception."""
+"""Execution of a case in this process. A failed case never raises an exception."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def execute(case: Case, conditions: Conditions, trace: Path) -> Result:
-    """Run a case, write its trace, and return its result."""
+    """Run a case and write its trace. Return its result."""
     try:
         return _run(case, load(case), conditions, trace)
     except errors.InputError as error:
@@ -52,7 +52,7 @@ def load(case: Case) -> Scenario:
 
 def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) -> Result:
     ledger = Ledger()
-    # A batch runs scenarios in parallel, so each runs one synthesis at a time.
+    # A batch runs cases in parallel, so each runs one synthesis at a time.
     synthesizer = default_synthesizer(scenario, binary=_binary(), at_once=1)
     with TraceWriter(trace) as writer:
         Mission(scenario, synthesizer, listeners=[ledger, writer]).run()
@@ -80,7 +80,7 @@ def _required(trace: Path) -> list[Judgement]:
 
 
 def _certify(case: Case, trace: Path, synthesizer: Synthesizer, folder: Path) -> list[str]:
-    """Write the bundle of a run; return a message if that fails or its checker refuses it."""
+    """Write a run's bundle. Return a message if that fails or its checker refuses it."""
     from safenav.certify.bundle import make_bundle
     from safenav.certify.check import sources_of
 
@@ -108,7 +108,7 @@ def _text_as_run(case: Case) -> str:
 
 
 _binary = cache(find_binary)
-"""The synthesizer, found once per process: a search can take as long as a small synthesis."""
+"""The synthesizer, found once per process, since a search can take as long as a synthesis."""
 
 
 def _line(diagnostic: errors.Diagnostic) -> str:

@@ -6,9 +6,9 @@
       seed: {from: 0, to: 9}
       limits.ticks: [100, 500]
 
-Every combination of the values is run. Settings change the document tree before it is read, so that
-a variation is checked exactly as if it were in the file. A diagnostic about a new value points at
-its place in the matrix file.
+A batch runs every combination of the values. Settings change the document tree before it is read,
+so a variation is checked exactly as if it were in the file. A diagnostic about a new value points
+at its place in the matrix file.
 """
 
 import itertools
@@ -37,7 +37,7 @@ _FIXED = ("safenav", "name")
 
 
 class Range(Item, frozen=True):
-    """A range of whole numbers; both ends are included."""
+    """A range of whole numbers with both ends."""
 
     label: ClassVar = "in {what}"
     from_: int | None = key("", "the first number")
@@ -58,26 +58,26 @@ class BatchKeys(Item, frozen=True):
 
 
 Placed = Mapping[str, tuple[Any, Place]]
-"""Dotted path into the scenario -> the value that replaces the present one, and its place in the
-matrix file."""
+"""The values that replace present ones, with their places in the matrix file, by dotted paths into
+the scenario."""
 
 
 class Matrix(Struct, frozen=True):
-    """The content of a matrix file: each of ``scenarios`` (files, folders, patterns, relative to
-    the file) is run with each of ``settings``."""
+    """The content of a matrix file. Each of ``scenarios`` (files, folders, patterns, relative to
+    the file) runs with each of ``settings``."""
 
     scenarios: tuple[Scalar, ...]
     settings: tuple[Placed, ...]
 
 
 def is_matrix(text: str) -> bool:
-    """Return whether a text is meant as a matrix file: one of its lines begins with ``batch:``, or
-    with ``matrix:`` if the user forgot ``batch:``."""
+    """Return whether a text is intended as a matrix file: one of its lines begins with ``batch:``
+    (or ``matrix:``, if the user forgot ``batch:``)."""
     return _MARK.search(text) is not None
 
 
 def read_matrix(text: str, file: str) -> Matrix:
-    """Return the content of a matrix file. Raises InputError with all its errors."""
+    """Return the content of a matrix file. Raises InputError with all errors."""
     findings = Findings(file)
     item: BatchKeys | None = read(
         BatchKeys, parsed(text, findings, "matrix file"), "the batch", findings
@@ -101,8 +101,8 @@ def read_matrix(text: str, file: str) -> Matrix:
 
 
 def _values(value: Raw, findings: Findings) -> list[tuple[Any, Place]]:
-    """Return the values of a setting, given as a list or as ``{from: 0, to: 9}`` (both ends
-    included), each with its place in the matrix file."""
+    """Return the values of a setting, a list or ``{from: 0, to: 9}`` (with both ends), each with
+    its place in the matrix file."""
     node, what = value.node, value.what
     if isinstance(node, document.Mapping):
         ends = read(Range, node, what, findings)
@@ -127,7 +127,7 @@ def _values(value: Raw, findings: Findings) -> list[tuple[Any, Place]]:
 
 
 def _is_path(path: Scalar, findings: Findings) -> bool:
-    """Return whether a path begins with one of a scenario's own keys; otherwise report it."""
+    """Return whether a path begins with one of a scenario's keys. Report any other path."""
     first = path.text.split(".")[0]
     known = [word for word in entries(language.ScenarioKeys) if word not in _FIXED]
     if first in known and all(path.text.split(".")):
@@ -138,7 +138,7 @@ def _is_path(path: Scalar, findings: Findings) -> bool:
 
 
 def varied(root: Node, case: Case, findings: Findings) -> Node:
-    """Return the tree with all settings applied; report each path that does not exist."""
+    """Return the tree with all settings applied. Report each path that does not exist."""
     for path, value in case.settings.items():
         new = node_of(value, case.places[path])
         root = _replaced(root, path.split("."), new, path, findings)
@@ -146,7 +146,7 @@ def varied(root: Node, case: Case, findings: Findings) -> Node:
 
 
 def _replaced(node: Node, steps: list[str], value: Node, path: str, findings: Findings) -> Node:
-    """Return ``node`` with the value at ``steps`` replaced; missing mappings are created."""
+    """Return ``node`` with the value at ``steps`` replaced. Create missing mappings."""
     if not steps:
         return value
     step, rest = steps[0], steps[1:]

@@ -1,8 +1,8 @@
-"""Pools that run the cases of a batch: this machine, or a Dask cluster (``--dask ADDRESS``, the
-extra ``dask``).
+"""Pools that run the cases of a batch: this machine or a Dask cluster (``--dask ADDRESS``, extra
+``dask``).
 
-If a Dask worker dies, the scheduler gives its cases to another worker, also those whose results
-were not fetched yet. Running a case twice does no harm.
+If a Dask worker dies, the scheduler assigns its cases to another worker, also those with unfetched
+results. A repeated case does no harm.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ _CONNECT_SECONDS = 10
 
 
 def processors() -> int:
-    """Return the number of usable processors; a container often has fewer than the machine."""
+    """Return the number of usable processors. Containers often have fewer than the machine."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -42,14 +42,14 @@ class Pool:
         self._done = SimpleQueue[Any]()
 
     def submit(self, case: Case) -> None:
-        """Queue a case; return immediately."""
+        """Queue a case and return immediately."""
         future = self._submit(run_case, self.batch, case, self.conditions)
         self._cases[future] = case
         future.add_done_callback(self._done.put)
 
     def collect(self, seconds: float) -> list[tuple[Case, Result, bytes]]:
-        """Return the cases that have ended, with their results and traces; wait at most ``seconds``
-        for the first one. Raises SafenavError if no more cases can be run at all."""
+        """Return the ended cases with their results and traces. Wait at most ``seconds`` for the
+        first one. Raises SafenavError if no further cases can run."""
         futures = []
         with contextlib.suppress(Empty):
             futures.append(self._done.get(timeout=seconds))
@@ -59,7 +59,7 @@ class Pool:
         return [(case, *self._ended(future, case)) for future, case in cases]
 
     def close(self) -> None:
-        """Stop all work and end all processes of the pool."""
+        """Stop all work, and end all processes of the pool."""
         self._threads.shutdown(wait=False, cancel_futures=True)
         leave(self.batch)
         self._threads.shutdown()
@@ -75,16 +75,16 @@ def version_here() -> str:
 
 
 class DaskCluster(Pool):
-    """A pool on the cluster at ``address``, whose threads determine how many cases run in parallel.
+    """A pool on the cluster at ``address``. Its threads determine how many cases run in parallel.
 
-    Raises UsageError if ``distributed`` is not installed, nothing answers at the address, or a
-    worker there has no safenav of this version.
+    Raises UsageError if ``distributed`` is not installed, the address has no scheduler, or a worker
+    there has no safenav of this version.
     """
 
     def __init__(self, address: str, conditions: Conditions) -> None:
         super().__init__(1, conditions)
         with needing("a Dask cluster", "dask"):
-            dask = importlib.import_module("distributed")  # imported here: large, optional
+            dask = importlib.import_module("distributed")  # imported here: large and optional
         self._address = address
         try:
             self._client = dask.Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
@@ -100,7 +100,7 @@ class DaskCluster(Pool):
     def close(self) -> None:
         if self._client.status == "closed":
             return
-        with contextlib.suppress(Exception):  # if the cluster is gone, nothing is left to stop
+        with contextlib.suppress(Exception):  # without the cluster, no work is left to stop
             self._client.cancel(list(self._cases), force=True)
             self._client.run(leave, self.batch)
         self._cases.clear()
@@ -124,7 +124,7 @@ class DaskCluster(Pool):
             return case.result(verdict, [reason]), b""
 
     def _check_versions(self) -> None:
-        """Compare safenav's version on the workers connected now, if any. Raises UsageError."""
+        """Compare safenav's version on the connected workers, if any. Raises UsageError."""
         try:
             versions = self._client.run(version_here)
         except Exception as error:

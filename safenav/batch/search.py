@@ -1,8 +1,8 @@
-"""Cases from the files, folders, patterns and matrix files that a user names.
+"""Cases from named files, folders, patterns and matrix files.
 
 A search, in a folder or by a pattern, takes the scenarios that it finds and skips the rest: YAML
 files that are not scenarios (maps, catalogues), matrix files, and folders in ``LEFT_OUT``. A named
-file is always taken. A case also holds a digest of the files that its scenario names.
+file is always taken. A case also contains a digest of the files that its scenario names.
 """
 
 import glob
@@ -33,7 +33,7 @@ from safenav.scenario.yaml.findings import (
 )
 
 LEFT_OUT = ("invalid", "unrealizable")
-"""Names of folders that are not searched: their scenarios fail on purpose."""
+"""Names of folders that searches skip, since their scenarios fail on purpose."""
 
 _SUFFIXES = (".yaml", ".yml")
 _MAGIC = re.compile(r"[*?\[]")
@@ -41,15 +41,15 @@ _WIDTH = 40
 
 
 class FoundCases(Struct):
-    """The found cases, and the YAML files that searches have ``skipped``: files that are not
-    scenarios, and matrix files, which are run only if the user names them."""
+    """The found cases, and the YAML files that searches have ``skipped``: those that are not
+    scenarios, and matrix files, which run only if the user names them."""
 
     cases: list[Case] = field(default_factory=list)
     skipped: list[str] = field(default_factory=list)
 
 
 def find_cases(paths: Sequence[str]) -> FoundCases:
-    """Return the cases that ``paths`` name, each once, in this order, sorted within a search.
+    """Return the cases of ``paths``, each once, in this order, sorted within a search.
 
     ``-`` is a scenario on standard input. Raises UsageError for a path without a scenario,
     InputError for a bad matrix file.
@@ -72,8 +72,7 @@ class _Search:
         self._names: set[str] = set()
 
     def add(self, named: str, settings: Sequence[Placed] | None = None) -> None:
-        """Add the cases to which a path leads; ``settings``: settings of the matrix file that names
-        the path."""
+        """Add the cases at a path. ``settings``: those of the matrix file that names the path."""
         path = Path(named)
         if path.is_dir():
             self._searched(named, _files_below(path), settings)
@@ -139,8 +138,8 @@ class _Search:
         return name
 
     def _references(self, scenario: Path, text: str, case: Case) -> str:
-        """Return a digest of the files that a scenario names after the settings of its case have
-        been applied; empty if it names none."""
+        """Return a digest of the files that a scenario names with the settings of its case; empty
+        if it names none."""
         root = self._root(text)
         if root is None:
             return ""
@@ -164,8 +163,8 @@ class _Search:
 
 
 def _is_scenario(text: str | None) -> bool:
-    """Return whether a file that a search found is meant as a scenario. In doubt, True: a broken
-    scenario must not vanish from the batch."""
+    """Return whether a found file is intended as a scenario. In doubt, True: a broken scenario must
+    not disappear from the batch."""
     if text is None or kind_of(text) == "scenario":
         return True
     try:
@@ -179,8 +178,8 @@ def _is_scenario(text: str | None) -> bool:
 
 
 def _files_below(folder: Path) -> list[Path]:
-    """Return the YAML files below a folder, sorted, without hidden folders and ``LEFT_OUT``. Links
-    to folders are not followed, since they could form a cycle."""
+    """Return the sorted YAML files below a folder, without hidden folders and ``LEFT_OUT``. Do not
+    follow links to folders, since they could form a cycle."""
 
     def unreadable(error: OSError) -> None:
         raise UsageError(f"cannot read the folder {error.filename}: {error.strerror}") from error

@@ -1,8 +1,8 @@
-"""Execution of one batch: its cases are assigned to processes, and their results are kept.
+"""Execution of a batch: processes run its cases, and a file keeps their results.
 
-The file of results has one line per case, written when it arrives: however a batch ends, its
-results so far are there, and ``--resume`` continues from them. A result is reused only for an equal
-case (by its fingerprint). Only one batch at a time may use the folder.
+The file of results has one line per case, written on arrival. So it has all results so far, however
+a batch ends, and ``--resume`` continues from them. A result is reused only for an equal case (by
+its fingerprint). Only one batch at a time may use the folder.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ NAME = "results.jsonl"
 
 
 class ResultsFile:
-    """The file ``directory/results.jsonl``. With ``resume`` its results are kept in ``former``, by
+    """The file ``directory/results.jsonl``. With ``resume``, ``former`` has its results by
     fingerprint. Otherwise they are discarded, and must all be results of ``cases`` (names).
 
-    Raises UsageError if the directory cannot be used, is in use by another batch, or holds the
-    results of another batch.
+    Raises UsageError if the directory cannot be used, is in use by another batch, or contains
+    another batch's results.
     """
 
     def __init__(self, directory: Path, *, resume: bool, cases: Collection[str] = ()) -> None:
@@ -65,7 +65,7 @@ class ResultsFile:
         os.fsync(self._file.fileno())
 
     def add(self, result: Result) -> None:
-        """Append a result, which then survives the end of this process."""
+        """Append a result. It then survives the end of this process."""
         try:
             self._file.write(json_line(to_builtins(result)))
             self._file.flush()
@@ -73,7 +73,7 @@ class ResultsFile:
             raise self._unusable(error) from error
 
     def _read(self) -> dict[str, Result]:
-        """Return the results in the file by fingerprint. An incomplete line is ignored, so that its
+        """Return the results in the file by fingerprint. Ignore an incomplete line, so that its
         case runs again."""
         found = {}
         self._file.seek(0)
@@ -98,15 +98,15 @@ class ResultsFile:
 _LOOK_SECONDS = 0.2
 
 Artifacts = Callable[[Result, bytes], list[str]]
-"""Writes files that help to analyse a failed case, given its trace; returns their names."""
+"""A function that writes files for the analysis of a failed case, and returns their names."""
 Progress = Callable[["Report", "Result | None"], None]
-"""Listener that is called several times per second, and with each result when it arrives."""
+"""A listener, called several times per second and with each result on arrival."""
 
 
 class Report(Struct):
-    """The results of a batch by the name of the case, in the order of arrival. ``resumed``: number
-    of results of earlier calls. ``interrupted``: whether the batch was stopped; ``running``: name
-    and seconds so far of each case that is running, as far as known."""
+    """The results of a batch by case name, in the order of arrival. ``resumed``: the number of
+    results of earlier calls; ``interrupted``: whether the batch was stopped; ``running``: name and
+    seconds so far of each running case, as far as known."""
 
     cases: tuple[Case, ...]
     results: dict[str, Result]
@@ -147,10 +147,10 @@ def run_batch(
     artifacts: Artifacts | None = None,
     progress: Progress | None = None,
 ) -> Report:
-    """Run all cases that have no result in ``kept``, and close the pool.
+    """Run all cases without a result in ``kept``, and close the pool.
 
-    KeyboardInterrupt ends the batch, which the report then records (``interrupted``). Raises
-    SafenavError if no case can be run any longer; results so far are in ``kept``.
+    KeyboardInterrupt ends the batch; the report records this (``interrupted``). Raises SafenavError
+    if no further case can run; results so far are in ``kept``.
     """
     former = {} if kept is None else kept.former
     done = {case.name: former[case.fingerprint] for case in cases if case.fingerprint in former}

@@ -1,10 +1,10 @@
-"""Processes that run cases, one after the other, and can be killed.
+"""Processes that run cases, one after another, and can be killed.
 
 ``run_case`` serves a batch: threads call it here, Dask workers elsewhere. A case that crashes or
-hangs ends its process only.
+hangs ends only its process.
 
-A process has one connection, for cases and results; its output goes to a file. When the connection
-ends, because the batch has ended, the process also ends. The kernel then kills its synthesizer.
+A process has one connection, for cases and results; its output goes to a file. The process ends
+with the connection, and so with the batch. The kernel then kills its synthesizer.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from safenav.errors import SafenavError
 
 _START_SECONDS = 60.0
 _STACK_SECONDS = 2.0
-"""Time in which a hung process must print its stack, or an ended process kill its synthesis."""
+"""Seconds in which a hung process must print its stack or an ended one kill its synthesis."""
 _STACK = signal.SIGUSR1
 """The signal at which a process prints its stack."""
 _LONGEST = 1e6
-"""Maximum number of seconds that the system can wait for an answer."""
+"""Maximum number of seconds that the system can wait for a result."""
 _LAST_WORDS = 4000
 _ROOT = str(Path(__file__).resolve().parents[2])
 _PROGRAM = f"import sys; sys.path.append({_ROOT!r}); from safenav.batch.worker import main; main()"
@@ -44,13 +44,13 @@ _lock = threading.Lock()
 _workers: dict[str, list[Worker]] = defaultdict(list)
 """Workers on this machine by batch, since several batches may share a cluster."""
 _ended: set[str] = set()
-"""Batches that no longer get a worker here: a thread may take a case while its batch ends."""
+"""Batches that get no further worker here: a thread may take a case while its batch ends."""
 
 
 def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, bytes]:
     """Return the result of a case, and its trace if the case failed.
 
-    Raises SafenavError if no process can be started here, or if the batch has ended here.
+    Raises SafenavError if no process can start here or the batch has ended here.
     """
     with _lock:
         if batch in _ended:
@@ -76,7 +76,7 @@ def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, by
 
 
 def running(batch: str) -> list[tuple[str, float]]:
-    """Return the cases of a batch that run on this machine, with their seconds so far."""
+    """Return a batch's running cases on this machine with their seconds so far."""
     with _lock:
         now = time.monotonic()
         return [(each.case, now - each.since) for each in _workers[batch] if each.case]
@@ -90,14 +90,14 @@ def leave(batch: str) -> None:
     for worker in workers:
         worker.send(signal.SIGTERM)
     for worker in workers:
-        if worker.case:  # its thread closes the pipes: closing them here would block that thread
+        if worker.case:  # its thread closes the pipes: a close here would block that thread
             worker.kill()
         else:
             worker.end()
 
 
 class Worker:
-    """One process, used for many cases; one thread at a time may ``run`` a case.
+    """A process for many cases. One thread at a time may ``run`` a case.
 
     It has its own session: Ctrl-C at the terminal reaches the batch, which ends the process.
     """
@@ -124,7 +124,7 @@ class Worker:
 
     def run(self, case: Case, conditions: Conditions, trace: Path) -> Result:
         """Return the result of a case, even if the case ends the process. ``trace``: the file for
-        its trace. A worker that is not ``alive`` afterwards cannot be used again.
+        its trace. A worker that is then not ``alive`` cannot be used again.
 
         Raises SafenavError if the process does not start.
         """
@@ -173,7 +173,7 @@ class Worker:
         self._printed.close()
 
     def _wait_until_ready(self) -> None:
-        """Wait until the process has started; no case is charged for this time."""
+        """Wait until the process has started, without a charge to any case."""
         if self._ready:
             return
         problem = f"within {_START_SECONDS:.0f} s"
@@ -200,7 +200,7 @@ class Worker:
 
     def _last_words(self, before: int) -> str:
         begin = max(before, self._size - _LAST_WORDS)
-        # The offset of the file is shared with the process: do not move it.
+        # The process shares the offset of the file: do not move it.
         return (
             os.pread(self._printed.fileno(), _LAST_WORDS, begin).decode("utf-8", "replace").strip()
         )
@@ -219,7 +219,7 @@ Task = tuple[Case, Conditions, Path]
 def main() -> None:
     """The program of a worker: run cases until the connection ends."""
     connection = Connection(int(sys.argv[1]))
-    faulthandler.enable()  # prints the stack at a crash
+    faulthandler.enable()  # prints the stack after a crash
     faulthandler.register(_STACK)
     with contextlib.suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -231,11 +231,11 @@ def main() -> None:
         connection.send(True)  # this process is ready
         while task := tasks.get():
             case, conditions, trace = task
-            with contextlib.suppress(OSError):  # else the case reports the files that it misses
+            with contextlib.suppress(OSError):  # else the case reports the missing files
                 os.chdir(conditions.directory)
             connection.send(execute(case, conditions, trace))
     except BrokenPipeError:
-        # The batch has ended. The interpreter would wait for the listening thread, and then abort.
+        # The batch has ended. The interpreter would wait for the listening thread, then abort.
         os._exit(0)
 
 

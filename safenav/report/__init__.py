@@ -1,1 +1,1 @@
-"""Output for people: terminal, pictures, pages."""
+"""Output for people: terminal, pictures and pages."""

@@ -25,7 +25,7 @@ _INFO, _ERROR = 20, 40
 
 
 class Stamped(Struct, frozen=True):
-    """One message of a bag. ``kind``: its ROS type; ``seconds``: its time since the start."""
+    """A message of a bag. ``kind``: its ROS type; ``seconds``: its time since the start."""
 
     seconds: float
     topic: str
@@ -38,8 +38,8 @@ Poses = Mapping[str, Sequence[tuple[float, float, float, float]]]
 
 
 def messages(run: Run, frame: Frame, motion: Poses | None = None) -> Iterator[Stamped]:
-    """Return all messages of a run, in the order of their times; a tick of a run without a clock
-    lasts a second. ``motion``: poses of a motion that replace the centres of regions."""
+    """Return all messages of a run in the order of their times. A tick of a run without a clock
+    lasts a second. ``motion``: poses of a motion, in place of the centres of regions."""
     found = _Messages(run, frame)
     if motion is None:
         return found.all()
@@ -98,7 +98,7 @@ class _Messages:
         return Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
 
     def _map(self, tick: int, occupied: Collection[Region]) -> Message:
-        """Return an occupancy grid in which the ``occupied`` regions are full, others free."""
+        """Return an occupancy grid with full ``occupied`` regions and free other ones."""
         world = self.run.map
         rows = (range(row * world.cols, (row + 1) * world.cols) for row in range(world.rows))
         data = [100 if region in occupied else 0 for row in reversed([*rows]) for region in row]
@@ -146,7 +146,7 @@ def write_mcap(path: Path, messages: Iterable[Stamped]) -> None:
                 channels[topic] = writer.register_channel(topic, "cdr", schemas[kind])
             at, out = round(seconds * 1e9), bytearray()
             _write(out, kind.replace("/msg/", "/"), message)
-            # The header of little-endian CDR comes first; from there on values are aligned.
+            # Values are aligned after the header of little-endian CDR.
             writer.add_message(channels[topic], at, b"\0\1\0\0" + out, at, number)
         finish: Callable[[], None] = writer.finish
         finish()
@@ -159,7 +159,7 @@ _NUMBERS = {kind: struct.Struct(f"<{letter}") for kind, letter in _LETTERS.items
 
 
 def _write(out: bytearray, kind: str, value: Any) -> None:
-    """Append a value (``float64``, ``string[]``, ``geometry_msgs/Pose``) as CDR, aligned; absent
+    """Append a value (``float64``, ``string[]``, ``geometry_msgs/Pose``) as aligned CDR. Absent
     values have their defaults."""
     base, array, length = kind.removesuffix("]").partition("[")
     if array:

@@ -1,4 +1,4 @@
-"""The results of a batch on the terminal: failures with their reasons, and slow cases."""
+"""Results of a batch on the terminal: failures with their reasons, and slow cases."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -25,8 +25,8 @@ _NAMES = 20
 
 
 def summary(report: Report) -> list[str]:
-    """Return a report as lines: a table with the failed cases first, then the slowest of those that
-    passed; the reasons of the failures; the totals."""
+    """Return a report as lines: a table of the failed cases and the slowest passed ones; the
+    reasons of the failures; the totals."""
     failed = report.failed
     passed = [result for result in report.in_order if result.passed]
     passed.sort(key=lambda result: -result.duration)
@@ -58,7 +58,7 @@ def _coloured(lines: list[str], failed: int) -> list[str]:
 
 
 def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
-    """Return the failed results, grouped by cause, in the order of each group's first failure."""
+    """Return the failed results in groups by cause, in the order of first failures."""
     groups: dict[tuple[object, ...], list[Result]] = {}
     for result in failed:
         cause = (result.file, result.verdict, result.outcome, result.explanation)
@@ -67,7 +67,7 @@ def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
 
 
 def _why(group: Sequence[Result]) -> list[str]:
-    """Return the description of a group of failures with the same cause, as lines."""
+    """Return the description of failures with the same cause as lines."""
     result, *others = group
     head = [f"{result.name}: {result.verdict.value}"]
     if others:
@@ -80,7 +80,7 @@ def _why(group: Sequence[Result]) -> list[str]:
 
 
 def counts(report: Report) -> dict[str, int]:
-    """Return the number of cases by verdict. Zeros are left out, except that of ``passed``."""
+    """Return the number of cases by verdict, without zeros except for ``passed``."""
     found = {"passed": 0, **Counter(result.verdict.value for result in report.in_order)}
     return found | ({"not_run": report.left} if report.left else {})
 
@@ -161,7 +161,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
 
 
 def result_lines(result: Result) -> list[str]:
-    """Return as lines a case's reasons, the end of its run, its settings and its files."""
+    """Return a case's reasons, the end of its run, its settings and its files as lines."""
     lines = list(result.reasons)
     if result.outcome is not None:
         over = result.makespan
@@ -184,8 +184,8 @@ FOLDER = "failures"
 
 
 class FailureFolder:
-    """The traces of failed cases in ``directory/failures``. Those of a former batch are removed,
-    except the traces of ``kept`` results."""
+    """The traces of failed cases in ``directory/failures``. Traces of a former batch are removed
+    unless they belong to ``kept`` results."""
 
     def __init__(self, directory: Path, kept: Iterable[Result]) -> None:
         self._root = directory / FOLDER
@@ -209,7 +209,7 @@ class FailureFolder:
 
 
 class ProgressLine(StatusLine):
-    """A status line of a batch; each failure is printed when it arrives."""
+    """The status line of a batch. It prints each failure on arrival."""
 
     def __call__(self, report: Report, arrived: Result | None) -> None:
         if arrived is None:

@@ -1,14 +1,14 @@
-"""A replay as one self-contained HTML file with style, program and run. It needs no network.
+"""Replays as self-contained HTML files with style, program and run. They need no network.
 
 The program is built from ``front/`` (TypeScript, Preact, esbuild) and committed, since users of
 safenav have no Node. A content security policy in the page forbids every request.
 
-The run is compact data (its types: front/src/run/run.ts). Values over time are lists of
-[tick, value...]; paths are lists of regions and a letter for each heading: a thousand ticks of a
-robot take about five kilobytes. ``_Rows`` alone writes the parts that grow during a run: all
-entries, or those since a tick, which replace those that a page has (front/src/live/player.ts). A
-set of regions is written once, as runs of consecutive regions: the gap before each run and its
-length, as in ``14,3,7,2``.
+The run is compact data (its types: front/src/run/run.ts). Values over time are lists of [tick,
+value...]; paths are lists of regions and a letter for each heading. A thousand ticks of a robot
+take about five kilobytes. Only ``_Rows`` writes the parts that grow during a run: all entries, or
+those since a tick, which replace those of a page (front/src/live/player.ts). A set of regions is
+written once, as runs of consecutive regions: the gap before each run and its length, as in
+``14,3,7,2``.
 """
 
 import json
@@ -69,20 +69,20 @@ def document(title: str, *data: str) -> str:
 
 
 def framed(title: str, head: str, *scripts: str) -> str:
-    """Return a page with ``head`` in its head, and ``scripts`` after the element ``app``."""
+    """Return a page with ``head`` in its head and ``scripts`` after the element ``app``."""
     return _DOCUMENT.format(title=escape(title), head=head, scripts="\n".join(scripts))
 
 
 def data_element(name: str, data: object) -> str:
-    """Return a script element from which the page's program reads data by this id."""
+    """Return a script element with data that the page's program reads by this id."""
     return f'<script type="application/json" id="{name}">{embedded(data)}</script>'
 
 
 def embedded(data: object) -> str:
-    """Return JSON that is safe in a script element for any strings.
+    """Return JSON that is safe in a script element, for any strings.
 
-    No ``<`` is left, hence no ``</script>`` and no ``<!--``; the two line separators of Unicode
-    are escaped by ``ensure_ascii``."""
+    It has no ``<``, hence no ``</script>`` and no ``<!--``; ``ensure_ascii`` escapes the two line
+    separators of Unicode."""
     text = json.dumps(data, ensure_ascii=True, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -101,7 +101,7 @@ Sets = dict[str, int]
 
 
 def written(regions: Iterable[Region]) -> str:
-    """Return a set of regions, given in ascending order, as gaps and lengths of its runs."""
+    """Return a set of regions (in ascending order) as gaps and lengths of its runs."""
     numbers: list[int] = []
     end = 0
     for region in regions:
@@ -114,7 +114,7 @@ def written(regions: Iterable[Region]) -> str:
 
 
 def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
-    """Return a run as data of the page. ``source``: the name of the trace; ``sets``: the sets of
+    """Return a run as data of the page. ``source``: the name of the trace; ``sets``: sets of
     regions that pages already have."""
     ending, now = run.ending, _Rows(run, {} if sets is None else sets).since(0)
     both = zip(run.robots, now["robots"], strict=True)
@@ -147,7 +147,7 @@ def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
 
 
 class _Rows:
-    """The entries of a run that grow with its ticks: each change of a value as [tick, value...]."""
+    """The growing entries of a run: each change of a value as [tick, value...]."""
 
     def __init__(self, run: Run, sets: Sets) -> None:
         self._run, self._sets = run, sets
@@ -156,7 +156,7 @@ class _Rows:
 
     def since(self, tick: int) -> dict[str, Any]:
         """Return the entries from a tick on (0: all of them). An obstacle has all its entries, or
-        is left out if none of them is new."""
+        is omitted if none of them is new."""
         run, self._begin = self._run, tick
         first = bisect_left(run.events, tick, key=lambda event: event.tick)
         return {
@@ -172,7 +172,7 @@ class _Rows:
     def _changes(
         self, changes: values.Changes[T], value: Callable[[T], list[Any]], whole: bool = False
     ) -> list[list[Any]]:
-        """Return ticks, each with the value (as ``value`` writes it) that holds from then on."""
+        """Return ticks, each with the value (by ``value``) that holds from then on."""
         begin = 0 if whole else self._begin
         new = changes.after(begin - 1) if begin else changes
         return [[tick, *value(held)] for tick, held in {max(0, t): v for t, v in new}.items()]
@@ -203,7 +203,7 @@ class _Rows:
         return [self._run.doing(objective), sorted(target_regions(objective)), sorted(avoid)]
 
     def _set(self, regions: Iterable[Region]) -> int:
-        """Return the index of a set of regions (given in ascending order); add a new set."""
+        """Return the index of a set of regions (in ascending order). Add a new set."""
         return self._sets.setdefault(written(regions), len(self._sets))
 
     def _belief(self, held: values.RobotBelief | None) -> list[Any]:
@@ -290,7 +290,7 @@ class LiveRun:
 
     def news(self) -> dict[str, Any]:
         """Return the entries since the last tick of the previous call, in the form of ``whole``, to
-        replace those of pages, and the sets of regions that the previous call did not include."""
+        replace those of pages, and the sets of regions that are new since then."""
         since, known = self._told, self._told_sets
         new = self._rows.since(since)
         self._told, self._told_sets = self.run.last, len(self._sets)

@@ -1,8 +1,8 @@
-"""The 3D page: the replay page with the motion of a run, and the chunk that shows it.
+"""The 3D page: the replay page with a run's motion and the chunk that shows it.
 
-The chunk is large (three.js), so it is embedded deflated and unpacked by the page. Motions are
-sampled ``RATE`` times per second, in the frame of the map, in thousandths of a metre or radian, as
-differences column by column: a minute of a walker takes about ten kilobytes (types:
+The chunk is large (three.js), so the page embeds it deflated and unpacks it. Motions are sampled
+``RATE`` times per second, in the frame of the map, in thousandths of a metre or radian, as
+differences column by column. A minute of a walker takes about ten kilobytes (types:
 front/src/view3d/motion.ts).
 """
 
@@ -32,8 +32,8 @@ _SHOWN = {
     for short, of in (("", ""), ("l", "left_"), ("r", "right_"))
     for name in ("x", "y", "z", "yaw")
 } | {f"q{axis}": f"q_{axis}" for axis in "wxyz"}
-"""Columns of a body, of a walker's feet and of the attitude of a simulated flight, with their names
-in the page."""
+"""Columns of a body, a walker's feet and a simulated flight's attitude, with their names in the
+page."""
 
 
 def encoded_motion(motion: records.Motion) -> dict[str, Any]:
@@ -67,7 +67,7 @@ def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
 
 
 def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
-    """Return the names of columns and their packed values, in which yaw does not jump."""
+    """Return the names of columns and their packed values, with continuous yaw."""
     smooth = (np.unwrap(c) if name.endswith("yaw") else c for name, c in found.items())
     return {"columns": list(found), "data": packed(smooth)}
 
@@ -84,7 +84,7 @@ def _feet(motion: records.Motion, robot: str) -> Iterator[tuple[int, ...]]:
 
 
 def packed(columns: Iterable[Array]) -> str:
-    """Return columns as text: thousandths, written as the first value of each column and then its
+    """Return columns as text: in thousandths, the first value of each column and then its
     differences, as JSON, deflated, in base64."""
     steps = [np.diff(np.rint(1000 * each).astype(int), prepend=0).tolist() for each in columns]
     return deflated(json.dumps(steps, separators=(",", ":")).encode())

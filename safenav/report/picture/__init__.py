@@ -1,1 +1,1 @@
-"""Pictures: SVG, PNG, GIF."""
+"""Pictures: SVG, PNG and GIF."""

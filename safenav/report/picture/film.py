@@ -1,4 +1,4 @@
-"""A run as an animated GIF, by Pillow (extra ``pictures``)."""
+"""Runs as animated GIFs, by Pillow (extra ``pictures``)."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 _HALTS = {StoryKind.VIOLATION, StoryKind.REQUEST, StoryKind.RESOLVED, StoryKind.BLOCKED}
 PAUSE = 0.1
-"""Seconds between frames, except where the film rests."""
+"""Seconds between frames, except where the animation rests."""
 MOST_FRAMES = 2000
-"""Limit of a film, whose frames are in memory until it is written."""
+"""Maximum number of frames, which are in memory until the file is written."""
 APART = 7
-"""Least difference of two distinct colours in red, green or blue, of 256."""
+"""Minimum difference (of 256) of two distinct colours in red, green or blue."""
 MOST_COLOURS = 1 << 18
-"""Limit of the colours of a frame, above those of any drawing: Pillow reserves memory for that
-many."""
+"""Maximum number of colours of a frame, above that of any drawing: Pillow reserves memory for
+them."""
 CAPTION = 8
-"""Ticks for which a caption stays, unless another follows; later it would be out of date."""
+"""Ticks for which a caption stays unless another follows; later it would be outdated."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
@@ -48,15 +48,15 @@ class Film:
         found = {run.moment(begin + pause * number) for number in range(count)}
         found |= {(tick, 0.0) for tick in (*self._halts, ticks[-1])}
         self.moments = sorted(found)
-        """The tick of each frame, and the elapsed fraction until the next tick; also each moment at
-        which the film rests."""
+        """The tick and elapsed fraction until the next tick of each frame and of each moment at
+        which the animation rests."""
 
     def write_gif(self, path: Path, progress: Callable[[], None] | None = None) -> None:
-        """Write an animated GIF; it rests at discoveries, requests and resolutions. ``progress`` is
-        called after each frame.
+        """Write an animated GIF, which rests at discoveries, requests and resolutions. ``progress``
+        is called after each frame.
 
-        Raises UsageError for more than ``MOST_FRAMES`` frames, or if the extra ``pictures`` is not
-        installed."""
+        Raises UsageError for more than ``MOST_FRAMES`` frames, or without the extra
+        ``pictures``."""
         with needing("GIF (not SVG)", "pictures", "pillow"):
             from PIL import Image
         if (count := len(self.moments)) > MOST_FRAMES:
@@ -76,7 +76,7 @@ class Film:
 
     def _frame(self, tick: int, part: float, caption: str) -> Image.Image:
         """Return the frame of a moment: a ``part`` (0 to 1) of the time from ``tick`` to the next.
-        Pictures are drawn once per tick; between two ticks, robots are placed on them."""
+        Pictures are drawn once per tick. Between two ticks, robots are placed on them."""
         (ground, zoom), at = self._ground, (tick, caption)
         if self._still is None or self._still[0] != at:
             marks = svg_of(self._run, tick, caption=caption, layers=[Layer.MARKS])
@@ -91,12 +91,12 @@ class Film:
 
     @cached_property
     def _ground(self) -> tuple[Image.Image, float]:
-        """The picture of the ground, and the number of pixels per unit of pictures."""
+        """The picture of the ground and the number of pixels per unit of pictures."""
         ground = svg_of(self._run, self._ticks[0], caption="", layers=[Layer.GROUND])
         return _drawn(ground, self._width), self._width / size_of(ground)[0]
 
     def _captioned(self) -> Iterable[tuple[int, float, str, int]]:
-        """Yield for each frame its moment (tick and part), caption and duration in milliseconds."""
+        """Yield each frame's moment (tick and part), caption and duration in milliseconds."""
         first, last = self._ticks[0], self._ticks[-1]
         milliseconds = round(1000 * PAUSE)
         caption, since, shown = "", first, first - 1
@@ -117,8 +117,8 @@ class Film:
 
     def _colours(self) -> Image.Image:
         """Return a palette for all frames: the most frequent colours of some moments. Plain colours
-        stay exact, and a frame holds only the pixels that changed. Pillow may confuse colours that
-        are nearer to each other than ``APART``."""
+        stay exact, and a frame contains only changed pixels. Pillow may confuse colours that are
+        nearer to each other than ``APART``."""
         from PIL import Image
 
         ticks = sorted({self._ticks[0], self._ticks[-1], *self._halts})

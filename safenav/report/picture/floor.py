@@ -1,4 +1,4 @@
-"""The ground of all pictures: free regions, walls, numbers of regions, names."""
+"""The ground of all pictures: free regions, walls, region numbers and names."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ LEAST_NUMBERED = 28.0
 
 
 def cell_size(world: RegionMap) -> float:
-    """Return the side of one region in units of the picture: 48, or less for large maps."""
+    """Return the side of a region in units of the picture: 48, or less for large maps."""
     return max(14.0, min(48.0, 1150.0 / max(world.cols, world.rows * 1.4)))
 
 
 @lru_cache(maxsize=1)  # each frame of an animation needs it
 def window(world: RegionMap) -> tuple[float, float, float, float]:
-    """Return the part of a map that pictures show: left border, upper border, width and height, in
-    regions. It ends half a region beyond the free regions."""
+    """Return the part of a map in pictures, which ends half a region beyond the free regions: left
+    border, upper border, width and height, in regions."""
     free = [world.position(region) for region in world.free] or [(0, 0)]
     rows, cols = [row for row, _ in free], [col for _, col in free]
     left, upper = max(0.0, min(cols) - 0.5), max(0.0, min(rows) - 0.5)
@@ -50,7 +50,7 @@ def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
 
 
 def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
-    """Return a path with one rectangle for each run of regions in a row, which avoids seams."""
+    """Return a path with a rectangle for each run of regions in a row, to avoid seams."""
     parts, count = [], 0
     for region in sorted(regions):
         row, col = world.position(region)
@@ -65,8 +65,8 @@ def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
 def draw_numbers(
     page: SvgWriter, world: RegionMap, cell: float, names: Sequence[PlacedName]
 ) -> None:
-    """Draw the number of each free region without a name in its corner. If numbers of neighbours
-    would overlap, draw none."""
+    """Draw the number of each free region without a name in its corner. Draw none if numbers of
+    neighbours would overlap."""
     size = max(_LEGIBLE, cell * 0.17)
     if cell < max(LEAST_NUMBERED, text_width(f"{world.size - 1} ", size)):
         return
@@ -84,10 +84,10 @@ AREA = "#0067A3"
 _MOST, _LEAST = 13.0, 9.0
 """Heights of letters."""
 BELOW = 0.19
-"""Maximum height of the letters, as a share of a region, so that a robot does not hide them."""
+"""Maximum height of letters, as a share of a region: robots do not hide them."""
 _LINE = 1.15
 _GAP = 2.0
-"""Distance of a name from the border of its regions."""
+"""Distance between a name and the border of its regions."""
 
 
 class PlacedName(Struct, frozen=True):
@@ -108,8 +108,8 @@ class PlacedName(Struct, frozen=True):
 
 
 def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
-    """Return the names of a map with regions of side ``cell``, at the lower edge of their region;
-    the name of an area is in its longest row. Names without room are left out."""
+    """Return the names of a map with regions of side ``cell``, at the lower edges of their regions.
+    An area's name is in its longest row. Names without room are omitted."""
     found: list[PlacedName] = []
 
     def place(text: str, row: range, area: bool) -> None:
@@ -132,7 +132,7 @@ def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
 
 
 def _longest(world: RegionMap, regions: Collection[Region]) -> range:
-    """Return the longest run of regions in a row; of several, the one nearest to the middle row."""
+    """Return the longest run of regions in a row (of several, that nearest to the middle)."""
     runs: list[range] = [range(0)]
     for region in sorted(regions):
         joins = runs[-1].stop == region and region % world.cols
@@ -143,7 +143,7 @@ def _longest(world: RegionMap, regions: Collection[Region]) -> range:
 
 def _fitted(text: str, wide: float, side: float) -> tuple[tuple[str, ...], float] | None:
     """Return a text, in lines that fit into a width and a region of this side, and its size; None
-    if not even three letters fit."""
+    if three letters do not fit."""
     folds = [(text[: at.end()], text[at.end() :]) for at in re.finditer("[ _-](?=.)", text)]
     short = [(f"{text[:length]}…",) for length in range(len(text) - 1, 2, -1)]
     for lines in ((text,), *folds, *short):
@@ -155,7 +155,7 @@ def _fitted(text: str, wide: float, side: float) -> tuple[tuple[str, ...], float
 
 
 def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
-    """Draw names with a light outline, so that they can be read on top of marks."""
+    """Draw names with a light outline, readable on top of marks."""
     for name in names:
         for i, line in enumerate(reversed(name.lines)):
             page.text(

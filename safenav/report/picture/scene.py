@@ -1,9 +1,9 @@
-"""A moment of a run as a vector picture for papers: the map, the events of the moment, the robots'
+"""Moments of a run as vector pictures for papers: the map, the events of the moment, the robots'
 names. The marks are those of the page, whose legend explains them.
 
-Everything is placed by arithmetic on known text widths, so that nothing overlaps and nothing
-is cut off whatever the names and the size of the map. PNG and GIF are made from this SVG. The map
-is cropped to half a region around its free regions.
+Arithmetic on known text widths places all parts, so none overlaps or is cut off for any names and
+map sizes. PNG and GIF are made from this SVG. The map is cropped to half a region around its free
+regions.
 """
 
 from collections.abc import Collection, Iterator
@@ -23,24 +23,24 @@ from safenav.world.map import Region
 
 MARGIN = 16.0
 NARROWEST = 260.0
-"""Least width that leaves room for titles and captions."""
+"""Minimum width with room for titles and captions."""
 LINE = 18.0
 """Height of a line of the caption."""
 CAPTION_LINES = 3
-"""Number of lines of a film's caption, even if it is empty; a longer caption ends in dots."""
+"""Number of lines of an animation's caption, even if empty; a longer one ends in dots."""
 SPOKEN = 6
 """Maximum number of events in the caption of a picture."""
 WIDTH, GAP, ICON, ROW = 170.0, 24.0, 30.0, 24.0
-"""Widths of a robot's sign with its name, of the space beside it, of the sign, and its height."""
+"""Widths of a robot's sign with name, the space beside it and the sign; the height."""
 ROBOT = 0.28
 """Radius of a robot's body, in cells."""
 LEAST_ROBOT = 8.0
 LEAST_MARK = 5.0
-"""Least radii of robots' bodies and of marks of obstacles on maps of any size."""
+"""Minimum radii of robots' bodies and of obstacle marks on maps of any size."""
 LEAST_SHAPE = 20.0
-"""Least side of a cell that has room for the pictogram of an obstacle."""
+"""Minimum side of a cell with room for an obstacle's pictogram."""
 RING = 0.34
-"""Radius of a target's ring, in cells; those of further robots are smaller."""
+"""Radius of a target's ring, in cells; further robots have smaller rings."""
 ASIDE = ((0.71, -0.71), (0.71, 0.71), (-0.71, 0.71))
 """Positions of the robots' shapes on the rings of one region, from its centre, in radii."""
 REACH = 2.2
@@ -48,7 +48,7 @@ REACH = 2.2
 BADGE = 0.96
 """Distance of a badge from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
-"""Line around the regions of ``never_together``."""
+"""The line around the regions of ``never_together``."""
 _QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP}
 
 
@@ -100,11 +100,11 @@ def svg_of(
     layers: Collection[Layer] = tuple(Layer),
 ) -> str:
     """Return the picture of the moment after ``tick``, or at a ``part`` of the time to the next
-    one. It shows the knowledge of ``tick``; only positions are interpolated.
+    one. It shows the knowledge at ``tick``; only positions are interpolated.
 
-    ``words`` describe the moment. ``caption`` (for the frames of a film) replaces the events below
-    the map, always at the same height. Without the ground the picture is transparent and ends below
-    the caption."""
+    ``words`` describe the moment. ``caption`` (for frames of an animation) replaces the events
+    below the map, always at the same height. Without the ground the picture is transparent and ends
+    below the caption."""
     of = Layout.of(run)
     words = words or run.stage(tick, part)
     told = [event for event in run.happened(tick) if event.kind not in _QUIET]
@@ -134,7 +134,7 @@ def svg_of(
             page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=floor.INK)
     if Layer.ROBOTS in layers:
         page.text(MARGIN, of.top - 9, words, 13, fill=floor.MUTED)
-    inside = "g"  # clipping costs a third of the time, and only the ground needs it
+    inside = "g"  # only the ground needs clipping, which costs a third of the time
     if ground:
         inside, box = "svg", f"{of.left:g} {of.upper:g} {of.width:g} {of.height:g}"
         page.open(inside, x=MARGIN, y=of.top, width=of.width, height=of.height, viewBox=box)
@@ -154,7 +154,7 @@ def svg_of(
 
 def sprites(run: Run, tick: int, part: float) -> Iterator[tuple[str, float, float]]:
     """Yield the moving parts of a picture, each as a picture with x and y of its upper left corner:
-    the words of the moment, then the robots. Headings are in steps of 15 degrees."""
+    the moment's words, then the robots. Headings have steps of 15 degrees."""
     of, page = Layout.of(run), svg.SvgWriter()
     page.text(0, 14, run.stage(tick, part), 13, fill=floor.MUTED)
     yield page.document(of.inner, 20), MARGIN, of.top - 23
@@ -175,7 +175,7 @@ def draw_body(page: svg.SvgWriter, look: Look, x: float, y: float, radius: float
 
 
 class _Drawing(Struct):
-    """Drawing of the map and its contents, bottom layer first."""
+    """A drawing of the map and its contents, bottom layer first."""
 
     page: svg.SvgWriter
     run: Run
@@ -227,7 +227,7 @@ class _Drawing(Struct):
             self.robot(*placed)
 
     def _intention(self, track: RobotTrack) -> None:
-        """Draw the regions that a robot avoids, and its path to its next target."""
+        """Draw the regions that a robot avoids and its path to its next target."""
         world, cell = self.run.map, self.cell
         wide = max(1.5, cell * 0.05)
         line = {"stroke": track.look.colour, "stroke_width": wide, "fill": "none"}
@@ -277,9 +277,9 @@ class _Drawing(Struct):
         self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
 
     def _targets(self) -> None:
-        """Draw each of a robot's target regions as a ring, or an area as a line around it, in the
-        robot's colour and with its shape; that of its next target is filled. Rings of several
-        robots are nested, above the name of their region."""
+        """Draw each of a robot's target regions as a ring (an area as a line around it), in its
+        colour and with its shape, which is filled for its next target. Rings of several robots are
+        nested, above the name of their region."""
         world = self.run.map
         tops = {world.names[n.text]: n.top for n in self.names if not n.area}
         areas = [area for area in world.areas.values() if len(area) > 1]
@@ -314,7 +314,7 @@ class _Drawing(Struct):
                 )
 
     def robot(self, track: RobotTrack, x: float, y: float, heading: float | None) -> None:
-        """Draw a robot around a point, with its load, and with a sign if it is out of service."""
+        """Draw a robot around a point, with its load and, if it is out of service, a sign."""
         radius = self.radius
         if heading is not None:
             self.page.glyph(svg.GLYPHS.nose, x, y, radius * 0.92, heading, fill=floor.INK)

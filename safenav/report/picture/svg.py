@@ -1,8 +1,8 @@
-"""A writer of SVG elements, text widths for the layout of legends, and glyphs, which pages use too:
+"""A writer of SVG elements, text widths for the layout of legends, and glyphs, also for pages:
 marks of states and events, silhouettes of obstacles.
 
-The advance widths are those of DejaVu Sans, the font of PNG and GIF, which is wider than the
-fallback fonts of other renderers: text that fits here fits everywhere."""
+The advance widths are those of DejaVu Sans, the font of PNG and GIF. It is wider than the fallback
+fonts of other renderers, so text that fits here fits everywhere."""
 
 import re
 import sys
@@ -18,7 +18,7 @@ from safenav.errors import UsageError, needing
 from safenav.run.values import ObstacleStatus, StoryKind
 
 FONTS = Path(__file__).parent / "fonts"
-"""DejaVu Sans, regular and bold (subsets), so that pixels are the same on every machine."""
+"""DejaVu Sans, regular and bold (subsets), for equal pixels on every machine."""
 
 FAMILY = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
 
@@ -36,13 +36,13 @@ _BOLD = 1.13  # width of a bold text relative to a regular one, rounded up
 
 
 def text_width(text: str, size: float, bold: bool = False) -> float:
-    """Return the width of one line in the unit of ``size``."""
+    """Return the width of a line in the unit of ``size``."""
     units = sum(_REGULAR[ord(char) - 32] if 32 <= ord(char) < 127 else _OTHER for char in text)
     return units / 1000 * size * (_BOLD if bold else 1.0)
 
 
 def wrapped(text: str, size: float, width: float, bold: bool = False) -> list[str]:
-    """Return the text in lines no wider than ``width``, broken at spaces; longer words are cut."""
+    """Return the text in lines of at most ``width``, broken at spaces. Cut longer words."""
     lines: list[str] = []
     for word in text.split():
         candidate = f"{lines[-1]} {word}" if lines else word
@@ -75,8 +75,8 @@ class SvgWriter:
         self._parts = [*parts]
 
     def element(self, tag: str, content: str | None = None, /, **attributes: object) -> None:
-        """Add one element with escaped content; ``_`` in attribute names means ``-``, and an
-        attribute that is None is left out."""
+        """Add an element with escaped content. ``_`` in attribute names means ``-``; attributes
+        with the value None are omitted."""
         written = "".join(
             f" {name.rstrip('_').replace('_', '-')}="
             + (f'"{number(value)}"' if isinstance(value, float | int) else quoteattr(str(value)))
@@ -117,7 +117,7 @@ class SvgWriter:
         self._parts.append(f"</{tag}>")
 
     def document(self, width: float, height: float, title: str = "") -> str:
-        """Return the finished picture; the title is for screen readers."""
+        """Return the finished picture. The title is for screen readers."""
         w, h = number(width), number(height)
         head = (
             f'<svg xmlns="http://www.w3.org/2000/svg" width="{w}" height="{h}" '
@@ -131,11 +131,11 @@ _FOREIGN = re.compile(
     "[^\n -~\u00a0-\u017f\u0370-\u03ff\u2013\u2014\u2018-\u201d\u2022\u2026\u2190-\u2194"
     "\u2208\u220b\u221e\u2264\u2265\u25a1\u25cb\u25cf\u2713\u2717]"
 )
-"""Pattern of a letter that the shipped fonts lack."""
+"""The pattern of characters that the shipped fonts lack."""
 MOST_PIXELS = 48_000_000
-"""Limit of a picture: drawing takes about 17 bytes per pixel."""
+"""Maximum number of pixels of a picture, at about 17 bytes per pixel."""
 QUICK = 1_000_000
-"""Pixels of a picture that is drawn in less than a second."""
+"""Pixels of a picture that takes less than a second."""
 _PROGRAM = """import json, resvg_py, sys
 sys.stdout.buffer.write(bytes(resvg_py.svg_to_bytes(**json.load(sys.stdin.buffer))))"""
 ZOOM, WIDE = 2.0, 2000
@@ -146,7 +146,7 @@ def png_of(svg: str, width: int | None = None) -> bytes:
     """Return the picture as PNG, ``width`` pixels wide; by default with ``ZOOM`` pixels per unit,
     and at most ``WIDE`` pixels wide.
 
-    Raises UsageError if the extra ``pictures`` is not installed, or for too many pixels."""
+    Raises UsageError without the extra ``pictures`` or for too many pixels."""
     with needing("PNG (not SVG)", "pictures", "resvg-py"):
         from resvg_py import svg_to_bytes
     across, down = size_of(svg)
@@ -166,7 +166,7 @@ def png_of(svg: str, width: int | None = None) -> bytes:
     }
     if (width or zoom * across) ** 2 * down / across < QUICK:
         return bytes(svg_to_bytes(**order))
-    # resvg never returns to Python while it draws: only a process of its own can be stopped.
+    # resvg never returns to Python while it draws: only a separate process can be stopped.
     import subprocess
 
     command, given = [sys.executable, "-P", "-c", _PROGRAM], json.encode(order)
@@ -190,10 +190,10 @@ class Mark(Struct, frozen=True):
 
 
 class Glyphs(Struct, frozen=True):
-    """SVG paths in [-1, 1] squared, y downwards, filled by the even-odd rule; the shapes repeat the
-    meaning of colours. ``nose`` shows a heading, pointing north, outside the body; ``charger`` a
-    region where batteries are charged; ``obstacles`` are silhouettes by type, ``opened`` those of
-    resolved doors."""
+    """SVG paths in [-1, 1] squared, y downwards, filled by the even-odd rule. The shapes repeat the
+    meaning of colours. ``nose``: a heading, to the north, outside the body; ``charger``: a region
+    where batteries are charged; ``obstacles``: silhouettes by type; ``opened``: those of resolved
+    doors."""
 
     nose: str
     charger: str
@@ -207,27 +207,27 @@ GLYPHS = json.decode(Path(__file__).with_name("glyphs.json").read_bytes(), type=
 
 
 def obstacle_pictogram(kind: str) -> str:
-    """Return the silhouette of an obstacle type; empty if none fits."""
+    """Return the silhouette of an obstacle type; empty if there is none."""
     return _found(GLYPHS.obstacles, kind)
 
 
 def opened_pictogram(kind: str) -> str:
-    """Return the silhouette of an obstacle type when it is resolved."""
+    """Return the silhouette of a resolved obstacle type."""
     return _found(GLYPHS.opened, kind) or obstacle_pictogram(kind)
 
 
 def _found(paths: Mapping[str, str], name: str) -> str:
-    """Return the path of ``name``, or of the longest known name that follows ``_`` or ``-`` at its
-    end (``fire_door``: that of ``door``); empty if there is none."""
+    """Return the path of ``name``, or of the longest known name that is its end after ``_`` or
+    ``-`` (``fire_door``: that of ``door``); empty if there is none."""
     plain = name.replace("-", "_")
     fits = [known for known in paths if plain == known or plain.endswith(f"_{known}")]
     return paths[max(fits, key=len)] if fits else ""
 
 
 def separated(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return offsets for each (row, col) so that robots over one another are drawn on a circle.
+    """Return offsets for each (row, col) that place robots over one another on a circle.
 
-    The offsets change smoothly as robots approach within one region, so that nothing jumps."""
+    The offsets change smoothly as robots approach within a region, so no robot jumps."""
     found = []
     for i, (row, col) in enumerate(places):
         near = [max(0.0, 1.0 - hypot(row - other[0], col - other[1])) for other in places]
