@@ -1,8 +1,8 @@
-"""Parser of the structured-slugs expression language (docs/specifications.md), and checks of a
-formula against declared variables: names, types, ranges, primes.
+"""The parser of the structured-slugs expression language (docs/specifications.md), and checks of
+formulas against declared variables: names, types, ranges, primes.
 
-Operators, from the one that binds most tightly: ``+``; comparisons; ``!``; ``&``; ``|``; ``^``;
-``->``; ``<->``. Depth is limited, because the parser and every later walk over the tree recurse.
+Operators, in descending precedence: ``+``; comparisons; ``!``; ``&``; ``|``; ``^``; ``->``;
+``<->``. Depth is limited, since the parser and all later walks over the tree recurse.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from safenav.formula import syntax
 from safenav.formula.syntax import Connective, Operation
 
 MAX_DEPTH = 100
-"""Deepest nesting of operators."""
+"""Maximum nesting of operators."""
 
 MAX_NUMBER = 2**31 - 1
 
 
 class FormulaError(SafenavError):
-    """A formula that cannot be read: its ``column`` (from 1), the error ``found``, a ``hint``."""
+    """An unreadable formula: ``column`` (from 1), the error ``found``, and a ``hint``."""
 
     exit_code = ExitCode.BAD_INPUT
 
@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 
 class Token(Struct, frozen=True):
-    """A token. ``kind``: its operator or keyword; for others, the group of its pattern."""
+    """A token. ``kind``: its operator or keyword or, for other tokens, its pattern's group."""
 
     kind: str
     text: str
@@ -52,9 +52,9 @@ class Token(Struct, frozen=True):
 def tokens_of(
     text: str, pattern: re.Pattern[str], hints: Mapping[str, str], kinds: Mapping[str, str]
 ) -> list[Token]:
-    """Return the tokens of a formula by the groups of a pattern, without ``space``; the last token
+    """Return the tokens of a formula by the groups of a pattern, without ``space``. The last token
     is ``end``. ``kinds``: kinds of keywords and aliases. Raises FormulaError for tokens of the
-    group ``foreign``, and for characters that no group matches."""
+    group ``foreign`` and characters that no group matches."""
     tokens, position = list[Token](), 0
     while position < len(text):
         match = pattern.match(text, position)
@@ -69,11 +69,11 @@ def tokens_of(
 
 
 class FormulaParser(Generic[T]):
-    """Precedence climbing over the tokens of one formula. A language defines ``operand``, which
-    reads a part without binary operators, and ``joined``, which reads an operator's right side.
+    """Precedence climbing over the tokens of a formula. A language defines ``operand``, which reads
+    a part without binary operators, and ``joined``, which reads an operator's right side.
 
-    ``levels``: the precedence of each binary operator; ``misplaced``: hints for tokens in places
-    where they are not allowed; ``deepest``: the limit of nesting.
+    ``levels``: the precedence of each binary operator; ``misplaced``: hints for tokens in wrong
+    places; ``deepest``: the limit of nesting.
     """
 
     levels: ClassVar[Mapping[str, int]]
@@ -89,7 +89,7 @@ class FormulaParser(Generic[T]):
         raise NotImplementedError
 
     def joined(self, left: T, begin: Token, operator: Token, level: int) -> T:
-        """Read the right side of an operator; return its operation on ``left`` and that side.
+        """Read the right side of an operator. Return its operation on ``left`` and that side.
         ``begin``: the first token of ``left``."""
         raise NotImplementedError
 
@@ -100,8 +100,8 @@ class FormulaParser(Generic[T]):
         return formula
 
     def expression(self, least: int = 0) -> T:
-        """Return the formula that begins at the next token and ends before an operator that binds
-        less tightly than ``least``."""
+        """Return the formula that begins at the next token and ends before an operator with a
+        precedence below ``least``."""
         begin = self.peek()
         self._depth += 1
         if self._depth > self.deepest:
@@ -113,7 +113,7 @@ class FormulaParser(Generic[T]):
         return left
 
     def part(self, least: int) -> tuple[T, Token]:
-        """Return the formula of ``expression(least)``, and its first token."""
+        """Return the formula of ``expression(least)`` and its first token."""
         begin = self.peek()
         return self.expression(least), begin
 
@@ -130,8 +130,8 @@ class FormulaParser(Generic[T]):
         return self.next() if self.peek().kind in kinds else None
 
     def need(self, kind: str, why: str) -> Token:
-        """Consume and return the next token, which must be of this kind. ``why``: end of the error
-        message."""
+        """Consume and return the next token, which must be of this kind. ``why``: the end of the
+        error message."""
         if self.peek().kind != kind:
             raise self.unexpected(f"'{kind}' {why}")
         return self.next()
@@ -143,7 +143,7 @@ class FormulaParser(Generic[T]):
         return inner
 
     def unexpected(self, expected: str) -> FormulaError:
-        """Return the error at the next token, or at the word before it if that was misread as a
+        """Return the error at the next token, or at the previous word if that was misread as a
         name."""
         token, before = self.peek(), self._tokens[self._at - 1]
         if before.kind == "name" and before.text in self.misplaced:
@@ -160,7 +160,7 @@ def too_deep(column: int) -> FormulaError:
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>[0-9]+)"
-    r"|(?P<next>(?:next|X)(?=\s*\())"  # elsewhere they are names, as in slugs
+    r"|(?P<next>(?:next|X)(?=\s*\())"  # they are names elsewhere, as in slugs
     r"|(?P<name>[A-Za-z_][A-Za-z0-9_@.]*)"
     r"|(?P<foreign>==|<=>|=>|=<|<>|\[\])"
     r"|(?P<mark><?--?>|&&?|/\\|\|\|?|\\/|!=|<=|>=|[!~^+'()=<>])"
@@ -184,7 +184,7 @@ _HINTS = {
 """Hints for signs of other languages."""
 
 _WORDS = {"and": "&", "or": "|", "not": "!", "implies": "->", "iff": "<->"}
-"""Operators in words, as in requirements on the motion and in other languages."""
+"""Operators in words, as in motion requirements and other languages."""
 
 SAME = {"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "~": "!", "-->": "->", "<-->": "<->"}
 """Further spellings of operators."""
@@ -192,7 +192,7 @@ _KINDS = {**SAME, "TRUE": "TRUE", "FALSE": "FALSE"}
 
 
 _Expression = syntax.Formula | syntax.Term
-"""A formula, or a number: parentheses and ``next(...)`` may hold either. A name may be both."""
+"""A formula or a number: parentheses and ``next(...)`` may contain either; a name may be both."""
 
 
 class _Parser(FormulaParser[_Expression]):
@@ -209,7 +209,7 @@ class _Parser(FormulaParser[_Expression]):
         "'": "one prime follows a variable; for a formula write next(...)",
         **{w: f"write '{sign}'" for word, sign in _WORDS.items() for w in (word, word.upper())},
     }
-    deepest = 2 * MAX_DEPTH + 2  # parentheses, comparisons and sums also nest, but do not count
+    deepest = 2 * MAX_DEPTH + 2  # parentheses, comparisons and sums do not count as nesting
     _inside_next = False
 
     def joined(self, left: _Expression, begin: Token, operator: Token, level: int) -> _Expression:
@@ -228,7 +228,7 @@ class _Parser(FormulaParser[_Expression]):
         return reduce(lambda one, other: Operation(node, (one, other)), operands)
 
     def operand(self, least: int) -> _Expression:
-        """Return a negation, ``next(...)``, a number, a variable, a constant, or an expression in
+        """Return a negation, ``next(...)``, number, variable, constant, or expression in
         parentheses."""
         del least
         if opening := self.take("("):
@@ -269,7 +269,7 @@ class _Parser(FormulaParser[_Expression]):
 
 
 def _condition(part: _Expression, begin: Token) -> syntax.Formula:
-    """Return ``part``, which begins at a token, as a formula: 0 and 1 become constants."""
+    """Return ``part``, which begins at a token, as a formula. 0 and 1 become constants."""
     match part:
         case syntax.Number(0 | 1 as value, column):
             return syntax.Constant(value == 1, column)
@@ -280,7 +280,7 @@ def _condition(part: _Expression, begin: Token) -> syntax.Formula:
 
 
 def _number(part: _Expression, begin: Token) -> syntax.Term:
-    """Return ``part``, which begins at a token, if it is a number; a formula is an error."""
+    """Return ``part``, which begins at a token, as a number. A formula is an error."""
     if isinstance(part, syntax.Name | syntax.Number | syntax.Sum):
         return part
     hint = "only numbers are compared and added; join two comparisons with '&'"
@@ -288,7 +288,7 @@ def _number(part: _Expression, begin: Token) -> syntax.Term:
 
 
 def parse(text: str) -> syntax.Formula:
-    """Return the formula that ``text`` holds. Raises FormulaError."""
+    """Return the formula in ``text``. Raises FormulaError."""
     tokens = tokens_of(text, _TOKEN, _HINTS, _KINDS)
     formula = _condition(_Parser(tokens).whole(), tokens[0])
     height, level = -1, [formula]
@@ -300,12 +300,12 @@ def parse(text: str) -> syntax.Formula:
 
 
 Bounds = tuple[int, int] | None
-"""Range of an integer variable, None for a Boolean."""
+"""The range of an integer variable; None for a Boolean."""
 
 
 class FormulaFlaw(Struct, frozen=True):
-    """One error in a formula, at a column (from 1). ``unknown``: the undeclared name, if that is
-    the error, so that the caller can suggest another one."""
+    """An error in a formula, at a column (from 1). ``unknown``: the undeclared name, if that is the
+    error, for a suggestion by the caller."""
 
     column: int
     found: str
@@ -316,10 +316,10 @@ class FormulaFlaw(Struct, frozen=True):
 def check(
     formula: syntax.Formula, declared: Mapping[str, Bounds], *, next_allowed: bool = True
 ) -> tuple[FormulaFlaw, ...]:
-    """Return all errors of the formula by column; none if it can be used.
+    """Return all errors of the formula by column.
 
-    ``declared`` maps each variable to its range, or to None if it is Boolean. ``next_allowed`` is
-    False for initial conditions.
+    ``declared`` maps each variable to its range (None: Boolean). ``next_allowed`` is False for
+    initial conditions.
     """
     found = _flaws(formula, declared, next_allowed)
     return tuple(sorted(dict.fromkeys(found), key=lambda problem: problem.column))
@@ -351,7 +351,7 @@ def _flaws(
         case syntax.Constant(value, column) if column:  # as in region = 0 | 1
             yield FormulaFlaw(column, f"the number {value:d} stands alone", "compare it")
         case Operation(Connective.NEXT, (operand,)) if not primes:
-            # The column of `next` is not recorded; that of its first name is near.
+            # The column of `next` is not recorded; the first name's is near.
             column = next((name.column for name in syntax.names_of(operand)), 1)
             yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)
     for operand in syntax.operands_of(formula):

@@ -6,15 +6,15 @@ from safenav.formula.parser import SAME, FormulaError
 
 _TOKEN = re.compile(r"/\\|\\/|\w[\w.@]*(?:\s*')?|\S", re.ASCII)
 _BEGINNING = re.compile(r"[!~\s]*(?:[&|^$?]|/\\|\\/)")
-"""Operators with which no formula in infix notation begins."""
+"""Operators with which no infix formula begins."""
 
 
 def to_infix(line: str, most: int) -> str:
-    """Return a constraint in infix notation; one that is not in prefix notation is unchanged.
+    """Return a constraint in infix notation, unchanged unless it is in prefix notation.
 
-    ``| ! a & b c'`` means ``!a | (b & c')``; ``$ n f1 .. fn`` is a buffer of formulas whose value
-    is fn, and ``? i`` recalls its entry i. Buffers that recall each other double their text with
-    each entry. Raises FormulaError beyond ``most`` characters of entries, before they are made.
+    ``| ! a & b c'`` means ``!a | (b & c')``; ``$ n f1 .. fn`` is a buffer of formulas with the
+    value fn, and ``? i`` recalls its entry i. Buffers that recall each other double their text with
+    each entry, so FormulaError is raised before entries exceed ``most`` characters.
     """
     if not _BEGINNING.match(line):
         return line
@@ -27,7 +27,7 @@ def to_infix(line: str, most: int) -> str:
 
 
 class _Prefix:
-    """Translation of the tokens of one line, which are in reverse order. ``left``: number of
+    """The translation of a line's tokens, which are in reverse order. ``left``: the number of
     further characters that the translation may have."""
 
     def __init__(self, tokens: list[str], left: int) -> None:
@@ -61,8 +61,8 @@ class _Prefix:
             raise FormulaError(1, "its buffers expand to too many characters", hint)
 
     def _operands(self, operator: str, buffer: list[str]) -> list[str]:
-        """Return the operands of an operator: two, or those of a whole chain of this operator, so
-        that the chain nests no deeper."""
+        """Return the operands of an operator: two, or those of a whole chain of it, so that chains
+        do not nest deeper."""
         operands = []
         missing = 2
         while missing:

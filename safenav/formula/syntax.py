@@ -1,8 +1,8 @@
-"""Formulas of the structured-slugs expression language as data: syntax tree, text, evaluation.
+"""Formulas of the structured-slugs expression language: syntax tree, text and evaluation.
 
-``&``, ``|`` and ``^`` are associative and have any number of operands, so that the long chains of
-generated specifications stay flat; ``->`` and ``<->`` associate to the left. Columns are from 1; 0
-if the tree was not parsed.
+``&``, ``|`` and ``^`` are associative and have any number of operands, which keeps the long chains
+of generated specifications flat. ``->`` and ``<->`` associate to the left. Columns count from 1 (0:
+the tree was not parsed).
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ class Relation(StrEnum):
 
 
 class Constant(Struct, frozen=True):
-    """TRUE or FALSE. ``column``: position of a constant that was written as 1 or 0."""
+    """TRUE or FALSE. ``column``: the position of a constant written as 1 or 0."""
 
     value: bool
     column: int = 0
 
 
 class Number(Struct, frozen=True):
-    """A number that is not negative, in a comparison."""
+    """A non-negative number in a comparison."""
 
     value: int
     column: int = 0
 
 
 class Name(Struct, frozen=True):
-    """The value of a Boolean or integer variable, now or (``primed``) in the next state."""
+    """A Boolean or integer variable's value, now or (``primed``) in the next state."""
 
     name: str
     primed: bool = False
@@ -71,9 +71,9 @@ class Connective(StrEnum):
 
 
 class Operation(Struct, frozen=True):
-    """Formulas joined by an operator: one for ``!`` and ``next(...)`` (its formula about the next
-    state, without primes), two for ``->`` and ``<->``, any number for the other operators. ``^`` is
-    true if an odd number of its formulas is true."""
+    """Formulas joined by an operator: one for ``!`` and ``next(...)`` (about the next state,
+    without primes), two for ``->`` and ``<->``, any number for other operators. ``^`` is true if an
+    odd number of its formulas is true."""
 
     operator: Connective
     operands: tuple[Formula, ...]
@@ -128,8 +128,8 @@ def variables(formula: Formula) -> frozenset[str]:
 def resolve_constants(
     formula: Formula, meaning: Callable[[Name, Comparison], Collection[int] | None]
 ) -> Formula:
-    """Return the formula with the names in its comparisons replaced by the numbers that ``meaning``
-    returns for them, if any. If a name has several numbers, each of them is compared."""
+    """Return the formula with the names in its comparisons replaced by their numbers from
+    ``meaning``, if any. If a name has several numbers, each is compared."""
 
     def numbers(part: Term, within: Comparison) -> list[Number]:
         if not isinstance(part, Name) or part.primed:
@@ -161,7 +161,7 @@ def resolve_constants(
 
 
 def one_of(variable: str, values: Iterable[int], prime: str = "") -> str:
-    """Return the text of a formula: ``variable`` has one of the values. It binds like an atom."""
+    """Return a formula's text: ``variable`` has one of the values. It binds like an atom."""
     atoms = [f"{variable}{prime} = {value:d}" for value in sorted(values)]
     return atoms[0] if len(atoms) == 1 else "(" + " | ".join(atoms) + ")"
 
@@ -178,7 +178,7 @@ def to_text(formula: Formula) -> str:
         case Operation(Connective.NEXT, (operand,)):
             return f"next({to_text(operand)})"
         case Operation(Connective.NOT, (operand,)):
-            # "!x = 3" would parse as meant, but a reader should not have to know that.
+            # "!x = 3" would parse correctly, but readers should not have to know that.
             return "!" + _within(operand, PRECEDENCE["!"], isinstance(operand, Comparison))
         case Operation(operator, operands):
             rank, pairs = PRECEDENCE[operator], operator in (Connective.IMPLIES, Connective.IFF)
@@ -211,8 +211,8 @@ _RELATIONS = dict(zip(Relation, (eq, ne, lt, le, gt, ge), strict=True))
 
 
 def predicate(formula: Formula) -> Predicate:
-    """Return a function that decides whether the formula holds in a state with a given successor.
-    It raises KeyError for a variable without a value."""
+    """Return a function that evaluates the formula in a state with a given successor. It raises
+    KeyError for a variable without a value."""
     match formula:
         case Constant(value):
             return lambda _, __: value
@@ -238,7 +238,7 @@ _TRUTH: Mapping[Connective, Callable[[Iterator[bool]], bool]] = {
     Connective.IMPLIES: lambda values: not next(values) or next(values),
     Connective.IFF: lambda values: next(values) == next(values),
 }
-"""The truth of an operation, from that of its operands."""
+"""The truth value of an operation, from those of its operands."""
 
 
 def _value(term: Term) -> Callable[[State, State], int]:

@@ -1,1 +1,1 @@
-"""Durations of steps by kind of motion; light enough for the runtime."""
+"""Durations of steps by kind of motion, light enough for the runtime."""

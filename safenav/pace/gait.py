@@ -1,6 +1,6 @@
-"""Gait of a walker on regions of a given side, with its keyframes and their times.
+"""The gait of a walker on regions of a given side, with keyframes and their times.
 
-Local frame: the walker enters its region at the origin, heading along x. Sources: Zhao, Fernandez,
+Local frame: the walker enters its region at the origin and heads along x. Sources: Zhao, Fernandez,
 Sentis (IJRR 2017) for the time of a step between two keyframes; docs/motion.md.
 """
 
@@ -16,31 +16,31 @@ GRAVITY = 9.81
 LEFT = 1
 
 LEAST_SIDE = 1.5
-"""Side of a region in metres below which the feet would cross on the arc of a turn."""
+"""Minimum side of a region in metres; below it, the feet would cross on a turn's arc."""
 LONGEST_STEP = 0.5
 FULL_STEP = 0.45
-"""Step length in metres at the walker's full speed; shorter steps are slower in proportion."""
+"""Step length in metres at full speed; shorter steps are proportionally slower."""
 LONGEST_ARC = 2
 
 ARC_STEPS = 4
 FULL_SPEED = 0.45
 ARC_SPEEDS = {2: (0.3, 0.4, 0.4, 0.5), 1: (0.3, 0.25, 0.25, 0.5)}
-"""Apex speeds on the arc by its radius in step lengths, in m/s at ``FULL_SPEED``."""
+"""Apex speeds in m/s at ``FULL_SPEED`` on the arc, by its radius in step lengths."""
 ARC_SHARES = {2: (0.7, 1.15), 1: (1.0, 1.15)}
-"""Shares of the chord that the first and the last step of an arc take."""
+"""Shares of the chord for the first and last step of an arc."""
 START_SPEED = 0.15
-"""Metres per second over the first foot."""
+"""Speed over the first foot, in m/s."""
 SHIFT_SECONDS = 0.3
-"""Half of the double support in which the mass leans before the first step."""
+"""Half of the double support in which the mass leans before the first step, in seconds."""
 SETTLE_SECONDS = 0.6
-"""Half of the double support in which the mass comes to rest."""
+"""Half of the double support in which the mass comes to rest, in seconds."""
 
 
 class Walker(Struct, frozen=True):
     """The parameters of a walker, in metres, seconds and metres per second.
 
     ``foot``: distance of each foot from the centre line; ``speed``: speed at apex; ``size``:
-    diameter of the circle that its body fits in, seen from above.
+    diameter of a circle around the body, seen from above.
     """
 
     size: float = 0.6
@@ -52,9 +52,9 @@ class Walker(Struct, frozen=True):
 class Gait(Struct, frozen=True):
     """The periodic gait of a walker on regions of one size.
 
-    A straight move takes ``steps`` (even, so that each move ends on the foot it began with) of
-    ``length`` metres and ``seconds`` each; at apex it moves at ``speed``, and the mass is ``sway``
-    metres off the centre line, towards the stance foot.
+    A straight move takes ``steps`` (even, so that each move ends on its first foot) of ``length``
+    metres and ``seconds`` each. At apex the mass moves at ``speed`` and is ``sway`` metres off the
+    centre line, towards the stance foot.
     """
 
     walker: Walker
@@ -67,14 +67,14 @@ class Gait(Struct, frozen=True):
     sway: float
 
     def approach(self, spent: int) -> int:
-        """Return the number of straight steps before the arc of a turn: as many as leave room for
-        the longest radius (``LONGEST_ARC`` steps). ``spent``: steps already made in the region."""
+        """Return the number of straight steps before a turn's arc, which leaves room for the
+        longest radius (``LONGEST_ARC`` steps). ``spent``: completed steps in the region."""
         return max(0, self.steps // 2 - spent - LONGEST_ARC)
 
 
 def least_side_of(side: float, walker: Walker) -> float:
-    """Return the least side in metres that regions of about ``side`` metres need, so that the arc
-    of a turn and the body fit into them."""
+    """Return the minimum side in metres of regions of about ``side`` metres for a turn's arc and
+    the body."""
     return max(LEAST_SIDE, walker.size * _steps(side) / 2)
 
 
@@ -95,14 +95,14 @@ def gait_on(side: float, walker: Walker) -> Gait:
     steps = _steps(side)
     length = side / steps
     speed = walker.speed * min(1.0, length / FULL_STEP)
-    # Half a period after apex, the mass is half a step ahead of the foot (pendulum in x and y).
+    # Half a period after apex the mass is half a step ahead of the foot (pendulum in x and y).
     seconds = 2 / omega * asinh(omega * length / (2 * speed))
     sway = walker.foot * (1 - 1 / cosh(omega * seconds / 2))
     return Gait(walker, side, steps, length, speed, omega, seconds, sway)
 
 
 def frequency(height: float) -> float:
-    """Return omega of a pendulum whose mass is ``height`` metres above the ground, in 1/s."""
+    """Return omega (1/s) of a pendulum with its mass ``height`` metres above the ground."""
     return sqrt(GRAVITY / height)
 
 
@@ -120,7 +120,7 @@ def step_times(
 
 
 class Apex(Struct, frozen=True):
-    """A keyframe of the centre line: position, heading, speed, stance foot."""
+    """A keyframe of the centre line: position, heading, speed and stance foot."""
 
     x: float
     y: float
@@ -135,7 +135,7 @@ class Apex(Struct, frozen=True):
 
 
 def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
-    """Append steps straight ahead, with the speed changing evenly to ``speed``."""
+    """Append steps straight ahead whose speed changes evenly to ``speed``."""
     first = line[-1]
     for step in range(1, steps + 1):
         share = step / steps
@@ -172,8 +172,8 @@ def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
 
 
 class Stride(Struct, frozen=True):
-    """The keyframes of a move, and the seconds on the foot of each one, from half a step before its
-    apex to half a step after it. ``lean``: seconds in which a standing walker leans before that."""
+    """The keyframes of a move and the seconds on each foot, from half a step before its apex to
+    half a step after it. ``lean``: seconds in which a standing walker leans before."""
 
     line: tuple[Apex, ...]
     durations: tuple[float, ...]
@@ -191,23 +191,23 @@ class Stride(Struct, frozen=True):
 
 @lru_cache(maxsize=512)
 def walking(gait: Gait, turn: int, foot: int) -> Stride:
-    """Return the stride from a walking pose, with ``foot`` on the ground, to a walking pose of the
-    next region. ``turn``: quarter turns to the left."""
+    """Return the stride from a walking pose, with ``foot`` on the ground, to one in the next
+    region. ``turn``: quarter turns to the left."""
     line = [Apex(gait.length, 0.0, 0.0, gait.speed, foot)]
     if turn == 0:
         _straight(line, gait, gait.steps, gait.speed)
     else:
         approach = gait.approach(1)
         if (approach % 2 == 0) != (foot == turn):
-            approach += 1  # so that the outer foot swings first on the arc
+            approach += 1  # the outer foot then swings first on the arc
         _turned(line, gait, turn, approach)
     return Stride(tuple(line), _durations(gait, line))
 
 
 @lru_cache(maxsize=512)
 def starting(gait: Gait, turn: int, foot: int) -> Stride:
-    """Return the stride from a standing pose to a walking pose in the next region. ``foot``: stance
-    foot at the end of a straight start; a turn determines its own."""
+    """Return the stride from a standing pose to a walking pose in the next region. ``foot``: the
+    stance foot at the end of a straight start (a turn determines it)."""
     room = gait.approach(2)
     first = -foot if turn == 0 else turn * (-1) ** room
     line = [Apex(2 * gait.length, 0.0, 0.0, min(START_SPEED, gait.speed), first)]
@@ -220,8 +220,8 @@ def starting(gait: Gait, turn: int, foot: int) -> Stride:
 
 @lru_cache(maxsize=64)
 def stopping(gait: Gait) -> tuple[float, float, float, float]:
-    """Return the seconds of the four parts of a stop: stepping onto the capture point, closing the
-    feet, and two equal parts in which the mass settles."""
+    """Return the seconds of the four parts of a stop: the step onto the capture point, the closing
+    of the feet, and two equal parts in which the mass settles."""
     omega, offset = gait.omega, gait.walker.foot
     step = log(gait.length * omega / gait.speed) / omega
     lean = offset - (offset - gait.sway) * exp(omega * step)

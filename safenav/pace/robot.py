@@ -1,8 +1,8 @@
-"""Kinds of motion with their parameters, and the durations of steps and actions by kind.
+"""Kinds of motion with their parameters, and durations of steps and actions by kind.
 
 The motion of ``safenav export`` takes the same seconds (docs/motion.md), so the motion of a run
-with these durations shows each step at its time. A robot whose motion is unknown, or
-impossible on regions of that size, takes one second per tick of its ``timing``.
+with these durations shows each step at its time. A robot with a motion that is unknown, or
+impossible on regions of this size, takes one second per tick of its ``timing``.
 """
 
 from collections.abc import Iterable, Mapping
@@ -40,50 +40,49 @@ BOUNDS = {
     "rover": {"size": (0.05, 5.0), "speed": (0.05, 10.0)},
     "disc": {"size": (0.01, 10.0), "speed": (0.01, 20.0)},
 }
-"""Least and greatest values of what a model may set."""
+"""Minima and maxima of the parameters that a model may set."""
 MEANINGS = {"size": "diameter of its body in metres", "speed": "maximum speed in metres per second"}
 
 ACTION = 2.0
 """Seconds of an action."""
 SIDE = 2.7
-"""Side of a region in metres, if the map omits it."""
+"""Default side of a region in metres."""
 PEAK = 1.875
 """Maximum speed of a quintic from rest to rest, divided by its mean speed."""
 PEAK_ACCELERATION = 10 / sqrt(3)
 """Maximum acceleration of a quintic from rest to rest, divided by distance / seconds^2."""
 TURNING = 1.5
-"""Radians per second at which a disc turns to face an obstacle."""
+"""Radians per second of a disc that turns to face an obstacle."""
 ROOM = 0.05
-"""Metres that a robot stays inside its region when it stops short of an obstacle there."""
+"""Metres inside its region of a robot that stops short of an obstacle there."""
 RESERVE = 0.5
-"""Share of the tilt limit that a flyer's reference may use; the rest is for its tracking."""
+"""Share of the tilt limit for a flyer's reference; the rest is for its tracking."""
 AT_ONCE = 1e-9
-"""Delays in seconds below this are rounding: sums of the same durations in another order."""
+"""Delays in seconds below this are due to rounding: the order of equal sums."""
 
 YAW: Mapping[str, float] = {"east": 0.0, "north": pi / 2, "west": pi, "south": -pi / 2}
 """Headings in radians, counter-clockwise from east."""
 
 
 class Figures(Struct, frozen=True):
-    """The kind of a robot's motion, and all parameters of that motion by name."""
+    """The kind of a robot's motion and all its parameters by name."""
 
     kind: str
     values: Mapping[str, float]
 
     @property
     def walker(self) -> Walker:
-        """The parameters on which the gait of a walker depends."""
+        """The parameters that determine a walker's gait."""
         return convert(self.values, Walker)
 
     def glide(self, way: float) -> float:
-        """Return the seconds of a straight path from rest to rest. A flyer keeps its limit of
-        tilt."""
+        """Return the seconds of a straight path from rest to rest. A flyer keeps its tilt limit."""
         values = self.values
         pull = RESERVE * values["tilt"] if "tilt" in values else values.get("acceleration")
         return glide(way, values["speed"], pull)
 
     def turn(self, angle: float) -> float:
-        """Return the seconds of a turn by an angle; only a rover turns on the spot."""
+        """Return the seconds of a turn by an angle. Only rovers turn on the spot."""
         values = self.values
         if "turning" not in values:
             return PEAK * angle / TURNING
@@ -96,7 +95,7 @@ def resolved(
     """Return the kind of a model's motion with all its parameters: size, speed and defaults.
 
     Without ``motion``, a model of the layer ``air`` flies if its size and speed allow that, and any
-    other model with a speed moves as a disc. None without motion and speed.
+    other model with a speed is a disc. None without motion and speed.
     """
     own = {name: value for name, value in (("size", size), ("speed", speed)) if value}
     limits = ((value, *BOUNDS["flyer"][name]) for name, value in own.items())
@@ -106,8 +105,8 @@ def resolved(
 
 
 class Pace:
-    """The durations of one robot's steps and actions, and its state: its heading, and the time of
-    its last arrival. Regions are numbered in reading order on a map of ``cols`` columns; times are
+    """The durations of a robot's steps and actions, and its state: its heading and the time of its
+    last arrival. Regions are numbered in reading order on a map of ``cols`` columns; times are
     seconds on the clock of the run. Without data in metres, a step takes one second per tick."""
 
     def __init__(self, cols: int, side: float, heading: str | None, ticks: int = 1) -> None:
@@ -121,7 +120,7 @@ class Pace:
 
     def step(self, now: float, origin: int, to: int) -> float:
         """Return the seconds from ``now`` until the robot arrives in the neighbouring region
-        ``to``; then call ``arrived``."""
+        ``to``. The caller then calls ``arrived``."""
         self._next = self._direction(origin, to)
         on = self._onwards(self._next) if now <= self._since + AT_ONCE else None
         if on is not None:
@@ -129,7 +128,7 @@ class Pace:
         return max(now, self._since + self._settling) - now + self._fresh(self._next)
 
     def arrived(self, now: float) -> None:
-        """Record that the step has ended at its destination."""
+        """Record the end of the step at its destination."""
         self.facing, self._since, self._settling = self._next, now, self._halting()
         self._short = False
         self._foot = self._then
@@ -141,9 +140,9 @@ class Pace:
 
     def ready(self, now: float, at: int, region: int) -> float:
         """Return the earliest time at which a robot in region ``at`` is at rest and faces an
-        obstacle in ``region``, so that it can begin to act."""
+        obstacle in ``region``, and so can begin to act."""
         if at == region and self._short and now <= self._since + AT_ONCE:
-            return now  # still at the place of its last action
+            return now  # still where it last acted
         begin = max(now, self._since + self._settling)
         if at == region:
             return begin
@@ -158,7 +157,7 @@ class Pace:
 
     def acted(self, now: float, at: int, region: int) -> None:
         """Record that the robot has acted at the time ``now``. It acts on an obstacle in its own
-        region short of the centre, and moves to the centre afterwards."""
+        region short of the centre, then moves to the centre."""
         self._short = at == region
         self._since, self._settling = now, self._resuming() if self._short else 0.0
         self.faces(at, region)
@@ -169,13 +168,13 @@ class Pace:
         return atan2(row - to_row, to_col - col)
 
     def _fresh(self, way: float) -> float:
-        """Return the seconds of a step in this direction that begins at rest."""
+        """Return the seconds of a step in this direction from rest."""
         del way
         return float(self._ticks)
 
     def _onwards(self, way: float) -> float | None:
-        """Return the seconds of a step that follows another one without a halt; None if the robot
-        always halts."""
+        """Return the seconds of a step after another one without a halt; None if the robot always
+        halts."""
         del way
         return None
 
@@ -191,8 +190,8 @@ class Pace:
 
 
 class WalkerPace(Pace):
-    """Pace of a walker: it continues to walk if its next step is decided on arrival; otherwise it
-    stops, stands and starts again."""
+    """The pace of a walker. It continues to walk if its next step is decided on arrival; otherwise
+    it stops, stands and starts again."""
 
     def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
         super().__init__(cols, side, heading or "east")
@@ -218,8 +217,8 @@ class WalkerPace(Pace):
 
 
 class GliderPace(Pace):
-    """Pace of a body that glides from centre to centre. A disc or a flyer turns while it moves, a
-    rover on the spot before it moves."""
+    """The pace of a body that glides from centre to centre. Discs and flyers turn as they move,
+    rovers on the spot before they move."""
 
     def __init__(self, cols: int, side: float, heading: str | None, figures: Figures) -> None:
         super().__init__(cols, side, heading)
@@ -238,7 +237,7 @@ class GliderPace(Pace):
         return self._figures.turn(angle)
 
     def _resuming(self) -> float:
-        """Return the seconds from an obstacle to the centre; a rover turns to its path first."""
+        """Return the seconds from an obstacle to the centre. A rover first turns to its path."""
         turn = self._turning(_between(self.facing, self._next)) if self._rover else 0.0
         room = self._side / 2 - self._figures.values["size"] / 2 - ROOM
         return turn + self._figures.glide(max(0.0, room))  # a large robot acts at the centre
@@ -254,21 +253,21 @@ def pace_of(
     """Return the pace of a robot on regions of ``side`` metres. ``ticks``: its ticks per step."""
     if figures is not None and figures.kind in KINDS:
         kind = WalkerPace if figures.kind == "walker" else GliderPace
-        with suppress(UsageError):  # its motion is impossible on such regions
+        with suppress(UsageError):  # impossible motion on such regions
             return kind(cols, side, heading, figures)
     return Pace(cols, side, heading, ticks)
 
 
 def least_side(figures: Figures, side: float) -> float | None:
-    """Return the least side in metres of a robot's regions if ``side`` is too small; else None."""
+    """Return the minimum side in metres of a robot's regions if ``side`` is less, else None."""
     walks = figures.kind == "walker"
     need = least_side_of(side, figures.walker) if walks else figures.values["size"] + 2 * ROOM
     return need if side < need - AT_ONCE else None
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:
-    """Let robots, each in its region, act together on an obstacle in ``region`` from ``now`` on;
-    return the seconds that this takes."""
+    """Let robots, each in its region, act together on an obstacle in ``region`` from ``now`` on.
+    Return the duration in seconds."""
     paces = [*team]
     end = max(pace.ready(now, at, region) for pace, at in paces) + ACTION
     for pace, at in paces:
@@ -278,7 +277,7 @@ def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float
 
 def glide(way: float, speed: float, pull: float | None = None) -> float:
     """Return the seconds of a quintic from rest to rest over a distance (or an angle), within the
-    maximum speed and the maximum acceleration."""
+    maximum speed and acceleration."""
     seconds = PEAK * way / speed
     return seconds if pull is None else max(seconds, sqrt(PEAK_ACCELERATION * way / pull))
 
@@ -289,5 +288,5 @@ def _between(before: float, after: float) -> float:
 
 
 def _quarters(before: float, after: float) -> int:
-    """Return the quarter turns to the left: -1, 0 or 1, as a walker never turns around."""
+    """Return the quarter turns to the left: -1, 0 or 1, since walkers never turn around."""
     return max(-1, min(1, round(remainder(after - before, tau) / (pi / 2))))

@@ -1,1 +1,1 @@
-"""Warnings before a run; the reasons of its failure and repairs after it."""
+"""Warnings before a run, and the reasons of its failure and repairs after it."""

@@ -1,9 +1,9 @@
 """Foresight about a scenario before any run: the robots that can never continue, with the reasons;
-and a rehearsal without the hidden obstacles.
+and a rehearsal without hidden obstacles.
 
-Foresight is the closure with every hidden obstacle known and all robots at their start. An obstacle
-blocks robots whether or not they know it, so a robot that cannot continue in this closure cannot
-continue in any run.
+Foresight is the closure with every hidden obstacle known and all robots at their starts. An
+obstacle also blocks robots that do not know it, so a robot that cannot continue in this closure
+cannot continue in any run.
 """
 
 from collections.abc import Callable, Iterator
@@ -36,8 +36,8 @@ _NEEDED = "an operator will be needed, unless the run is completed before that"
 
 
 class Foresight(Struct, frozen=True):
-    """Consequences of a scenario. ``reach``: regions (a mask) that each robot can reach once all
-    resolvable obstacles are resolved. ``stuck``: the robots that cannot meet their objective;
+    """Consequences of a scenario. ``reach``: the regions (a mask) that each robot can reach once
+    all resolvable obstacles are resolved. ``stuck``: the robots that cannot meet their objective;
     ``lacks``: the shortfalls of obstacles that are never resolved."""
 
     reach: dict[str, Mask]
@@ -46,8 +46,8 @@ class Foresight(Struct, frozen=True):
 
 
 def foresee(scenario: Scenario) -> Foresight:
-    """Return the foresight of a scenario. Obstacles that appear or disappear, and untraversable
-    truths, are left out, since they only restrict the robots."""
+    """Return the foresight of a scenario. It omits obstacles that appear or disappear and
+    untraversable truths, since these only restrict the robots."""
     team, state = _all_known(scenario)
     around = hopeful(team, state)
     closure = closure_of(around)
@@ -67,8 +67,8 @@ def foresee(scenario: Scenario) -> Foresight:
 
 
 def _all_known(scenario: Scenario) -> tuple[Team, State]:
-    """Return the team at its start, with each obstacle known that neither appears nor disappears
-    during the run."""
+    """Return the team at its start, with all obstacles known that neither appear nor disappear in
+    the run."""
     return _known(scenario, lambda each: each.appears is None and each.goes is None)
 
 
@@ -83,8 +83,8 @@ def _known(scenario: Scenario, chosen: Callable[[Obstacle], bool]) -> tuple[Team
 
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
-    """Return a sentence for each obstacle for which robots are missing, for each objective that no
-    run can meet, and for each robot of joint plans with 'tracks'."""
+    """Return a sentence for each obstacle without enough robots, each objective that no run can
+    meet, and each robot of joint plans with 'tracks'."""
     found, blind = foresee(scenario), list[str]()
     for each in team_of(scenario).members:
         if each.robot.tracks and each.planned:
@@ -98,7 +98,7 @@ def _unresolvable(scenario: Scenario, lacks: tuple[Shortfall, ...]) -> Iterator[
         around = hopeful(*_known(scenario, lambda each: each.goes is None))
         lacks = shortfalls(around, closure_of(around))
     able = {action for robot in scenario.robots for action in robot.capabilities}
-    known = able & needed_actions(scenario)  # another one may be misspelt itself
+    known = able & needed_actions(scenario)  # another action may itself be misspelt
     for lack in lacks:
         if lack.too_few:
             lacking = lack.need.skills - able
@@ -127,7 +127,7 @@ def _unmet(scenario: Scenario, found: Foresight) -> tuple[str, ...]:
 
 def _unserved(scenario: Scenario) -> tuple[str, ...]:
     """Return a warning if robots have no room to act together or would trap each other, which the
-    closure does not show; an empty tuple otherwise."""
+    closure ignores; otherwise an empty tuple."""
     team, state = _all_known(scenario)
     around = hopeful(team, state)
     with suppress(BudgetError):
@@ -137,15 +137,15 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
 
 
 class Rehearsal(Struct, frozen=True):
-    """The ``result`` of a run without hidden obstacles, and ``warnings`` of batteries that run
-    empty (unless a robot would bring another one) and of a proven deadlock."""
+    """The ``result`` of a run without hidden obstacles, and ``warnings`` of empty batteries (unless
+    a robot would bring another one) and of a proven deadlock."""
 
     result: RunResult
     warnings: tuple[str, ...]
 
 
 def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
-    """Run a scenario without hidden obstacles: only its orders remain."""
+    """Run a scenario without hidden obstacles except its orders."""
     flat = dict[str, str]()
 
     def heard(record: records.Record) -> None:
@@ -165,7 +165,7 @@ def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
 
 
 def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
-    """Return, as data, what a controller allows and assumes, and the reason if none exists."""
+    """Return, as data, a controller's permissions and assumptions, or why there is none."""
     task, world, why = answer.task, plan.map, None
     if not answer.realizable:
         from safenav.explain.explanation import explain_unrealizable  # rare, so imported here

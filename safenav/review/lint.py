@@ -1,8 +1,7 @@
-"""Probable mistakes in a valid scenario: warnings of ``safenav check``.
+"""Probable errors in a valid scenario: warnings of ``safenav check``.
 
-The mistakes are an obstacle that blocks no robot, a robot larger than a region or without room to
-turn in it, a key without effect, a literal patrol that a joint plan drives, a misspelt layer or
-capability.
+These are obstacles that block no robot, robots larger than a region or without room to turn in it,
+keys without effect, literal patrols of robots in joint plans, and misspelt layers or capabilities.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,7 +14,7 @@ from safenav.scenario.yaml.findings import closest
 from safenav.team.team import team_of
 
 _SLIP, _SLIP_OF_ACTION = 0.8, 0.7
-"""Similarity of two words (unused actions) from which one of them is probably a typing error."""
+"""Similarities of two words (and of unused actions) above which one is probably misspelt."""
 
 
 def lint(scenario: Scenario) -> tuple[str, ...]:
@@ -35,7 +34,7 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
 
 
 def _alternating(scenario: Scenario) -> Iterator[str]:
-    """Yield the robots with a literal patrol, which joint plans do not obey literally."""
+    """Yield the robots with a literal patrol, which joint plans do not obey."""
     literal = {r.name for r in scenario.robots if r.objective.strict and r.objective.literal}
     for member in team_of(scenario).members if literal else ():
         if member.planned and member.name in literal:
@@ -46,8 +45,8 @@ def _alternating(scenario: Scenario) -> Iterator[str]:
 
 
 def oversized(scenario: Scenario) -> Iterator[str]:
-    """Yield the robots that are larger than a region of a map in metres. Coordination keeps robots
-    in different regions, but their bodies would reach into neighbouring ones."""
+    """Yield the robots larger than a region of a map in metres. Coordination keeps robots in
+    different regions, but their bodies would reach into neighbouring ones."""
     for robot, side, size, _ in _in_metres(scenario):
         if size > side:
             yield (
@@ -58,8 +57,8 @@ def oversized(scenario: Scenario) -> Iterator[str]:
 
 
 def cramped(scenario: Scenario) -> Iterator[str]:
-    """Yield the robots that fit into a region of a map in metres but cannot turn there: their
-    motion cannot be computed, and a live run does not simulate their true durations."""
+    """Yield the robots that fit into a region of a map in metres but cannot turn there. They have
+    no computable motion, and live runs do not simulate their true durations."""
     for robot, side, size, motion in _in_metres(scenario):
         if motion is None or size > side:
             continue
@@ -72,8 +71,8 @@ def cramped(scenario: Scenario) -> Iterator[str]:
 
 
 def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[str]:
-    """Yield the robots that may stop so far from the centre of a region that they reach into a
-    neighbouring one. ``tolerances``: each robot's largest distance from the centre, in metres."""
+    """Yield the robots that may stop so far from a region's centre that they reach into another.
+    ``tolerances``: each robot's maximum distance from the centre, in metres."""
     for robot, side, size, _ in _in_metres(scenario):
         off, room = tolerances[robot.name], (side - size) / 2
         if room < 0 or off <= room + 1e-9:
@@ -101,7 +100,7 @@ def _in_metres(scenario: Scenario) -> Iterator[tuple[Robot, float, float, Figure
 
 
 def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
-    """Yield the obstacles that no robot requests: robots encounter only obstacles that block
+    """Yield the obstacles that no robot requests, since robots encounter only obstacles that block
     them."""
     if obstacle.type.blocks == frozenset() and not obstacle.ordered:
         what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
@@ -109,8 +108,8 @@ def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
 
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:
-    """Yield layers and capabilities that are probably misspelt: a robot alone on its layer avoids
-    no robot, and an action that no obstacle type needs resolves nothing."""
+    """Yield probably misspelt layers and capabilities: a robot alone on its layer avoids no robot,
+    and an action that no obstacle type needs has no use."""
     layers = {model.layer for model in built_in().robots.values()}
     used = needed_actions(scenario)
     for model in dict.fromkeys(robot.model for robot in scenario.robots):

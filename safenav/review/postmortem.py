@@ -1,7 +1,7 @@
-"""Explanation of a team that needs an operator (run it, explain its end, try repairs), or of robots
+"""Explanations of a team that needs an operator (run it, explain its end, try repairs) or of robots
 without a strategy at the start.
 
-A repair is offered only if a run of the repaired scenario was completed.
+A repair is offered only after a completed run of the repaired scenario.
 """
 
 import time
@@ -35,8 +35,8 @@ from safenav.world.poses import Mobility, Pose, bits
 
 class Missing(Struct, frozen=True):
     """The ``actions`` that one robot must have for needs of ``obstacles`` (``needs``: the index of
-    the first such need of each). The needs require up to ``robots`` robots, possibly ``together``;
-    ``have``: the robots of the team, and ``models``: the models, that have these actions."""
+    the first such need of each). The needs require up to ``robots`` robots, possibly ``together``.
+    ``have``, ``models``: the team's robots and the models with these actions."""
 
     actions: tuple[str, ...]
     robots: int
@@ -51,7 +51,7 @@ def missing_actions(
     scenario: Scenario, seen: Foresight, encountered: Collection[str], models: Iterable[RobotModel]
 ) -> tuple[Missing, ...]:
     """Return the actions that the team lacks for a minimal set of obstacles that must be resolved,
-    in the scenario's order. The set has as many ``encountered`` ones as possible. ``seen``: the
+    in the scenario's order. The set has the most possible ``encountered`` ones. ``seen``: the
     scenario's foresight."""
     found: dict[tuple[str, ...], Missing] = {}
     known = tuple(models)
@@ -78,8 +78,8 @@ def missing_actions(
 
 
 def _needed(scenario: Scenario, seen: Foresight, encountered: Collection[str]) -> list[Obstacle]:
-    """Return the ``encountered`` obstacles or, if the start already shows that robots cannot meet
-    their objectives, a minimal set of obstacles whose resolution lets all robots meet them."""
+    """Return the ``encountered`` obstacles. If robots cannot meet their objectives even from the
+    start, return a minimal set of obstacles whose resolution makes this possible for all."""
     never = {each.obstacle for each in seen.lacks}
     if not seen.stuck:  # given-up obstacles may have appeared during the run
         return [o for o in scenario.obstacles if o.name in encountered]
@@ -96,16 +96,16 @@ def _stuck(scenario: Scenario, removed: Collection[str]) -> bool:
 
 
 SECONDS = 20.0
-"""Wall time for trying repairs, in seconds."""
+"""Wall time for the search for repairs, in seconds."""
 RUN_SECONDS = 5.0
-"""Wall time of one run with a repair, in seconds."""
+"""Maximum wall time of a run with a repair, in seconds."""
 TRIED = 6
-"""Maximum number of candidates of one kind that are run."""
+"""Maximum number of candidates of one kind to run."""
 
 
 class TeamRepair(Struct, frozen=True):
-    """A change after which a run of the scenario was completed: the items and their new values, as
-    text. ``ticks``: the run's ticks (live: passes); ``makespan``: the seconds of a live run."""
+    """A change that led to a completed run: the items and their new values, as text. ``ticks``: the
+    run's ticks (live: passes); ``makespan``: the seconds of a live run."""
 
     kind: RepairKind
     change: tuple[tuple[str, str], ...]
@@ -115,8 +115,8 @@ class TeamRepair(Struct, frozen=True):
 
 class Postmortem(Struct, frozen=True):
     """The end of a run, with its ``stuck`` robots, the chain of reasons, and repairs. ``tried``:
-    the number of runs; ``missing``: all actions that the team lacks, even for obstacles that the
-    run did not reach."""
+    the number of runs; ``missing``: all actions that the team lacks, even for obstacles beyond the
+    run."""
 
     result: RunResult
     stuck: tuple[str, ...]
@@ -140,7 +140,7 @@ def explain_run(
     deadline, tried = time.monotonic() + SECONDS, 1
 
     def completes(changed: Scenario) -> RunResult | None:
-        """Return the result of a run that completes the mission in time; None for any other run."""
+        """Return the result of a run that completes the mission in time, else None."""
         nonlocal tried
         tried += 1
         ends = min(deadline, time.monotonic() + RUN_SECONDS)
@@ -148,7 +148,7 @@ def explain_run(
 
         def stop_in_time(_: Record) -> None:
             nonlocal stopped
-            if time.monotonic() > ends:  # 'limits: seconds' of a live run counts its own clock
+            if time.monotonic() > ends:  # 'limits: seconds' of a live run are on its own clock
                 stopped = True
                 played.stop()
 
@@ -174,7 +174,7 @@ def explain_run(
 
 
 class _Failure:
-    """A run that ended with ``operator_needed``, as input of the search for repairs."""
+    """A run that ended with ``operator_needed``: the input of the search for repairs."""
 
     def __init__(
         self, scenario: Scenario, mission: Mission, models: Mapping[str, RobotModel]
@@ -194,8 +194,8 @@ class _Failure:
         return next(o for o in self.scenario.obstacles if o.name == lacks.obstacle)
 
     def places(self, obstacle: Obstacle, need: int) -> list[Region]:
-        """Return the regions where robots can fulfil a need, then the regions beside them; without
-        regions of an obstacle or of a robot's start."""
+        """Return the regions where robots can fulfil a need, then the regions beside them, without
+        regions of obstacles and robots' starts."""
         world = self.scenario.map
         there = obstacle.resolution_regions(world, need)
         beside = [r for region in there for r in world.neighbours(region)]
@@ -204,7 +204,7 @@ class _Failure:
         return [r for r in dict.fromkeys((*there, *beside)) if r not in closed | taken]
 
     def places_for(self, lacks: Shortfall) -> list[Region]:
-        """Return the first three of the ``places`` for a need that is never fulfilled."""
+        """Return the first three of the ``places`` for a never fulfilled need."""
         return self.places(self.obstacle(lacks), len(lacks.met))[:3]
 
     def changed(
@@ -237,7 +237,7 @@ def _start(model: RobotModel, region: Region, heading: Heading | None) -> Pose:
 
 
 def _rules(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that leave out rules which keep a robot from regions where it is needed."""
+    """Yield repairs that omit rules that keep a robot from regions where it is needed."""
     helpers = (helper for lacks in failed.lacks for helper in lacks.helpers)
     for name in dict.fromkeys(h.name for h in helpers if h.hindrance is Hindrance.RULES):
         robot = failed.scenario.robot(name)
@@ -248,7 +248,7 @@ def _rules(failed: _Failure) -> Iterator[Repair]:
 
 
 def _starts(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that start a robot with the missing action in a region where it is needed."""
+    """Yield repairs that start a robot with the missing action in a region that needs it."""
     for lacks in failed.lacks:
         for helper in lacks.helpers:
             if helper.hindrance not in (Hindrance.GATES, Hindrance.WALLS):
@@ -261,7 +261,7 @@ def _starts(failed: _Failure) -> Iterator[Repair]:
 
 
 def _capabilities(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that give a model of the team the missing actions: first all of them, then
+    """Yield repairs that add the missing actions to a model of the team: first all of them, then
     single ones."""
     every = {action for each in failed.missing for action in each.actions}
     wanted = [every, *({lacks.need.action} for lacks in failed.lacks)]
@@ -279,7 +279,7 @@ def _capabilities(failed: _Failure) -> Iterator[Repair]:
 
 def _robots(failed: _Failure) -> Iterator[Repair]:
     """Yield repairs that add robots with the missing actions, which wait where these are needed:
-    first a few that have all actions together, then single robots."""
+    first a few robots for all actions, then single robots."""
     more = _covering(failed)
     for shift in range(3 if len(more) > 1 else 0):
         used, added = set[Region](), []
@@ -298,8 +298,8 @@ def _robots(failed: _Failure) -> Iterator[Repair]:
 
 
 def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]:
-    """Return models that together have all missing actions, first the model with most of them, each
-    with a need for which it is added; an empty list if no model has some action."""
+    """Return models that together have all missing actions, the model with most of them first, each
+    with a need that requires it. Return an empty list if an action has no model."""
     left = {each: max(1, each.robots - len(each.have)) for each in failed.missing}
     found = []
     while left:
@@ -315,7 +315,7 @@ def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]
 
 
 def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Repair:
-    """Return the repair that adds robots, which stay where they start."""
+    """Return the repair that adds robots that stay at their starts."""
     robots, change = list(failed.scenario.robots), list[tuple[str, str]]()
     for model, region in added:
         names = {robot.name for robot in robots}
@@ -333,8 +333,8 @@ def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Rep
 
 
 def _walls(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that remove a wall: between the regions that a robot reaches and its target or,
-    for robots that block each other, beside these robots, so that they can give way."""
+    """Yield repairs that remove a wall: between a robot's reachable regions and its target or, to
+    let robots that block each other give way, beside these robots."""
     world, scenario = failed.scenario.map, failed.scenario
     if not failed.lacks:
         yield from map(failed.without, _beside(failed))
@@ -365,7 +365,7 @@ def _walls(failed: _Failure) -> Iterator[Repair]:
 
 
 def _targets(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that move a target to one of the nearest regions that its robot can reach."""
+    """Yield repairs that move a target to one of its robot's nearest reachable regions."""
     world = failed.scenario.map
     for name in failed.stuck:
         robot, reach = failed.scenario.robot(name), failed.reach[name]
@@ -395,7 +395,7 @@ _KINDS: tuple[Callable[[_Failure], Iterator[Repair]], ...] = (
 # Robots without a strategy at the start.
 
 QUESTION_SECONDS = 2.0
-"""Wall time, in seconds, of each of the many synthesis requests of an explanation."""
+"""Maximum wall time of each of an explanation's many syntheses, in seconds."""
 
 
 def explain_team(
@@ -404,10 +404,10 @@ def explain_team(
     names: Collection[str] | None = None,
     progress: Listener | None = None,
 ) -> Iterator[Explanation]:
-    """Yield the reasons and repairs of each robot that has no strategy at the start, among all
-    robots or those of ``names``.
+    """Yield the reasons and repairs of each robot without a strategy at the start, among all robots
+    or those of ``names``.
 
-    Raises ResourceLimitError if the first synthesis of a robot exceeds the limits.
+    Raises ResourceLimitError if a robot's first synthesis exceeds the limits.
     """
     limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
     quick = Synthesizer(

@@ -1,1 +1,1 @@
-"""Signal temporal logic over the motion of a run: syntax, parser, robustness."""
+"""Signal temporal logic over the motion of a run: syntax, parser and robustness."""

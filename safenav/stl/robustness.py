@@ -1,9 +1,9 @@
 """Robustness of signal temporal logic over sampled signals, as intervals with an error bound.
 
-Quantitative semantics of Donzé and Maler (FORMATS 2010): signals are linear between samples, and a
-condition holds by a margin. Windows end at their exact times, not at samples. Events are spikes of
-two microseconds at their instants, and each instant at which they can make a formula jump is a
-sample. The future after the record is unknown, so each value is an interval [low, high].
+The semantics is the quantitative one of Donzé and Maler (FORMATS 2010): signals are linear between
+samples, and a condition holds by a margin. Windows end at their exact times, not at samples. Events
+are spikes of two microseconds at their instants, and each instant at which they can make a formula
+jump is a sample. The future after the record is unknown, so each value is an interval [low, high].
 """
 
 from collections.abc import Callable
@@ -26,22 +26,22 @@ _NEAR = 1e-9
 
 
 class Recording(Protocol):
-    """The signals of a motion from 0 to ``end`` (seconds), to be sampled ``rate`` times per second.
-    ``finished``: whether the run ends at ``end``, so that unbounded windows end there."""
+    """The signals of a motion from 0 to ``end`` (seconds), with ``rate`` samples per second.
+    ``finished``: whether the run, and so unbounded windows, end at ``end``."""
 
     end: float
     rate: float
     finished: bool
 
     def signal(self, which: syntax.RobotSignal, times: Array) -> tuple[Array, float]:
-        """Return the values of a signal at given times, and a bound of their change per second."""
+        """Return a signal's values at given times, and a bound of their change per second."""
 
     def instants(self, event: syntax.Happens) -> tuple[float, ...]:
         """Return the times at which an event occurs."""
 
 
 class Robustness(Struct, frozen=True):
-    """The robustness at given times: between ``low`` and ``high``, each up to the sampling error
+    """The robustness at given times: between ``low`` and ``high``, each up to the sampling
     ``error``. ``slope``: a bound of its change per second."""
 
     low: Array
@@ -51,10 +51,10 @@ class Robustness(Struct, frozen=True):
 
 
 def robustness(formula: syntax.Requirement, recording: Recording) -> tuple[Array, Robustness]:
-    """Return the times of all samples of a recording, and the robustness of a formula at each.
-    Raises UsageError if the rate, its events and windows need more than MOST_SAMPLES."""
+    """Return the times of all samples of a recording and the robustness of a formula at each.
+    Raises UsageError if the rate, events and windows need more than MOST_SAMPLES."""
     count = int(np.floor(recording.end * recording.rate + _NEAR)) + 1
-    # Each part is evaluated at samples, so the jumps of all parts are samples.
+    # Parts are evaluated at samples, so all their jumps are samples.
     jumps = np.array(sorted({t for part in syntax.nodes(formula) for t in _jumps(part, recording)}))
     around = np.concatenate([jumps - SPIKE, jumps, jumps + SPIKE])
     inside = around[(around >= 0) & (around <= recording.end)]
@@ -66,8 +66,8 @@ def robustness(formula: syntax.Requirement, recording: Recording) -> tuple[Array
 
 
 def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
-    """Return the instants at which the value of a formula can jump: those of its events, shifted by
-    the windows around them, and those from which windows reach the ends of the record."""
+    """Return the instants at which a formula's value can jump: those of its events, shifted by the
+    windows around them, and those from which windows reach the ends of the record."""
     match tree:
         case syntax.Happens():
             return set(recording.instants(tree))
@@ -136,15 +136,15 @@ class _Evaluation:
         raise AssertionError(tree)
 
     def _behind(self, window: syntax.Window) -> NDArray[np.bool_]:
-        """Return for each sample whether its window extends past the end of the record."""
+        """Return, for each sample, whether its window extends past the end of the record."""
         if window.end == np.inf:
             return np.full(len(self._times), not self._recording.finished)
         behind: NDArray[np.bool_] = self._times + window.end > self._times[-1] + _NEAR
         return behind
 
     def _least(self, values: Array, window: syntax.Window) -> Array:
-        """Return the minimum over the recorded part of each sample's window; +inf if there is
-        none."""
+        """Return the minimum over the recorded part of each sample's window; +inf if that is
+        empty."""
         times = self._times
         begin, end, first, last = _bounds(times, window)
         found = _least_of(values, first, last)
@@ -165,7 +165,7 @@ class _Evaluation:
         return Robustness(low, high, error, slope)
 
     def _reached(self, holds: Array, then: Array, window: syntax.Window) -> Array:
-        """Return for each window the maximum over its instants t' of the lesser of ``then`` at t'
+        """Return, for each window, the maximum over its instants t' of the lesser of ``then`` at t'
         and the minimum of ``holds`` before t'."""
         times = self._times
         begin, end, first, last = _bounds(times, window)
@@ -184,9 +184,9 @@ class _Evaluation:
 def _bounds(
     times: Array, window: syntax.Window
 ) -> tuple[Array, Array, NDArray[np.intp], NDArray[np.intp]]:
-    """Return for each sample's window the start, the end (at most the end of the record), and the
-    indices of the first and the last sample in the window. If no part of it is recorded, the start
-    is later than the end."""
+    """Return, for each sample's window, the start, the end (at most the end of the record), and the
+    indices of its first and last sample. If no part of it is recorded, the start is later than the
+    end."""
     begin, end = times + window.begin, np.minimum(times + window.end, times[-1])
     begin = np.where((begin > end) & (begin <= end + _NEAR), end, begin)
     first = np.searchsorted(times, begin, "left")
@@ -194,14 +194,14 @@ def _bounds(
 
 
 def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
-    """Return, for each pair of indices, the minimum of values[first..last], or +inf for none."""
+    """Return, for each pair of indices, the minimum of values[first..last] (+inf: none)."""
     least: Array = _folded(values[None], np.minimum, first, last)[0]
     return np.where(last >= first, least, np.inf)
 
 
 def _joined(left: Array, right: Array) -> Array:
-    """Return the join of two consecutive stretches. A stretch has two numbers, of ``holds`` and
-    ``then`` as in ``_reached``: the minimum of ``holds``, and the value reached."""
+    """Return the join of two consecutive stretches. A stretch has two numbers, with ``holds`` and
+    ``then`` as in ``_reached``: the minimum of ``holds``, and the reached value."""
     reached = np.maximum(left[1], np.minimum(left[0], right[1]))
     return np.array([np.minimum(left[0], right[0]), reached])
 
@@ -212,8 +212,8 @@ def _folded(
     first: NDArray[np.intp],
     last: NDArray[np.intp],
 ) -> Array:
-    """Return for each pair (first, last) the columns first..last of ``row``, joined from two
-    overlapping stretches of 1, 2, 4, ... columns; ``join`` must allow the overlap."""
+    """Return, for each pair (first, last), the columns first..last of ``row``, joined from two
+    overlapping stretches of 1, 2, 4, ... columns. ``join`` must allow the overlap."""
     found = np.zeros((len(row), len(first)))
     level = np.frexp(np.maximum(last - first + 1, 0))[1] - 1
     for k in range(int(level.max(initial=-1)) + 1):
@@ -225,6 +225,6 @@ def _folded(
 
 
 def _between(times: Array, values: Array, at: Array) -> Array:
-    """Return values interpolated between samples; an infinite value fills the gaps beside it."""
+    """Return interpolated values between samples. An infinite value fills the gaps beside it."""
     finite = np.interp(at, times, np.clip(values, -1e30, 1e30))
     return np.where(np.abs(finite) > 1e20, np.copysign(np.inf, finite), finite)

@@ -1,7 +1,7 @@
-"""Formulas of signal temporal logic (docs/motion.md, "Requirements on the motion"), and a parser.
+"""Formulas of signal temporal logic (docs/motion.md, "Requirements on the motion") and a parser.
 
-Operators, from the one that binds most tightly: ``*``; ``+ -``; comparisons; ``not`` and the
-temporal operators of one operand; ``and``; ``or``; ``until``; ``->`` (to the right).
+Operators, in descending precedence: ``*``; ``+ -``; comparisons; ``not`` and the unary temporal
+operators; ``and``; ``or``; ``until``; ``->`` (to the right).
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from msgspec import Struct
 from safenav.formula.parser import FormulaError, FormulaParser, Token, tokens_of
 
 ARGUMENTS = {"distance": 2, "speed": 1, "height": 1, "x": 1, "y": 1}
-"""The signals of robots (metres, metres per second), and how many robots each takes."""
+"""The signals of robots (metres, metres per second) with their numbers of robots."""
 
 EVENTS = ("requested", "resolved")
 
 
 class RobotSignal(Struct, frozen=True):
-    """``distance(a, b)``: a signal of the motion of one or two robots."""
+    """A signal of the motion of one or two robots: ``distance(a, b)``."""
 
     name: str
     robots: tuple[str, ...]
@@ -44,13 +44,13 @@ class Arithmetic(Struct, frozen=True):
 
 
 class Margin(Struct, frozen=True):
-    """The condition ``term >= 0``. Its robustness is the value of the term."""
+    """The condition ``term >= 0``. Its robustness is the term's value."""
 
     term: SignalTerm
 
 
 class Happens(Struct, frozen=True):
-    """``requested_door@47``: 1 at the instants of the event, -1 at all others."""
+    """An event, ``requested_door@47``: 1 at its instants, -1 at all others."""
 
     kind: str
     obstacle: str
@@ -126,7 +126,7 @@ _WORDS |= {"finally": "eventually", "AND": "and", "OR": "or", "NOT": "not", "imp
 _UNARY = ("not", "always", "eventually")
 _RELATIONS = (">=", ">", "<=", "<")
 _OPERAND = 5
-"""How tightly an operator of one operand binds."""
+"""The precedence of unary operators."""
 _RESERVED = {word: word for word in (*_UNARY, "until", "and", "or", "inf")}
 
 
@@ -228,7 +228,7 @@ def _value(number: Token) -> float:
 
 
 def _condition(tree: Node, begin: Token) -> Requirement:
-    """Return the tree, which begins at a token, if it is a condition; a number is an error."""
+    """Return the tree, which begins at a token, as a condition. A number is an error."""
     if isinstance(tree, RobotSignal | Literal | Arithmetic):
         hint = "compare it: distance(a, b) >= 1"
         raise FormulaError(begin.column, "found a number, expected a condition", hint)

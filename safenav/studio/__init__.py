@@ -1,1 +1,1 @@
-"""The studio: a local web page in which to draw a scenario and watch its run."""
+"""The studio: a local web page for drawing scenarios and watching their runs."""

@@ -1,7 +1,7 @@
-"""Drawings of scenario texts: all items with a region on the map, valid or not.
+"""Drawings of scenario texts: all valid and invalid items with a region on the map.
 
-The page draws a scenario with the code that draws runs, so a drawing is a run that has not begun;
-it also lists the items that the user can drag.
+The page draws scenarios with the code for runs, so a drawing is a run that has not begun. It also
+lists the items that the user can drag.
 """
 
 from collections.abc import Iterable
@@ -31,7 +31,7 @@ from safenav.world.poses import Mobility
 
 
 class _Placing:
-    """Reader of regions that reports no errors and accepts walls."""
+    """A reader of regions that reports no errors and accepts walls."""
 
     def __init__(self, world: RegionMap, names: Iterable[tuple[Scalar, Node]]) -> None:
         self.world = world
@@ -51,13 +51,13 @@ class _Placing:
         return [region for regions in found for region in sorted(regions)]
 
     def zone(self, node: Node | None) -> frozenset[Region]:
-        """Return the regions of a target, or of a list of targets."""
+        """Return the regions of a target or a list of targets."""
         listed = items_of(node) or [node]
         return frozenset(region for one in listed for region in self.target(one))
 
 
 def drawing_of(text: str, stem: str, world: RegionMap, catalogue: Catalogue) -> dict[str, Any]:
-    """Return the drawing of a text on its map. ``stem``: name of a scenario that states none."""
+    """Return the drawing of a text on its map. ``stem``: the default name of a scenario."""
     root = read_document(text).root
     placing = _Placing(world, entries_of(below(root, "map", "names")))
     robots = [r for r in _robots(root, placing) if r["start"] is not None]
@@ -147,7 +147,7 @@ def _stated(objective: Node | None) -> tuple[str, tuple[Node, ...]]:
 
 
 def _obstacles(root: Node, placing: _Placing, key: str) -> Iterable[dict[str, Any]]:
-    """Yield the entries of a ``key`` (``obstacles`` or ``orders``) whose region is on the map."""
+    """Yield the entries of a ``key`` (``obstacles`` or ``orders``) with regions on the map."""
     for index, node in enumerate(items_of(below(root, key))):
         region = placing.region(below(node, "region"))
         if region is not None and isinstance(node, Mapping):
@@ -174,7 +174,7 @@ def _tracks(robots: list[dict[str, Any]], catalogue: Catalogue) -> Iterable[Robo
 
 
 def _hidden(obstacle: dict[str, Any], key: str, catalogue: Catalogue) -> Hidden:
-    """Return an undiscovered obstacle or order; ``key`` distinguishes equal names."""
+    """Return an undiscovered obstacle or order. ``key`` distinguishes equal names."""
     kind = catalogue.obstacles.get(obstacle["type"])
     actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
     name = f"{obstacle['type']}@{obstacle['region']} {key}{obstacle['index']}"

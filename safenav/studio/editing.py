@@ -1,7 +1,7 @@
-"""Operations of the drawing on the text of a scenario, one function each.
+"""Operations of the drawing on a scenario's text, one function each.
 
-An operation is an object with ``op`` and its arguments. Regions are given by number, robots by
-name, obstacles by index.
+An operation is an object with ``op`` and its arguments. Numbers identify regions, names robots,
+indices obstacles.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ Step = str | int
 
 
 class Spot(Struct, frozen=True):
-    """The position of a node: indices of its first character and of the one after its last.
-    ``flow``: in brackets. ``entries``: start and value of each entry by key or index, or None."""
+    """The position of a node: the indices of its first character and of that after its last.
+    ``flow``: in brackets; ``entries``: each entry's start and value by key or index, or None."""
 
     start: int
     end: int
@@ -36,8 +36,8 @@ class Spot(Struct, frozen=True):
 
 
 class ScenarioText:
-    """The text of a scenario that is edited, its ``data`` and its map. Raises UsageError for
-    invalid YAML, or if the map is unreadable."""
+    """The edited text of a scenario, its ``data`` and its map. Raises UsageError for invalid YAML
+    or an unreadable map."""
 
     def __init__(self, text: str, world: RegionMap | None) -> None:
         self.read(text)
@@ -46,7 +46,7 @@ class ScenarioText:
         self.world = world
 
     def read(self, text: str) -> None:
-        """Replace the text by another one, and read it."""
+        """Replace the text and read the new one."""
         try:
             self.data: Any = plain(read_document(text).root)
         except DocumentError as error:
@@ -58,15 +58,15 @@ class ScenarioText:
         self._root = _spot(text, next(e for e in events if isinstance(e, _NODES)), events)
 
     def region(self, value: Any) -> Region | None:
-        """Return the region that a value of the text names; None if it names none."""
+        """Return the region that a value of the text names, or None."""
         if isinstance(value, str):
             return self.world.names.get(value)
         place = place_of(value)
         return self.world.region(*place) if isinstance(place, tuple) else place
 
     def written(self, region: Region, like: Any = None) -> Any:
-        """Return a region in the notation of ``like``: its name if it has one and ``like`` is a
-        text or None; a number; or [row, column]. Raises UsageError for a region off the map."""
+        """Return a region in the notation of ``like``: a name (if it has one and ``like`` is a text
+        or None), a number, or [row, column]. Raises UsageError for a region off the map."""
         if not 0 <= region < self.world.size:
             raise UsageError(f"{region} is not a region of the map")
         if (isinstance(like, str) or like is None) and region in self.world.named:
@@ -74,7 +74,7 @@ class ScenarioText:
         return region if isinstance(like, int) else [*self.world.position(region)]
 
     def at(self, *path: Step) -> Any:
-        """Return the data at a path; None if there is none."""
+        """Return the data at a path, or None."""
         found = self.data
         for step in path:
             if isinstance(found, list) and isinstance(step, int) and step < len(found):
@@ -84,14 +84,14 @@ class ScenarioText:
         return found
 
     def spot(self, *path: Step) -> Spot | None:
-        """Return the position of the node at a path; None if there is no such node."""
+        """Return the position of the node at a path, or None."""
         found: Spot | None = self._root
         for step in path:
             found = ((found and found.entries) or {}).get(step, (0, None))[1]
         return found
 
     def put(self, path: tuple[Step, ...], value: str, after: str = "") -> None:
-        """Write YAML at a path. A new key follows the key ``after``, or becomes the last one."""
+        """Write YAML at a path. A new key follows the key ``after`` or becomes the last one."""
         spot, holder = self.spot(*path), self.spot(*path[:-1])
         if spot is not None:
             return self._replace(spot, value)
@@ -111,7 +111,7 @@ class ScenarioText:
         return self.put(path, f"\n  - {value}", after)
 
     def remove(self, *path: Step) -> None:
-        """Remove an entry. Without its only entry, a list disappears and a mapping is empty."""
+        """Remove an entry. Lists that become empty disappear; empty mappings remain."""
         holder = self.spot(*path[:-1])
         assert holder is not None and holder.entries is not None
         entries = [*holder.entries.values()]
@@ -186,8 +186,8 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def edited(text: str, operation: Operation, world: RegionMap | None) -> str:
-    """Return the text after an operation. ``world``: the map of the text, None if that is
-    unreadable. Raises UsageError for an impossible operation."""
+    """Return the text after an operation. ``world``: the map of the text (None: unreadable). Raises
+    UsageError for an impossible operation."""
     does = OPERATIONS.get(str(operation.get("op")))
     if does is None:
         raise UsageError(f"unknown edit '{str(operation.get('op'))[:40]}'")
@@ -200,11 +200,11 @@ def edited(text: str, operation: Operation, world: RegionMap | None) -> str:
 
 
 def paint(file: ScenarioText, edit: Operation) -> None:
-    """Make ``regions`` walls, or floor (``wall`` false)."""
+    """Make ``regions`` walls or (``wall`` false) floor."""
     spot, world = file.spot("map", "grid"), file.world
     if spot is None:
         raise UsageError("the map comes from a file: copy it into the scenario to paint it")
-    # In a row of the grid '#' touches only '#' and '.'; a comment is '# ' with words.
+    # '#' of the grid touches only '#' and '.'; comments are '# ' with words.
     part = file.text[spot.start : spot.end]
     starts = [
         spot.start + found.start(1)
@@ -229,7 +229,7 @@ def _start_of_any(file: ScenarioText) -> Any:
 
 
 def add_robot(file: ScenarioText, edit: Operation) -> None:
-    """Add a robot of ``model`` that holds ``region`` until it is assigned an objective."""
+    """Add a robot of ``model`` that holds ``region`` until it gets an objective."""
     name = _new_name(str(edit["model"]), file.at("robots") or {})
     start = file.written(edit["region"], _start_of_any(file))
     heading = {"heading": edit["heading"]} if edit.get("heading") else {}
@@ -249,8 +249,8 @@ def move_robot(file: ScenarioText, edit: Operation) -> None:
 
 
 def set_objective(file: ScenarioText, edit: Operation) -> None:
-    """Set the objective ``kind`` with ``regions`` in order. Each is a number, a list of numbers any
-    of which counts, or the name of an area. Unchanged targets keep their text."""
+    """Set the objective ``kind`` with ``regions`` in order. Each is a number, a list of alternative
+    numbers, or the name of an area. Unchanged targets keep their text."""
     robot = _robot(file, edit)
     kind, regions = edit["kind"], list(edit["regions"])
     if kind not in KINDS:
@@ -306,7 +306,7 @@ def _new_name(model: str, robots: Any) -> str:
 
 
 def add_obstacle(file: ScenarioText, edit: Operation) -> None:
-    """Add an obstacle of ``type`` at ``region``, in the notation of the other obstacles; with
+    """Add an obstacle of ``type`` at ``region``, in the notation of the other obstacles, with
     ``from``, ``until`` and ``traversable`` if given."""
     entries = file.at("obstacles")
     entries = entries if isinstance(entries, list) else []

@@ -1,4 +1,4 @@
-"""The studio with its editor: the text of a scenario, its drawing and its errors."""
+"""The studio with its editor: a scenario's text, drawing and errors."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _DEEP = 3
 """Depth of the search for scenarios, in folders."""
 _MOST = 300
 _HEAD = 4096
-"""Bytes at the start of a file in which ``safenav:`` is searched."""
+"""Initial bytes of a file that are searched for ``safenav:``."""
 
 
 class ScenarioFolder(Struct, frozen=True):
-    """The scenarios below ``folder``, which can be opened and saved."""
+    """The scenarios below ``folder``, which users can open and save."""
 
     folder: Path
 
     def names(self) -> list[str]:
-        """Return the scenario files below the folder, relative to it, the nearest first."""
+        """Return the scenario files below the folder, relative to it, nearest first."""
         found: list[str] = []
         for depth in range(_DEEP):
             for path in sorted(filter(Path.is_file, self.folder.glob("*/" * depth + "*.y*ml"))):
@@ -68,14 +68,14 @@ class ScenarioFolder(Struct, frozen=True):
 
 def read_text(path: Path) -> str:
     """Return the text of a scenario file. Raises InputError if it cannot be read, or is of another
-    kind, which saving would overwrite."""
+    kind and must not be overwritten."""
     text = decoded(read_input(path, MAX_BYTES, named=True), str(path))
     check_kind(text, "scenario", str(path))
     return text
 
 
 def save_text(path: Path, text: str, known: str | None, *, replace: bool) -> None:
-    """Write a file as a whole or not at all. ``known``: the content that may be replaced.
+    """Write a whole file or nothing. ``known``: the content that may be replaced.
 
     Raises ReplaceError if the file has another content, unless ``replace``.
     """
@@ -86,8 +86,8 @@ def save_text(path: Path, text: str, known: str | None, *, replace: bool) -> Non
 
 
 class TextOrigin(Struct, eq=False):
-    """The origin of a text. ``file``: the file that it is saved to, if any; ``saved``: the content
-    of the file, or the initial text, which needs no saving; ``number``: distinguishes origins."""
+    """The origin of a text. ``file``: the file for saving it, if any; ``saved``: the file's
+    content, or the initial text, which needs no save; ``number``: distinguishes origins."""
 
     file: Path | None = None
     saved: str | None = None
@@ -95,9 +95,9 @@ class TextOrigin(Struct, eq=False):
 
 
 class Editor(Studio):
-    """Owner of the ``text``. ``revision`` grows with every change; pages keep the history.
-    ``scenarios``: the folder in which scenarios are opened and saved; ``named``: the folder whose
-    files the text may name, if the user has given one."""
+    """The owner of the ``text``. ``revision`` grows with every change; pages keep the history.
+    ``scenarios``: the folder for opening and saving scenarios; ``named``: the folder whose files
+    the text may name, if the user has given one."""
 
     def __init__(
         self, text: str, origin: TextOrigin, scenarios: ScenarioFolder, named: Path | None
@@ -121,9 +121,9 @@ class Editor(Studio):
 
     @classmethod
     def of_file(cls, file: Path | None, folder: Path | None) -> Editor:
-        """Return an editor of a file, or of a blank scenario. ``folder``: the folder in which
-        scenarios are opened and saved; default: that of the file, else the current one. Raises
-        InputError for an unreadable file."""
+        """Return an editor of a file or of a blank scenario. ``folder``: the folder for opening and
+        saving scenarios; default: that of the file, else the current one. Raises InputError for an
+        unreadable file."""
         if file is not None and file.is_dir():
             file, folder = None, folder or file
         place = folder or (Path.cwd() if file is None else file.parent)
@@ -148,7 +148,7 @@ class Editor(Studio):
             self._realizability.check(self._order)
 
     async def made(self, name: str) -> Made | None:
-        """Return the download of this name: the scenario's text, or a file made from the run."""
+        """Return the download with this name: the scenario's text or a file made from the run."""
         if name == "scenario":
             stem = "scenario" if self.origin.file is None else self.origin.file.stem
             return f"{stem}.yaml", self.text.encode(), "application/yaml"
@@ -163,7 +163,7 @@ class Editor(Studio):
         return {**super()._hello(), **more}
 
     def _view(self) -> dict[str, Any]:
-        """Return a message for pages: the text, its drawing, its errors and the palette."""
+        """Return a message for pages: the text, its drawing and errors, and the palette."""
         file = self.origin.file
         return {
             "is": "document",
@@ -183,9 +183,9 @@ class Editor(Studio):
         return self._order
 
     def _draw(self) -> None:
-        """Read the text and draw it. While the map is unreadable, the previous drawing stays.
-        Whether robots can reach their targets is checked later, with their strategies. The text may
-        name files in the folder that the user has given, else those in the folder of its file."""
+        """Read the text and draw it. While the map is unreadable, the previous drawing stays. The
+        check of reachable targets follows later, with the strategies. The text may name files in
+        the folder that the user has given, or else in its own folder."""
         file = self.origin.file or self.scenarios.folder / "scenario.yaml"
         order = RunOrder(self.text, str(file), str(self.named or file.parent))
         self._draft = load_draft(order.text, order.file, order.reach, reachable=False)
@@ -196,8 +196,7 @@ class Editor(Studio):
             )
 
     def _replace(self, text: str, origin: TextOrigin | None = None) -> None:
-        """Replace the text (and its ``origin``, if one is given), send it to every page, and check
-        it."""
+        """Replace the text (and its ``origin``, if given), send it to every page, and check it."""
         if text == self.text and origin is None:
             return
         if origin is not None:
@@ -218,8 +217,8 @@ class Editor(Studio):
         self._replace(edited(self.text, data, self._draft.world))
 
     async def _open(self, data: Message) -> None:
-        """Open another text: ``kind`` blank, template or file. A blank text or a template will be
-        saved to the named file, if that does not exist yet."""
+        """Open another text: ``kind`` blank, template or file. A blank text or template will be
+        saved to the named file if that does not exist yet."""
         kind, name = data.get("kind"), str(data.get("name"))
         if kind == "file":
             path = self.scenarios.path(name)
@@ -236,12 +235,12 @@ class Editor(Studio):
         return self._replace(text, TextOrigin(new, None if new else text))
 
     async def _files(self, _: Message) -> None:
-        """Send the names of the scenarios that can be opened to all pages."""
+        """Send the names of the available scenarios to all pages."""
         self.tell({"is": "files", "names": await asyncio.to_thread(self.scenarios.names)})
 
     async def _save(self, data: Message) -> None:
-        """Save the text to its file, or under a ``name`` in the folder. A file with unknown content
-        is replaced only if ``replace`` is set."""
+        """Save the text to its file or under a ``name`` in the folder. Replace a file with unknown
+        content only if ``replace`` is set."""
         name, origin = data.get("name"), self.origin
         path = self.scenarios.path(name) if isinstance(name, str) and name else origin.file
         if path is None:
@@ -270,7 +269,7 @@ limits: {{ticks: 500}}
 
 
 def blank(rows: Any = 9, cols: Any = 15) -> str:
-    """Return a scenario of one walled room without robots. Raises UsageError if its size is out of
+    """Return a scenario of one walled room without robots. Raises UsageError for a size out of
     range."""
     if not all(isinstance(size, int) and 3 <= size <= 512 for size in (rows, cols)):
         raise UsageError("a blank map has 3 to 512 rows and columns")

@@ -1,7 +1,7 @@
-"""A run that pages show, with its process, its trace and its pace.
+"""Runs on pages, with their process, trace and pace.
 
-All messages to pages go through ``tell``; requests of pages are calls of the methods. All pages
-show the same run: a page that joins later receives ``whole``.
+All messages to pages pass ``tell``; requests of pages are method calls. All pages show the same
+run: a page that joins later receives ``whole``.
 """
 
 import asyncio
@@ -22,16 +22,16 @@ from safenav.trace.file import TraceWriter, as_data
 from safenav.trace.records import KINDS, End, Header, Move, Record
 
 PATIENCE = 1.0
-"""Seconds after a request to end the run until its processes are killed."""
+"""Seconds from a request to end the run until its processes are killed."""
 IDLE = 0.1
-"""Seconds until the next tick if no time passed in the last: the run waits for help."""
+"""Seconds until the next tick after one without time, in which the run waits for help."""
 BUSY = 0.3
-"""Seconds after which pages show that a tick takes long."""
+"""Seconds after which pages show a long tick."""
 Tell = Callable[[dict[str, Any]], None]
 
 
 class StudioRun:
-    """One run. ``lines``: its trace so far."""
+    """A run. ``lines``: its trace so far."""
 
     def __init__(
         self, order: RunOrder, tell: Tell, *, speed: float = 4.0, trace: Path | None
@@ -68,7 +68,7 @@ class StudioRun:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The state that pages show in addition to the run."""
+        """The state that pages show besides the run."""
         run = None if self._live is None else self._live.run
         return {
             "phase": self.phase,
@@ -81,7 +81,7 @@ class StudioRun:
 
     @property
     def whole(self) -> dict[str, Any] | None:
-        """The data of the run up to its last complete tick; None before its first line."""
+        """The run's data up to its last complete tick; None before its first line."""
         return None if self._live is None else self._live.whole()
 
     @property
@@ -90,7 +90,7 @@ class StudioRun:
         return b"".join(self.lines)
 
     async def start(self) -> None:
-        """Start the process, which synthesizes and then waits for ticks."""
+        """Start the process, which synthesizes and then waits for requests of ticks."""
         self._process = await started("run", self.order)
         self._listening = asyncio.create_task(self._listen())
         self._wait()
@@ -139,7 +139,7 @@ class StudioRun:
             await asyncio.wait(running, timeout=PATIENCE)
 
     def _advance(self) -> None:
-        """Request the next tick when it is due, if the run continues and no tick is unfinished."""
+        """Request the next tick when it is due if the run continues and no tick is unfinished."""
         now = time.monotonic()
         if self._process is None or not self._ready or not (self._steps or self._playing):
             return
@@ -155,7 +155,7 @@ class StudioRun:
         self._send({"do": "step"})
 
     def _wait(self) -> None:
-        """Let pages show, after ``BUSY`` seconds, that the tick takes long."""
+        """Let pages show a long tick after ``BUSY`` seconds."""
         self._late = asyncio.get_running_loop().call_later(BUSY, self._show_busy)
 
     def _show_busy(self) -> None:
@@ -172,7 +172,7 @@ class StudioRun:
                 async for line in process.stdout:
                     if line.endswith(b"\n"):  # else the process was killed while it wrote
                         self._take(line)
-        except (UsageError, ValueError) as error:  # a full disk, or a line above the limit
+        except (UsageError, ValueError) as error:  # a full disk or a line above the limit
             self.failure = str(error)
             kill(process)
         status = await process.wait()
@@ -205,7 +205,7 @@ class StudioRun:
             self._news.append(record)
 
     def _done(self, *, waits: bool = False) -> None:
-        """Show a tick that has ended. ``waits``: whether the run waits for help."""
+        """Show an ended tick. ``waits``: whether the run waits for help."""
         assert self._live is not None
         before = self._live.time
         self._rest()
@@ -217,8 +217,8 @@ class StudioRun:
         self._advance()
 
     def _rest(self) -> None:
-        """Show the lines of a tick together, so that each page has all of them, even a page that
-        opens during the tick."""
+        """Show the lines of a tick together, so that all pages have all of them, even a page opened
+        during the tick."""
         if self._late is not None:
             self._late.cancel()
         self._busy = False
@@ -228,7 +228,7 @@ class StudioRun:
             self._live.append(record)
 
     def _end(self) -> None:
-        """Show that the process has ended."""
+        """Show the end of the process."""
         self._ended, self._ready = True, False
         self._rest()
         if self._live is not None:
@@ -250,13 +250,13 @@ _SETTLED = 0.05
 
 
 class WatchedRun(StudioRun):
-    """A run without a process of its own: a program supplies its lines."""
+    """A run without its own process: a program supplies its lines."""
 
     _settling: asyncio.TimerHandle | None = None
 
     def hear(self, record: Record) -> None:
-        """Add one line of the trace. Pages get the lines of a tick when the next one begins, or
-        when the tick is complete and no line follows for ``_SETTLED`` seconds."""
+        """Add a line of the trace. Pages get the lines of a tick when the next one begins, or when
+        the tick is complete and no line has followed for ``_SETTLED`` seconds."""
         self._playing = True
         if self._settling is not None:
             self._settling.cancel()
@@ -269,7 +269,7 @@ class WatchedRun(StudioRun):
             self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
 
     def _is_tick_complete(self) -> bool:
-        """Return whether the new lines can be shown: they move all robots or none, or the run has a
+        """Return whether the new lines can be shown: they move all robots or none, or there is a
         clock."""
         assert self._live is not None
         run, moved = self._live.run, sum(isinstance(line, Move) for line in self._news)

@@ -1,13 +1,13 @@
-"""The processes of the studio: ``run`` steps a mission on request and writes its trace, ``robots``
-checks whether each robot of a drawn scenario is realizable.
+"""The processes of the studio: ``run`` steps a mission on request and writes its trace; ``robots``
+checks the realizability of each robot of a drawn scenario.
 
 In a separate process, a synthesis blocks no page and can be stopped at any moment. SIGINT ends a
-run at the next opportunity, as in ``safenav run``; a check is killed when the text changes, and
-only the synthesis cache remains.
+run at the next opportunity, as in ``safenav run``. A changed text kills a check; only the synthesis
+cache remains.
 
-Messages are JSON, one object per line. To the process: a ``RunOrder`` first, then for a run
+Messages are JSON, one object per line. To the process: first a ``RunOrder``, then for a run
 ``{"do": "step"}``, ``{"do": "change", ...}``; the end of the input ends the run. From a run: the
-lines of the trace, and lines whose ``type`` begins with ``~``: ``~done`` (a tick has ended),
+lines of the trace, and lines with a ``type`` that begins with ``~``: ``~done`` (a tick has ended),
 ``~refused`` (an invalid change), ``~failed`` (the run ended in an error). From a check: the verdict
 and reason of a robot.
 """
@@ -42,8 +42,8 @@ DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
 
 class RunOrder(Struct, frozen=True):
-    """A scenario to run. ``folder``: the folder whose files the scenario may name; None: any, since
-    the user named it. ``seed`` and ``clock`` override those of the scenario."""
+    """A scenario to run. ``folder``: the folder whose files the scenario may name; None: any files,
+    since the user named it. ``seed`` and ``clock`` override those of the scenario."""
 
     text: str
     file: str
@@ -58,7 +58,7 @@ class RunOrder(Struct, frozen=True):
 
 
 async def started(job: str, order: RunOrder) -> Process:
-    """Start a process of the studio in its own session, send it the order, and return it."""
+    """Start a process of the studio in its own session and send it the order. Return it."""
     process = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", __name__, job),
         stdin=PIPE,
@@ -79,11 +79,11 @@ def kill(process: Process) -> None:
 
 
 CALM = 0.25
-"""Seconds without a change of the text before the robots are checked."""
+"""Seconds without a change of the text before the check of the robots."""
 
 
 class RealizabilityQueue:
-    """Owner of the checking process. ``verdicts``: verdicts by robot, for the present text."""
+    """The owner of the checking process. ``verdicts``: by robot, for the present text."""
 
     def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
         self.verdicts: dict[str, dict[str, Any]] = {}
@@ -134,8 +134,8 @@ def main() -> None:
 
 
 def _line_output() -> Callable[[Any], None]:
-    """Return a function that prints data as a line of JSON on the present standard output. All
-    other output then goes to standard error."""
+    """Return a function that prints data as a line of JSON to the present standard output. Redirect
+    all other output to standard error."""
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
@@ -195,7 +195,7 @@ def _check(order: RunOrder, say: Any) -> None:
 def _verdict(scenario: Scenario, name: str, synthesizer: Synthesizer) -> dict[str, Any]:
     try:
         answer = first_results(scenario, synthesizer, names=[name])[name]
-    except SafenavError as error:  # a limit, or a synthesizer that does not work
+    except SafenavError as error:  # a limit or a broken synthesizer
         return {"verdict": "unknown", "because": str(error)}
     if not answer.realizable:
         return {"verdict": "unrealizable", "because": "looking for the reason ..."}

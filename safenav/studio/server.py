@@ -1,11 +1,11 @@
-"""The web server of the studio: it serves the files of the page, one stream of events for each
-page, the requests of pages (POST) and downloads. Each connection serves one request.
+"""The web server of the studio. It serves the page's files, a stream of events for each page,
+requests of pages (POST) and downloads. Each connection serves one request.
 
 It listens on the loopback interface, which every program and every web page in a browser of this
-machine can reach. So each request must contain the token of the address, use an address of this
-server (otherwise a foreign name that resolves to 127.0.0.1 would suffice: DNS rebinding), and, if a
-browser reports the page that it comes from, come from a page of this server. The ``Studio`` handles
-the messages of all pages.
+machine can reach. So each request must contain the token of the address and use an address of this
+server (otherwise a foreign name that resolves to 127.0.0.1 would suffice: DNS rebinding). If a
+browser reports the page of origin, this must be a page of this server. The ``Studio`` handles the
+messages of all pages.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from safenav.studio.session import ReplaceError, Studio
 from safenav.trace.records import Record
 
 LARGEST = 8_000_000
-"""Bytes of the largest request, which sends an edited text."""
+"""Maximum bytes of a request; the largest ones send an edited text."""
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
@@ -61,11 +61,11 @@ APART = (
     "sandbox allow-scripts allow-downloads; default-src 'none'; script-src 'unsafe-inline'; "
     "style-src 'unsafe-inline'; img-src data: blob:; frame-ancestors 'none'"
 )
-"""The policy of a self-contained page that may not send requests to the studio."""
+"""The policy of self-contained pages, which must not send requests to the studio."""
 
 
 class Guard(Struct, frozen=True):
-    """Check of requests by the ``token`` of the address and the ``port`` of the server."""
+    """The check of requests by the address's ``token`` and the server's ``port``."""
 
     token: str
     port: int
@@ -98,13 +98,13 @@ class Guard(Struct, frozen=True):
 
 PORT = 7246
 PORTS = 20
-"""Number of ports that are tried, starting with ``PORT``."""
+"""Number of ports to try, from ``PORT`` on."""
 PATIENCE = 30.0
 """Seconds within which a connection must send the head of its request."""
 
 
 class Answer(Struct, frozen=True):
-    """The answer to a request. ``headers`` take precedence over those of ``HEADERS``."""
+    """The response to a request. ``headers`` take precedence over those of ``HEADERS``."""
 
     status: int
     content: bytes = b""
@@ -123,11 +123,11 @@ class Answer(Struct, frozen=True):
 
 
 EVENTS = "text/event-stream"
-MOST_UNSENT = 64_000_000  # bytes that are kept for a page that does not read
+MOST_UNSENT = 64_000_000  # maximum bytes kept for a page that does not read
 
 
 class Server:
-    """The server of one studio."""
+    """The server of a studio."""
 
     def __init__(self, studio: Studio, *, port: int | None) -> None:
         self.studio = studio
@@ -156,7 +156,7 @@ class Server:
         self._over.set()
 
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Answer the one request of a connection."""
+        """Answer a connection's only request."""
         task = asyncio.current_task()
         assert task is not None
         self._connections.add(task)
@@ -176,7 +176,7 @@ class Server:
             writer.close()
 
     async def _request(self, reader: asyncio.StreamReader) -> Answer:
-        """Read a request and return its answer."""
+        """Read a request. Return the response."""
         try:
             async with asyncio.timeout(PATIENCE):
                 head = await reader.readuntil(b"\r\n\r\n")
@@ -213,7 +213,7 @@ class Server:
         if made is None:
             return Answer(404, b"nothing to save yet\n")
         file, content, kind = made
-        if path == "save/3d":  # shown as a page of its own
+        if path == "save/3d":  # shown as a separate page
             return Answer(200, content, kind, {"Content-Security-Policy": APART})
         name = re.sub(r"[^ !#-~]", "_", file)
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
@@ -224,7 +224,7 @@ class Server:
 
         def send(text: str) -> None:
             if writer.transport.get_write_buffer_size() > MOST_UNSENT:
-                writer.transport.abort()  # the page has stopped reading; a live one reconnects
+                writer.transport.abort()  # the page no longer reads; a live one reconnects
             writer.write(f"data: {text}\n\n".encode())
 
         self.studio.join(send)
@@ -245,17 +245,17 @@ class Server:
             return {"is": "exists", "name": data.get("name"), "message": str(error)}
         except (SafenavError, ValueError, RecursionError) as error:
             return {"is": "refused", "message": str(error)}
-        except OSError as error:  # a name that is too long, say
+        except OSError as error:  # for example, too long a name
             return {"is": "refused", "message": file_words(error)}
         return None
 
 
 def listening(port: int | None) -> socket.socket:
-    """Return a socket on a port of the loopback interface; None: the first free port from ``PORT``
-    on, else any. Raises UsageError if none is free."""
+    """Return a socket on a port of the loopback interface (None: the first free port from ``PORT``
+    on, else any). Raises UsageError if none is free."""
     failure: OSError | None = None
     for number in [port] if port is not None else [*range(PORT, PORT + PORTS), 0]:
-        try:  # and listen: until then, another process can bind this port
+        try:  # before the socket listens, another process can bind this port
             return socket.create_server(("127.0.0.1", number))
         except OSError as error:
             failure = error
@@ -281,7 +281,7 @@ def page(title: str) -> str:
 
 
 def serve(studio: Studio, port: int | None = None, *, browser: bool = True) -> None:
-    """Serve a studio until Ctrl-C. Raises UsageError if the port is not available."""
+    """Serve a studio until Ctrl-C. Raises UsageError if the port is unavailable."""
 
     async def served() -> None:
         server = Server(studio, port=port)
@@ -307,9 +307,9 @@ class LiveView(Studio):
             Mission(scenario, world=fleet, listeners=[view]).run()
             view.wait()
 
-    Pages follow the run and can step back in it; they change nothing. ``browser``: open one;
-    ``address``: the page's address, once the view has been entered. Raises UsageError, when
-    entered, if the port is not available.
+    Pages follow the run and can step back in it, but change nothing. ``browser``: whether to open
+    one; ``address``: the page's address, once the view has been entered. Entering raises UsageError
+    if the port is unavailable.
     """
 
     def __init__(
@@ -344,7 +344,7 @@ class LiveView(Studio):
             self._loop.call_soon_threadsafe(self._watched.hear, record)
 
     def wait(self) -> None:
-        """Serve until the last page has been closed, or Ctrl-C."""
+        """Serve until the last page has been closed or Ctrl-C."""
         last = time.monotonic()
         with suppress(KeyboardInterrupt):
             while self._thread.is_alive() and time.monotonic() - last < _GONE:

@@ -1,8 +1,8 @@
-"""A session of the studio: one scenario, one run, and the pages that show them.
+"""Sessions of the studio: a scenario, a run, and the pages that show them.
 
-Pages hold no state of their own: they show the state of this module, so that two pages agree and a
-reload loses nothing. All messages of pages enter by ``take``, all messages to pages leave by
-``tell``. It also makes the downloads of a run: a replay, a replay in 3D, a bundle.
+Pages have no state of their own. They show the state of this module, so two pages agree and a
+reload loses no data. All messages of pages enter by ``take``; all messages to pages leave by
+``tell``. This module also makes the downloads of a run: a replay, a 3D replay, a bundle.
 """
 
 from __future__ import annotations
@@ -56,18 +56,18 @@ SAVERS: Mapping[str, tuple[Saver, str, str]] = {
     "3d": (page_3d, ".3d.html", "text/html"),
     "bundle": (bundle, ".zip", "application/zip"),
 }
-"""Functions that make a file, with its suffix and media type, by name in an address."""
+"""Functions that make files, with suffixes and media types, by names in addresses."""
 
 
 Message = Mapping[str, Any]
 Page = Callable[[str], None]
-"""Sends a message to an open page."""
+"""A function that sends a message to an open page."""
 Made = tuple[str, bytes, str]
 """A download: file name, content and media type."""
 
 
 class ReplaceError(UsageError):
-    """Saving would replace a file, so the user must decide."""
+    """A file that a save would replace, so the user must decide."""
 
 
 class Studio:
@@ -93,7 +93,7 @@ class Studio:
     def of_run(
         cls, scenario: Path, seed: int | None, trace: Path | None, clock: str | None = None
     ) -> Studio:
-        """Return a session for the run of a scenario, without an editor. Raises InputError for an
+        """Return a session for a scenario's run, without an editor. Raises InputError for an
         invalid scenario, UsageError for standard input, which a restart could not read again."""
         if str(scenario) == STDIN:
             raise UsageError("a live run needs a file: standard input can be read only once")
@@ -104,11 +104,11 @@ class Studio:
 
     @property
     def title(self) -> str:
-        """The title of the page until it receives a run."""
+        """The page's title until it receives a run."""
         return f"{Path(self._order.file).stem}: safenav studio"
 
     def join(self, page: Page) -> None:
-        """Add an opened page, and send the whole state to it."""
+        """Add an opened page and send it the whole state."""
         self.pages.add(page)
         for data in self._everything():
             page(json.dumps(data))
@@ -131,7 +131,7 @@ class Studio:
         await wanted(data)
 
     async def made(self, name: str) -> Made | None:
-        """Return the file ``name``, made from the run for the user; None if there is none."""
+        """Return the file ``name``, made from the run for the user, or None."""
         if self.run is None or not self.run.lines or name not in SAVERS:
             return None
         make, ending, kind = SAVERS[name]
@@ -156,7 +156,7 @@ class Studio:
         return {"is": "hello", "editor": False, "palette": palette(self._catalogue)}
 
     def _ordered(self) -> RunOrder:
-        """Return scenario and settings of the next run. Raises InputError if it cannot run."""
+        """Return the scenario and settings of the next run. Raises InputError if it cannot run."""
         return self._order
 
     async def _begin(self) -> StudioRun:

@@ -1,4 +1,4 @@
-"""Conversion of records to and from JSON data: msgspec checks types, and names the first error."""
+"""Conversion of records to and from JSON data. msgspec checks types and names the first error."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -35,7 +35,7 @@ _WORDS = {
 
 
 class WrongError(Exception):
-    """An error in a value, described by one sentence."""
+    """An error in a value, described in one sentence."""
 
 
 def convert(kind: Any, value: object) -> Any:
@@ -49,7 +49,7 @@ def convert(kind: Any, value: object) -> Any:
 
 
 def _sentence(error: str) -> str:
-    """Return the text of an error of msgspec as a sentence: field, expected and found."""
+    """Return an error text of msgspec as a sentence: field, expected and found."""
     match = _PLACED.fullmatch(error)
     assert match is not None, "each text matches"
     found, path = match[1], match[2] or ""
@@ -68,7 +68,7 @@ def _in_words(types: re.Match[str]) -> str:
 
 
 def _hook(kind: Any, value: Any) -> Any:
-    """Return the value of a field that msgspec cannot convert: an objective, or any value of type
+    """Return the value of a field that msgspec cannot convert: an objective or a value of type
     ``object``."""
     if kind is object:
         return value
@@ -81,7 +81,7 @@ def _hook(kind: Any, value: Any) -> Any:
 def to_data(objective: Objective) -> dict[str, object]:
     """Return an objective as JSON data, with regions as numbers.
 
-    A target of one region is a number, a larger one a sorted list.
+    A target of one region is a number; a larger one is a sorted list.
     """
     if isinstance(objective, Ltl):
         memory = {n: list(b) if b else "bool" for n, b in objective.memory.items()}
@@ -121,7 +121,7 @@ class _Formulas(Struct, frozen=True):
 
 
 def objective_of(data: Any) -> Objective:
-    """Return the objective in JSON data that ``to_data`` has made. Raises an error of msgspec, or
+    """Return the objective in JSON data of ``to_data``. Raises an error of msgspec or
     ValueError."""
     known = data if isinstance(data, Mapping) else ()
     word, *others = [key for key in known if key not in _Rules.__struct_fields__]
@@ -144,7 +144,7 @@ def objective_of(data: Any) -> Objective:
 
 @cache
 def entries(kind: Any) -> tuple[FieldInfo, ...]:
-    """Return the fields of a class of records, or of objects in records, in the order of a file."""
+    """Return the fields of a class of records, or of parts of records, in a file's order."""
     known = {each.name: each for each in fields(kind)}
     names = dict.fromkeys(n for base in reversed(kind.__mro__) for n in get_annotations(base))
     return tuple(known[name] for name in names if name in known and name != "line")
@@ -154,7 +154,7 @@ _PLAIN = {str, int, float, bool, type(None)}
 
 
 def plain(value: Any) -> Any:
-    """Return a record, or a part of one, as JSON data."""
+    """Return a record or a part of one as JSON data."""
     kind: Any = type(value)
     return value if kind in _PLAIN else _writer(kind)(value)
 

@@ -1,8 +1,8 @@
 """Trace files (docs/trace.md): reading and appending typed records.
 
-A writer that was killed leaves an incomplete last line, which is not an error: ``cut_off`` records
-it. Any other line that violates the format is one diagnostic; the first ones are reported, others
-counted; if the first line is not a header, only this. Each line is flushed when it happens.
+A killed writer leaves an incomplete last line, which is not an error: ``cut_off`` records it. Any
+other line that violates the format is one diagnostic: the first ones are reported, others counted.
+If the first line is not a header, only this is reported. Each line is flushed as it happens.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from safenav.trace.records import (
 
 
 class Trace(Struct, frozen=True):
-    """A whole trace. ``cut_off``: whether its last line was incomplete (the writer was killed).
+    """A whole trace. ``cut_off``: whether its last line is incomplete (the writer was killed).
     ``digest``: sha256 of its file; ``first``: the text of its first line."""
 
     source: str
@@ -53,7 +53,7 @@ class Trace(Struct, frozen=True):
 
     @property
     def outcome(self) -> End | None:
-        """The end of the run; None if the trace does not record it."""
+        """The end of the run; None if the trace does not contain it."""
         return next((r for r in reversed(self.records) if isinstance(r, End)), None)
 
     @property
@@ -68,26 +68,26 @@ class Trace(Struct, frozen=True):
 
     @property
     def obstacles(self) -> dict[str, Obstacle]:
-        """All obstacles by name: those of the header, and those discovered later."""
+        """All obstacles by name: those of the header and those discovered later."""
         found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
         return {o.name: o for o in (*self.header.scenario.obstacles, *found)}
 
     @property
     def steps(self) -> list[tuple[Depart, Arrive | None]]:
-        """The steps of a live run as pairs of departure and arrival; None for a step that was in
-        progress when the run ended."""
+        """The steps of a live run as pairs of departure and arrival; None for a step in progress at
+        the end of the run."""
         ends = {r.command: r for r in self.records if isinstance(r, Arrive)}
         return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Depart)]
 
     @property
     def acts(self) -> list[tuple[Act, ActionEnd | None]]:
-        """The actions of a live run as pairs of beginning and end; None if it has not ended."""
+        """The actions of a live run as pairs of start and end (None: it has not ended)."""
         ends = {r.command: r for r in self.records if isinstance(r, ActionEnd)}
         return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Act)]
 
 
 def unstarted(scenario: Scenario) -> Trace:
-    """Return the trace of a run of the scenario that has not yet begun."""
+    """Return the trace of a run of the scenario that has not begun."""
     header = Header(0, VERSION, safenav.__version__, scenario.recorded, "external")
     return Trace(scenario.name, header, (), cut_off=False)
 
@@ -96,7 +96,7 @@ _DIAGNOSTIC_LIMIT = 20
 MOST_OF_A_LINE = 10_000_000
 """Maximum length of a line, in bytes."""
 _BEGINNING = 4000
-"""Bytes of a file from which its kind is recognized."""
+"""Initial bytes of a file that show its kind."""
 _HEADER = '{{"type":"header","{}":{}'
 _WRITTEN = (
     f"a trace begins with {_HEADER.format('trace', VERSION)} ('safenav run SCENARIO --trace FILE' "
@@ -104,21 +104,21 @@ _WRITTEN = (
     "--motion FILE')"
 )
 _PERHAPS_CONTROL = re.compile(rb"\\[bfnrtu]|[\x7f-\xff]")
-"""Bytes that occur in a line whose strings may hold control characters."""
+"""Bytes of a line whose strings may contain control characters."""
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 _TEXTS = ("explanation", "because", "reason")
 """Fields whose text may have several lines."""
 
 
 def read_trace(path: str | Path) -> Trace:
-    """Return the trace in a file (``-``: standard input). Raises InputError if it cannot be read or
-    is not a trace."""
+    """Return the trace in a file (``-``: standard input). Raises InputError if it is unreadable or
+    not a trace."""
     return read_bytes(read_input(path), str(path))
 
 
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
     """Return the trace in the bytes of a file. ``source``: its name in messages. Raises InputError
-    with up to twenty diagnostics, one for each invalid line, and the number of others."""
+    with up to twenty diagnostics, one per invalid line, and the number of others."""
     check_kind(content[:_BEGINNING], "trace", source)
     lines = content.split(b"\n")
     cut_off = bool(lines[-1].strip()) and not _is_json(lines[-1])
@@ -156,7 +156,7 @@ def _is_json(content: bytes) -> bool:
 
 
 def _shown(value: Any, *, lines: bool = False) -> Any:
-    """Return a value in which all strings are safe on a terminal; ``lines``: keep line ends."""
+    """Return a value with all strings safe on a terminal. ``lines``: keep line ends."""
     match value:
         case str():
             return "\n".join(map(_escaped, value.split("\n"))) if lines else _escaped(value)
@@ -175,7 +175,7 @@ def _escaped(text: str) -> str:
 
 
 class _Reader:
-    """Reader of the lines of a file, in order."""
+    """A reader of the lines of a file, in order."""
 
     def __init__(self) -> None:
         self.header: Header | None = None
@@ -219,7 +219,7 @@ class _Reader:
         scenario = header.scenario
         if found := _misfit(scenario):
             raise WrongError(found)
-        # An obstacle that reappears has several entries, in any order.
+        # A reappearing obstacle has several entries, in any order.
         first = [each.name for each in scenario.obstacles if each.appears is None]
         if len({*first}) < len(first):
             raise WrongError("two obstacles have the same name")
@@ -228,7 +228,7 @@ class _Reader:
         self.header = header
 
     def _add(self, record: Record) -> None:
-        """Add a record. It may name only robots of the header, unless it is a dropped report."""
+        """Add a record. Only a dropped report may name robots that are not in the header."""
         if isinstance(record, Discovered):
             if record.obstacle.name in self._obstacles:
                 raise WrongError(f"{record.obstacle.name} already exists")
@@ -251,8 +251,8 @@ def _converted(number: int, kind: type[R], data: dict[str, Any]) -> R:
 
 
 def _misfit(scenario: Scenario) -> str | None:
-    """Return an error if a scenario names a robot or a region that its team or its map does not
-    have, or has two robots of one name; else None."""
+    """Return an error if a scenario names a robot or region that its team or map lacks, or has two
+    robots with one name; else None."""
     world, names = scenario.map, {robot.name for robot in scenario.robots}
     objectives = [change.objective for change in scenario.changes]
     for robot in scenario.robots:
@@ -277,11 +277,11 @@ def _misfit(scenario: Scenario) -> str | None:
 
 
 Listener = Callable[[Record], None]
-"""Receives each record of a run as it happens."""
+"""A function that receives each record of a run as it happens."""
 
 
 def as_data(record: Record) -> dict[str, Any]:
-    """Return the record as one JSON object of the trace."""
+    """Return the record as a JSON object of the trace."""
     data = {"type": record.type, **plain(record)}
     if record.note:
         data["note"] = True
@@ -292,10 +292,10 @@ def as_data(record: Record) -> dict[str, Any]:
 
 class TraceWriter:
     """A listener that appends each record to a file and flushes it. The first record replaces the
-    file's content; a run that is refused before its first record leaves the content unchanged.
+    file's content; a run that is refused earlier leaves the content unchanged.
 
-    Raises UsageError when the file cannot be opened or written: a run whose trace is lost must not
-    continue.
+    Raises UsageError if the file cannot be opened or written, since a run whose trace is lost must
+    not continue.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -312,7 +312,7 @@ class TraceWriter:
         try:
             if not self._begun and stat.S_ISREG((file := os.fstat(self._file.fileno())).st_mode):
                 self._made = True
-                if file.st_size:  # once truncated, closing a file waits for the disk
+                if file.st_size:  # the close of a truncated file waits for the disk
                     self._file.truncate(0)
             self._file.write(line)
             self._file.flush()
@@ -321,7 +321,7 @@ class TraceWriter:
             raise self._failure(error) from error
 
     def _remove_empty(self) -> None:
-        """Remove the file if this writer has created it and has written nothing."""
+        """Remove the file if this writer has created it and written nothing."""
         if self._made and not self._begun:
             self._path.unlink(missing_ok=True)
 

@@ -1,9 +1,9 @@
-"""Typed data for the lines of a trace, for all code that writes or reads them (docs/trace.md).
+"""Typed lines of a trace, for all code that writes or reads them (docs/trace.md).
 
-One frozen class for each type of line. The reader, the writer and the JSON Schema are driven by the
-annotations: a field's JSON name is its name here, without the underscore that distinguishes it from
-a word of Python. A field with a default may be absent; a field whose value and default are None is
-left out.
+Each type of line has a frozen class. Its annotations drive the reader, the writer and the JSON
+Schema. A field's JSON name is its name here, without the underscore that distinguishes it from a
+Python keyword. A field with a default may be absent; a field whose value and default are None is
+omitted.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from safenav.trace import vocabulary
 from safenav.trace.vocabulary import Proof
 
 VERSION = 4
-"""The version of the format; there is no other."""
+"""The only version of the format."""
 
 
 class TickLine(Struct, frozen=True, rename={"from_": "from"}):
@@ -470,7 +470,7 @@ KINDS: Mapping[str, type[Record]] = {
     for kind in list(globals().values())
     if isinstance(kind, type) and issubclass(kind, Record) and kind.__struct_config__.tag
 }
-"""All types of lines above, by the ``type`` in the file: the tag of the class."""
+"""All types of lines above, by the ``type`` in the file (the class's tag)."""
 
 for _tag, _kind in KINDS.items():
     _kind.type = _tag

@@ -1,4 +1,4 @@
-"""The JSON Schema of a line of a trace, from the annotations of the records."""
+"""The JSON Schema of a trace's lines, from the annotations of the records."""
 
 import json
 from inspect import cleandoc
@@ -26,8 +26,7 @@ _OBJECTIVE: Schema = {
 def trace_schema() -> Schema:
     """Return the schema (draft 2020-12) that every line of a trace matches.
 
-    Notes of other types, and fields that are not named here, are to be ignored by readers; so
-    the schema allows them.
+    Readers must ignore notes of other types and other fields, so the schema allows them.
     """
     _, definitions = msgspec.json.schema_components(
         KINDS.values(), schema_hook=_hook, ref_template="#/$defs/{name}"
@@ -68,5 +67,5 @@ def _hook(kind: type) -> Schema:
 
 
 def schema_text() -> str:
-    """Return the schema as it is published."""
+    """Return the text of the published schema."""
     return json.dumps(trace_schema(), indent=2) + "\n"

@@ -1,4 +1,4 @@
-"""The values of a trace's fields: words, which docs/trace.md explains, and parts of records."""
+"""Values of a trace's fields: words, which docs/trace.md explains, and parts of records."""
 
 from collections.abc import Mapping
 from enum import StrEnum

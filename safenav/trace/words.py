@@ -1,4 +1,4 @@
-"""Words for obstacles, regions, times and lists in texts for people."""
+"""Words for obstacles, regions, times and lists, in texts for people."""
 
 from collections.abc import Iterable
 
@@ -16,7 +16,7 @@ def obstacle_words(name: str, word: Word = number_word) -> str:
 
 
 def seconds_words(seconds: float) -> str:
-    """Return a duration in the unit that fits: ``12 ms``, ``3.4 s``, ``2 min 5 s``."""
+    """Return a duration in a suitable unit: ``12 ms``, ``3.4 s``, ``2 min 5 s``."""
     if seconds < 0.0005:
         return "under 1 ms"
     if seconds < 0.9995:
@@ -27,7 +27,7 @@ def seconds_words(seconds: float) -> str:
 
 
 def moment_words(tick: int, seconds: float | None) -> str:
-    """Return the moment of an event: ``in tick 31``, or ``after 2 min 5 s`` of a live run."""
+    """Return the moment of an event: ``in tick 31`` or, in a live run, ``after 2 min 5 s``."""
     return f"in tick {tick}" if seconds is None else f"after {seconds_words(seconds)}"
 
 
@@ -51,17 +51,17 @@ def listed(names: Iterable[str]) -> str:
 
 
 MANY = 8
-"""Maximum number of robots that a line for people names one by one."""
+"""Maximum number of robots named one by one in a line for people."""
 
 
 def some(names: Iterable[str]) -> str:
-    """Return names as ``listed`` does, but many of them in short: ``a, b, c and 57 others``."""
+    """Return names like ``listed``, but shorten many: ``a, b, c and 57 others``."""
     words = list(names)
     return listed(words if len(words) <= MANY else [*words[:3], f"{len(words) - 3} others"])
 
 
 def shortened(rule: str) -> str:
-    """Return the words of an assumption, in which a long list of robots at the end is shortened:
+    """Return the words of an assumption with a shortened list of many robots at the end:
     ``infinitely often no robot is beside it (a, b, c and 57 others)``."""
     words, found, listing = rule.rpartition(" (")
     names = listing.removesuffix(")").split(", ")

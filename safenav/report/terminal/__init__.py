@@ -1,1 +1,1 @@
-"""Terminal output: story, maps, tables, warnings."""
+"""Terminal output: story, maps, tables and warnings."""

@@ -1,4 +1,4 @@
-"""Explanations, in words, of a robot without a strategy and of a run that needed an operator. They
+"""Explanations, in words, of robots without a strategy and of runs that needed an operator. They
 claim only proven facts about a core."""
 
 import re
@@ -29,7 +29,7 @@ from safenav.trace.words import counted, listed, obstacle_words, regions_words, 
 from safenav.world.map import Heading, Region, RegionMap
 
 _SHOWN, _ENDING = 12, 3
-"""Maximum number of shown moments of a play, and the number of last ones among them."""
+"""Maximum number of shown moments of a play, and the number of final ones among them."""
 
 
 def explanation_lines(found: Explanation, scenario: Scenario) -> Iterator[str]:
@@ -83,7 +83,7 @@ def cause_words(found: Explanation, world: RegionMap) -> str:
 
 
 def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> str:
-    """Return one member of a core, in the words of the scenario."""
+    """Return a member of a core in the words of the scenario."""
     if member.origin.item == "map" and member.regions:
         verb = "is a wall" if len(member.regions) == 1 else "are walls"
         return f"{_regions(member.regions, world)} {verb}"
@@ -100,7 +100,7 @@ def _member_name(member: CoreMember, found: Explanation, world: RegionMap) -> st
 def _constraint_words(
     constraint: Constraint, found: Explanation, world: RegionMap, about: str = ""
 ) -> str:
-    """Return a guarantee in words, with the formula if the user wrote it."""
+    """Return a guarantee in words, with its formula if the user wrote that."""
     item, rule = constraint.origin.item, _rule(constraint.origin.rule, found, world)
     formula = rule.startswith("ltl") or item.endswith(".always")
     return f"{item}: {rule}{about}" + (f": {_named(constraint.formula, world)}" if formula else "")
@@ -157,7 +157,7 @@ def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterat
 
 
 def _rule(rule: str, found: Explanation, world: RegionMap) -> str:
-    """Return the words of a rule, with the objective replaced by the one that the user wrote."""
+    """Return the words of a rule, with the user's objective in place of its form."""
     stands = describe(found.task.objective)
     return rule.replace(stands, describe(asked_of(found.task), world.word))
 
@@ -169,20 +169,20 @@ def _goal_words(goal: Constraint, found: Explanation, world: RegionMap) -> str:
 
 
 def _named(formula: str, world: RegionMap) -> str:
-    """Return a formula with region numbers replaced by names of regions, as in a scenario."""
+    """Return a formula with names in place of region numbers, as in a scenario."""
     return re.sub(r"(\bregion'?\s*!?=\s*)(\d+)\b", lambda m: m[1] + world.word(int(m[2])), formula)
 
 
 def _others(found: Explanation) -> str:
-    """Return words for the environment of the robot: the inputs of its objective if it has any,
-    otherwise ``other robots``."""
+    """Return words for the robot's environment: its objective's inputs if there are any, otherwise
+    ``other robots``."""
     inputs = [each.name for each, _ in found.task.inputs]
     some = f"the input{'s' if len(inputs) > 1 else ''} {listed(inputs)}"
     return some if inputs else "other robots"
 
 
 def _in_order(core: Core) -> list[CoreMember]:
-    """Return the members of a core, with all walls joined to one member at the end."""
+    """Return the members of a core, with all walls as one member at the end."""
     walls = [m for m in core.members if m.origin.item == "map"]
     rest = [m for m in core.members if m.origin.item != "map"]
     if len(walls) < 2:
@@ -244,7 +244,7 @@ def core_heading(core: Core) -> str:
 
 
 def core_notes(core: Core, others: str, name: Callable[[CoreMember], str]) -> Iterator[str]:
-    """Yield notes on a core as text. ``others``: noun for the players that could cooperate;
+    """Yield notes on a core as text. ``others``: the noun for the players that could cooperate;
     ``name`` returns the words for a member."""
     if core.together and core.all_together:
         yield f"(realizable if {others} cooperated)"
@@ -305,7 +305,7 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
 
 
 def _missing_lines(missing: Sequence[Missing], word: Word) -> Iterator[str]:
-    """Yield lines about actions that the team lacks, and the models that have these actions."""
+    """Yield lines about actions that the team lacks and models with these actions."""
     if missing:
         yield "  in all, this team lacks:"
     for each in missing:

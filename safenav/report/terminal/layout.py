@@ -1,4 +1,4 @@
-"""Tables and progress of long work, as lines on a terminal."""
+"""Tables and progress reports as lines on a terminal."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ def echo_lines(lines: Iterable[str], err: bool = False) -> None:
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
-    """Return the lines of a table. None is shown as a dash; columns of numbers are
-    right-aligned."""
+    """Return the lines of a table. A dash represents None; columns of numbers are right-aligned."""
     cells = [["-" if value is None else str(value) for value in row] for row in rows]
     numeric = [
         all(isinstance(row[i], int | float) or row[i] is None for row in rows)
@@ -40,7 +39,7 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str
 
 
 class StatusLine:
-    """Progress on standard error: an updated line on a terminal, else a line every ``EVERY``
+    """Progress on standard error: an updated line on a terminal, otherwise a line every ``EVERY``
     seconds."""
 
     EVERY = 10.0
@@ -51,7 +50,7 @@ class StatusLine:
         self.last, self._shown = 0.0, False
 
     def show(self, text: str, seconds: float) -> None:
-        """Show ``text`` as the state of the work, which began ``seconds`` ago."""
+        """Show ``text`` as the state of work that began ``seconds`` ago."""
         if self.live:
             width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
             click.echo(f"\r\033[K{text[: width - 1]}", nl=False, err=True)
@@ -61,14 +60,14 @@ class StatusLine:
             click.echo(text, err=True)
 
     def clear(self) -> None:
-        """Remove the line, to make room for other output."""
+        """Remove the line to make room for other output."""
         if self._shown:
             click.echo("\r\033[K", nl=False, err=True)
             self._shown = False
 
 
 class WaitingLine(StatusLine):
-    """A status line that shows the progress of a synthesis while it runs."""
+    """A status line with the progress of a running synthesis."""
 
     def __call__(self, progress: SynthesisProgress) -> None:
         if progress.result is None:

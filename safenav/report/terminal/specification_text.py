@@ -1,7 +1,7 @@
-"""Specifications and their strategies in words: the faults of a strategy, the lines that make a
-specification unrealizable, and vacuous wins as warnings; results as data for machines.
+"""Specifications and strategies in words: the faults of a strategy, the lines that make a
+specification unrealizable, and vacuous wins as warnings. Also results as data for programs.
 
-Paths show the values of nodes (``region=47 heading=east``), not only their numbers."""
+Paths show values of nodes (``region=47 heading=east``), not only numbers."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
@@ -21,13 +21,13 @@ from safenav.trace.words import counted
 from safenav.verify.verification import Failure
 
 _SHOWN = 24
-"""Maximum number of lines of a path or play; an even number."""
+"""Maximum number of lines of a path or play (even)."""
 _LONGEST = 160
 """Maximum characters of a shown formula; the file has the rest."""
 
 
 def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
-    """Yield the fault, the violated constraint with its origin, and a shortest path to it."""
+    """Yield the fault, the violated constraint with its origin, and a shortest path there."""
     yield from failure.lines
     if failure.path:
         yield f"shortest path, {counted(len(failure.path) - 1, 'step')}:"
@@ -44,7 +44,7 @@ def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
 
 
 def _without_the_middle(lines: Sequence[str]) -> Sequence[str]:
-    """Return lines; of too many, return the first and the last, with the number of the others."""
+    """Return ``_SHOWN`` lines at most: the first, the number of omitted, the last ones."""
     half, more = _SHOWN // 2, len(lines) - _SHOWN
     return lines if more <= 0 else [*lines[:half], f"... {more} more", *lines[-half:]]
 
@@ -112,8 +112,8 @@ def _moments(moments: Sequence[Values], strategy: Strategy) -> Iterator[str]:
 
 
 def vacuity_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
-    """Yield a warning of a vacuous win of a system; the first line is the warning itself.
-    ``file``: its specification's file."""
+    """Yield the lines of a warning of a system's vacuous win, the warning itself first. ``file``:
+    its specification's file."""
     yield f"the system may win by making assumptions fail: {vacuity.cause.value}"
     if vacuity.cause in (Cause.UNFAIR, Cause.NO_BEGINNING):
         failing = [c for c in strategy.specification.constraints if c.origin in vacuity.origins]
@@ -128,8 +128,8 @@ _LEFT_OUT = (Scenario, Strategy, Task)
 
 
 def data_of(value: Any) -> Any:
-    """Return results as JSON data: the fields of their classes, but an obstacle as its name, and
-    without the scenario, the task and strategies."""
+    """Return results as JSON data: the fields of their classes, with obstacles as names and without
+    the scenario, the task and strategies."""
     if isinstance(value, Obstacle):
         return value.name
     if isinstance(value, Struct):

@@ -1,8 +1,8 @@
-"""A run as a story on the terminal: discoveries, helpers and cost.
+"""Runs as stories on the terminal: discoveries, helpers and costs.
 
-A listener of the mission's lines that prints the events of their run, after a map of its start. The
-map is text with two characters per region: robots as labels, obstacles as blocks. Two robots above
-each other (one flies) share the two characters.
+This listener prints the events of a run, after a map of its start. The map is text with two
+characters per region: robots as labels, obstacles as blocks. Two robots above each other (one
+flies) share the two characters.
 """
 
 import re
@@ -32,11 +32,11 @@ from safenav.world.map import Heading, Region, RegionMap
 Echo = Callable[[str], None]
 
 _NAME = re.compile(r"(?<![\w@])[\w-]+(?:@[\w|#-]+)?")
-"""Pattern of a word that may be the name of a robot or obstacle."""
+"""The pattern of words that may name a robot or obstacle."""
 
 
 class Story:
-    """Listener that prints a run, line by line, with ``echo``."""
+    """A listener that prints a run, line by line, with ``echo``."""
 
     def __init__(self, scenario: Scenario, echo: Echo = click.echo, maps: bool = True) -> None:
         self._write, self._maps = echo, maps
@@ -92,7 +92,7 @@ class Story:
             self._changed(event)
 
     def _changed(self, event: Event) -> None:
-        """Print that rounds restart if an event resolves an obstacle and progress is lost."""
+        """Report that rounds restart if an event resolves an obstacle and progress is lost."""
         status = self._run.hidden[event.obstacle].status.now if event.obstacle else None
         over = event.kind is StoryKind.RESOLVED and status in _OVER
         if over and self._in_rounds and self._run.restarts_rounds(event.obstacle or ""):
@@ -161,7 +161,7 @@ WALL, FREE, TARGET, CLOSED = "██", " ·", " o", "▒▒"
 
 
 def signs_of(robots: Iterable[RobotTrack]) -> dict[Region, str]:
-    """Return for each occupied region two characters: a robot's label, with its heading if the
+    """Return two characters for each occupied region: a robot's label, with its heading if the
     label has one character; for several robots, the last characters of two labels."""
     found: dict[Region, list[RobotTrack]] = {}
     for track in robots:
