@@ -1,7 +1,7 @@
 """Correct-by-construction controllers for teams of heterogeneous robots.
 
 The public interface (docs/library.md) consists of the names of ``__init__.pyi``. They are loaded on
-first use: ``import safenav`` alone, and so ``safenav --help``, loads nothing else.
+first use: ``import safenav``, and so ``safenav --help``, loads nothing else.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Entry point of the command and of ``python -m safenav``."""
+"""The entry point of the command and of ``python -m safenav``."""
 
 import atexit
 import gc
@@ -9,8 +9,8 @@ from contextlib import suppress
 
 def main() -> None:
     """Run the command line."""
-    # Modules, strategies and searches consist of millions of objects, few of them in cycles, so
-    # garbage is collected rarely, from the first import on.
+    # Modules, strategies and searches have millions of objects, few of them in cycles. So garbage
+    # is collected rarely, from the first import on.
     gc.set_threshold(200_000, 20, 100)
     ended: list[int] = []
     atexit.register(_leave, ended)  # registered first, so called last
@@ -18,7 +18,7 @@ def main() -> None:
         from safenav.cli import main as command
 
         command()
-    except KeyboardInterrupt:  # while modules load; the command reports later interrupts
+    except KeyboardInterrupt:  # during the imports; the command reports later interrupts
         print("error: interrupted", file=sys.stderr)
         sys.exit(130)
     except SystemExit as end:
@@ -28,9 +28,9 @@ def main() -> None:
 
 
 def _leave(ended: list[int]) -> None:
-    """End the process with its exit status, after its threads and exit handlers have ended. Freeing
-    every module first would take 5 ms. If the output cannot be written, the interpreter ends the
-    process and reports the error."""
+    """End the process with its exit status after its threads and exit handlers have ended. The
+    release of all modules would take 5 ms. If the output cannot be written, the interpreter ends
+    the process and reports the error."""
     for status in ended:
         with suppress(OSError, ValueError):
             sys.stdout.flush()

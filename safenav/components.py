@@ -1,4 +1,4 @@
-"""Graph search, and strongly connected components in one pass (Tarjan: SIAM J. Comput. 1972)."""
+"""Graph search and strongly connected components in one pass (Tarjan: SIAM J. Comput. 1972)."""
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import TypeVar
@@ -12,8 +12,8 @@ _State = TypeVar("_State", bound=Hashable)
 def reached(
     begins: Iterable[_State], after: Callable[[_State], Iterable[_State]]
 ) -> dict[_State, _State]:
-    """Return the states reachable from ``begins``, the nearest first, each mapped to its
-    predecessor on a shortest path; an initial state is mapped to itself."""
+    """Return the states reachable from ``begins``, the nearest first, mapped to their predecessors
+    on shortest paths (initial states: to themselves)."""
     before = {state: state for state in begins}
     queue = list(before)
     for state in queue:
@@ -25,8 +25,8 @@ def reached(
 
 
 def path_to(state: _State, before: Mapping[_State, _State]) -> tuple[_State, ...]:
-    """Return the path from an initial state to a state. ``before``: the predecessors that
-    ``reached`` has returned."""
+    """Return the path from an initial state to a state. ``before``: the predecessors from
+    ``reached``."""
     path = [state]
     while before[path[-1]] != path[-1]:
         path.append(before[path[-1]])
@@ -34,8 +34,8 @@ def path_to(state: _State, before: Mapping[_State, _State]) -> tuple[_State, ...
 
 
 def cyclic_parts(after: Mapping[_State, Sequence[_State]]) -> dict[_State, int]:
-    """Return the states that lie on a cycle, each mapped to the index of its component. ``after``:
-    the successors of each state."""
+    """Return the states on cycles, each mapped to the index of its component. ``after``: the
+    successors of each state."""
     states = list(after)
     number = {state: k for k, state in enumerate(states)}
     graph = [[number[other] for other in each] for each in after.values()]
@@ -45,10 +45,10 @@ def cyclic_parts(after: Mapping[_State, Sequence[_State]]) -> dict[_State, int]:
 
 
 def components(graph: Graph) -> list[list[int]]:
-    """Return the strongly connected components. Each follows the components that it can reach."""
+    """Return the strongly connected components, each after those that it can reach."""
     found: list[list[int]] = []
     count, done = 0, len(graph) + 1
-    low = [0] * (len(graph) + 1)  # 0: a new node; ``done``: its component is complete
+    low = [0] * (len(graph) + 1)  # 0: new node; ``done``: complete component
     stack: list[int] = []
     work = [(len(graph), -1, iter(range(len(graph))))]  # an extra node with edges to all others
     while work:

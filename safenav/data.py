@@ -1,5 +1,5 @@
-"""Parts of data classes: values with bounds, which readers and schemas check, and methods whose
-results are cached."""
+"""Parts of data classes: values with bounds, which readers and schemas check, and methods with
+cached results."""
 
 from collections.abc import Callable
 from functools import cache, cached_property, partial
@@ -16,7 +16,7 @@ Heading = Annotated[
     str, Meta(pattern="^(north|east|south|west)$", description="north, east, south or west")
 ]
 Place = tuple[Region, Heading | None]
-"""A region, and the heading of a robot, if it has one."""
+"""A region and a robot's heading, if it has one."""
 
 
 _Self = TypeVar("_Self")
@@ -27,8 +27,8 @@ _Result = TypeVar("_Result")
 def cached_method(
     method: Callable[Concatenate[_Self, _Asked], _Result],
 ) -> cached_property[Callable[_Asked, _Result]]:
-    """Decorate a method that depends only on its arguments and on constant state of its object, to
-    compute each result once. The object needs a ``__dict__``."""
+    """Decorate a method to compute each result once. It must depend only on its arguments and
+    constant state of its object, which needs a ``__dict__``."""
 
     def of(owner: _Self) -> Callable[_Asked, _Result]:
         return cast("Callable[_Asked, _Result]", cache(partial(method, owner)))

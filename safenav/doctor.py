@@ -1,4 +1,4 @@
-"""State of the installation, which ``safenav doctor`` reports."""
+"""The state of the installation, as ``safenav doctor`` reports it."""
 
 import os
 import platform
@@ -31,13 +31,13 @@ PURPOSES = {
     "ros2": "robots with ROS 2",
     "simulation": "robots in a physics simulation",
 }
-"""The extras that commands need. Their packages are those of safenav's own metadata."""
+"""The extras that commands need. safenav's metadata lists their packages."""
 
 _ANSWER_SECONDS = 10.0
 
 
 class InstallationFinding(Struct, frozen=True):
-    """One line of the report. ``good``: None for a note about an optional part."""
+    """A line of the report. ``good``: None for a note about an optional part."""
 
     good: bool | None
     subject: str
@@ -45,8 +45,8 @@ class InstallationFinding(Struct, frozen=True):
 
 
 def examine() -> Iterator[InstallationFinding]:
-    """Examine packages, synthesizer and cache. Runs two syntheses, and creates and removes an empty
-    file in the cache directory. Scenarios can be run unless a finding is bad."""
+    """Examine packages, synthesizer and cache: run two syntheses, and create and remove an empty
+    file in the cache directory. Scenarios can run unless a finding is bad."""
     location = Path(safenav.__file__).parent
     yield InstallationFinding(True, "safenav", f"{safenav.__version__} in {location}")
     system = f"{platform.python_version()} ({sys.executable}) on {platform.platform()}"

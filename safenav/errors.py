@@ -1,7 +1,7 @@
-"""Outcomes of runs, verdicts of syntheses, and all deliberate errors with their exit codes.
+"""Outcomes of runs, verdicts of syntheses, and all intended errors with their exit codes.
 
 A proven negative (unrealizable, operator needed) is not an error but an outcome, returned as data.
-Errors are bad input, exhausted resources, and broken or missing tools.
+Errors are bad input, exhausted resources, and broken or missing programs.
 """
 
 from __future__ import annotations
@@ -67,12 +67,12 @@ _OF_OUTCOMES = {
 
 
 def exit_code_of(outcome: Outcome) -> ExitCode:
-    """Return the exit code of a run with this outcome, before expectations are compared."""
+    """Return the exit code of a run with this outcome, before the check of expectations."""
     return _OF_OUTCOMES.get(outcome, ExitCode.NEGATIVE)
 
 
 def file_words(error: OSError) -> str:
-    """Return the name of an unusable file, shortened if it is long, and the reason."""
+    """Return the name of an unusable file, shortened if necessary, and the reason."""
     name, why = str(error.filename or ""), error.strerror or str(error)
     shown = name if len(name) <= _NAME else f"{name[: _NAME - 3]}..."
     return f"{shown}: {why}" if shown else why
@@ -81,15 +81,15 @@ def file_words(error: OSError) -> str:
 _NAME = 96
 """Maximum number of characters of a file's name in a message."""
 _LINE = 76
-"""Width of an excerpt with its line number: indented, it fits into 80 columns, so that the caret
-stays below its column."""
+"""Width of an excerpt with its line number. Indented, it fits into 80 columns, so the caret stays
+below its column."""
 REPORTED = 100
-"""Maximum number of diagnostics in a message, which counts the rest."""
+"""Maximum number of diagnostics in a message, which states the number of others."""
 
 
 def follows_an_interruption(error: BaseException | None) -> bool:
-    """Return whether Ctrl-C led to an error: Python wraps an interrupt that occurs in
-    ``__set_name__``, and the code that ends an interrupted step may fail."""
+    """Return whether Ctrl-C led to an error: Python wraps interrupts in ``__set_name__``, and the
+    code that ends an interrupted step may fail."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
@@ -98,8 +98,8 @@ def follows_an_interruption(error: BaseException | None) -> bool:
 class Diagnostic(NamedTuple):
     """One error in an input, with a hint for fixing it.
 
-    ``line`` and ``column`` count from 1; 0 means no position. ``found``: the error; ``hint``: how
-    to fix it; ``source``: the text of the line; a caret below it shows the column.
+    ``line`` and ``column`` count from 1 (0: no position). ``found``: the error; ``hint``: how to
+    fix it; ``source``: the text of the line. A caret below it shows the column.
     """
 
     file: str
@@ -117,7 +117,7 @@ class Diagnostic(NamedTuple):
         return "\n    ".join([*parts, self.hint] if self.hint else parts)
 
     def _excerpt(self) -> list[str]:
-        """Return the line, cut to the text around the column, and a caret below the column."""
+        """Return the text around the column in the line, and a caret below the column."""
         if not self.source.strip() or not 1 <= self.column <= len(self.source) + 1:
             return []
         shown = "".join(char if char.isprintable() else " " for char in self.source)
@@ -129,13 +129,13 @@ class Diagnostic(NamedTuple):
 
 
 class SafenavError(Exception):
-    """Base of all deliberate errors; shown to the user as one message, never a traceback."""
+    """The base of all intended errors. Users see one message, never a traceback."""
 
     exit_code: ExitCode = ExitCode.INTERNAL
 
 
 class InputError(SafenavError):
-    """An input that cannot be used. ``diagnostics``: all errors found in it, in file order."""
+    """An unusable input. ``diagnostics``: all errors found in it, in file order."""
 
     exit_code = ExitCode.BAD_INPUT
 
@@ -151,13 +151,13 @@ class InputError(SafenavError):
 
 
 class UsageError(SafenavError):
-    """A request that cannot be carried out, such as an unknown robot on the command line."""
+    """An impossible request, such as an unknown robot on the command line."""
 
     exit_code = ExitCode.BAD_INPUT
 
 
 class SynthesizerError(SafenavError):
-    """A synthesizer that is missing, crashed, or printed something that is not a result."""
+    """A synthesizer that is missing, has crashed, or has printed an invalid result."""
 
     exit_code = ExitCode.INTERNAL
 
@@ -169,15 +169,15 @@ class ResourceLimitError(SafenavError):
 
 
 class NotCertifiedError(SafenavError):
-    """A bundle of a run that its checker refuses."""
+    """A run's bundle that its checker refuses."""
 
     exit_code = ExitCode.NEGATIVE
 
 
 def requirements(extra: str = "") -> tuple[str, ...]:
-    """Return the requirements of an extra and of the extras that it includes; for the extra ``""``,
-    those of safenav itself."""
-    # Imported here: this takes longer than the rest of the command line.
+    """Return the requirements of an extra and its included extras; for ``""``, those of safenav
+    itself."""
+    # Imported here since this takes longer than the rest of the command line.
     from importlib import metadata
 
     found: list[str] = []
@@ -203,7 +203,7 @@ def install_command(extra: str = "") -> str:
 @contextmanager
 def needing(user: str, extra: str, package: str = "") -> Iterator[None]:
     """Raise UsageError if this context imports a missing package of an extra. ``user``: the feature
-    that needs it; ``package``: its name, if not that of the module."""
+    that needs it; ``package``: its name, if it differs from the module's."""
     try:
         yield
     except ImportError as error:

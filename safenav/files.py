@@ -1,9 +1,9 @@
-"""Files: reading within limits, the kinds of files, line ends of text, JSON lines, atomic writing.
+"""Files: reading within limits, kinds of files, line ends, JSON lines and atomic writing.
 
 A line ends with a line feed, perhaps after a carriage return. Python, YAML and some editors also
-end lines at other characters (U+0085, U+2028, a single carriage return). In a text with one of
-them, ``# a comment<U+2028>a formula`` is a comment to one program and a formula to another. Such
-texts are refused.
+end lines at other characters (U+0085, U+2028, a single carriage return). So ``# a comment<U+2028>a
+formula`` is a comment for one program and a formula for another. Texts with such characters are
+refused.
 """
 
 import json
@@ -25,20 +25,20 @@ HINT = "remove it: programs disagree on what it means, for example on whether a 
 
 
 MOST_BYTES = 100_000_000
-"""Largest file of foreign data that is read."""
+"""Maximum bytes of a file of foreign data."""
 MOST_VALUES = 6_000_000
-"""Maximum number of values in such a file, counted by brackets and commas: each takes up to 80
+"""Maximum number of values in such a file, counted by brackets and commas. Each takes up to 80
 bytes."""
 
 
 def read_input(
     path: str | Path, most: int = MOST_BYTES, *, named: bool = False, values: float = MOST_VALUES
 ) -> bytes:
-    """Return the content of a file, or of standard input for ``-``. A path that is ``named`` in
-    another file is never standard input.
+    """Return the content of a file or, for ``-``, of standard input. A path ``named`` in another
+    file is never standard input.
 
-    Raises InputError if it cannot be read, has more than ``most`` bytes (a device may have no end)
-    or more than this many ``values``.
+    Raises InputError if it cannot be read, or has more than ``most`` bytes (a device may have no
+    end) or this many ``values``.
     """
     file, hint = Path(path), ""
     try:
@@ -71,7 +71,7 @@ def read_input(
 
 
 def printable(text: str) -> str:
-    """Return the text of a file or of its name without characters that control the terminal."""
+    """Return a file's text or name without characters that control the terminal."""
     return "".join(char if char.isprintable() or char == "\n" else "?" for char in text)
 
 
@@ -92,7 +92,7 @@ def json_flaw(error: Exception) -> str:
 
 def foreign_character(text: str) -> tuple[int, int, str] | None:
     """Return line and column (from 1) and the name of the first character that programs interpret
-    differently; None if there is no such character."""
+    differently, or None."""
     match = _FOREIGN.search(text)
     if match is None:
         return None
@@ -144,11 +144,11 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
         _DRAW,
     ),
 }
-"""Patterns of each kind, all of which its texts contain, and advice on such a file."""
+"""The patterns that all texts of a kind contain, and advice on such files."""
 
 
 def kind_of(text: str) -> str | None:
-    """Return the kind of a file with this text; None if it has no known kind."""
+    """Return the kind of a file with this text; None if it is unknown."""
     text = text.removeprefix("\N{BYTE ORDER MARK}")
     for kind, (patterns, _) in _KINDS.items():
         if all(re.search(pattern, text) for pattern in patterns):
@@ -160,7 +160,7 @@ ADVICE = (
     "a scenario is YAML ('safenav new FILE' writes one); 'check' also reads traces and motions "
     "(.jsonl) and bundles, and 'synth' reads structuredslugs and slugsin files, also of LTLMoP"
 )
-"""The hint for a file of a kind that safenav does not read."""
+"""The hint for files of other kinds."""
 
 
 def check_kind(text: str | bytes, expected: str, file: str) -> None:
@@ -172,8 +172,8 @@ def check_kind(text: str | bytes, expected: str, file: str) -> None:
 
 
 _BINARY = re.compile(rb"%PDF|\x1f\x8b|(?!\xff\xfe|\xfe\xff)[^\0]{0,200}\0{2}", re.DOTALL)
-"""Beginnings of binary files. In a text of UTF-16, which has an error of its own, every other byte
-is zero."""
+"""The beginnings of binary files. In UTF-16 texts, which have their own error, every other byte is
+zero."""
 
 
 def decoded(data: bytes, file: str) -> str:
@@ -195,8 +195,8 @@ def decoded(data: bytes, file: str) -> str:
 
 
 def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: bool = True) -> None:
-    """Write a file (``-``: standard output), and report it if ``echo``. ``replace``: overwrite an
-    existing file.
+    """Write a file (``-``: standard output) and, if ``echo``, report it. ``replace``: whether to
+    overwrite an existing file.
 
     Raises UsageError if it cannot be written.
     """
@@ -216,7 +216,7 @@ def _bytes(content: str | bytes) -> bytes:
 
 
 def try_out(path: Path) -> None:
-    """Raise UsageError unless a file of this name can be written. Leave nothing behind."""
+    """Raise UsageError unless a file with this name can be written. Leave no file behind."""
     with _writing(path):
         if path.is_dir():
             raise IsADirectoryError(0, "it is a folder")
@@ -239,8 +239,8 @@ def try_folder(path: Path) -> None:
 
 @contextmanager
 def _new_file(folder: Path, prefix: str = ".") -> Iterator[Path]:
-    """Yield a new file in a folder, readable by this user only. An interrupt at any time leaves no
-    file behind."""
+    """Yield a new file in a folder, readable only by this user. Interrupts never leave a file
+    behind."""
     file = folder / f"{prefix}{os.urandom(6).hex()}"
     try:
         os.close(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
@@ -248,7 +248,7 @@ def _new_file(folder: Path, prefix: str = ".") -> Iterator[Path]:
     finally:
         try:
             file.unlink(missing_ok=True)
-        except BaseException:  # interrupted before the file was deleted
+        except BaseException:  # interrupted before the deletion
             file.unlink(missing_ok=True)
             raise
 
@@ -259,20 +259,20 @@ def _writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        file = error.filename2 or path  # the target of a failed rename or link, if any
+        file = error.filename2 or path  # a failed rename or link has a target
         raise UsageError(f"cannot write {file}: {error.strerror or error}") from error
 
 
 def tell(path: Path) -> None:
-    """Report name and size of a written file on standard error."""
+    """Report the name and size of a written file on standard error."""
     print(f"{path}  {path.stat().st_size / 1024:.0f} KiB", file=sys.stderr)
 
 
 def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = True) -> None:
-    """Let ``write`` fill a file beside ``path``, then rename it: an incomplete file is never left.
-    Devices and pipes are written directly. ``replace``: overwrite an existing file.
+    """Let ``write`` fill a file beside ``path``, then rename it, so that no incomplete file is
+    left. Write devices and pipes directly. ``replace``: whether to overwrite an existing file.
 
-    Raises UsageError if that cannot be done.
+    Raises UsageError if that is impossible.
     """
     with _writing(path):
         if path.exists() and not path.is_file():
@@ -285,16 +285,16 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
                 if replace:
                     part.replace(path)
                 else:
-                    os.link(part, path)  # unlike renaming, linking fails if the name exists
+                    os.link(part, path)  # unlike a rename, a link fails if the name exists
             except FileExistsError:
                 hint = "choose another name, or replace it with --force"
                 raise UsageError(f"{path} already exists\n    {hint}") from None
 
 
 def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
-    """Write files by their names into a folder, which need not exist. If there is not enough space,
-    write none of them. Raises UsageError if that cannot be done."""
-    # Imported here: this loads the modules of all archives, which takes 2 ms.
+    """Write files by their names into a folder, which need not exist. Write none if there is not
+    enough space. Raises UsageError if that is impossible."""
+    # Imported here since this loads the modules of all archives (2 ms).
     from tempfile import TemporaryDirectory
 
     with _writing(folder):

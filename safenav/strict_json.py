@@ -1,10 +1,10 @@
-"""JSON that every program reads alike, and the strings that a line of a trace may hold. It needs
-only Python's library: bundles contain it.
+"""JSON that every program reads alike, and the possible strings of a trace's line. This module
+needs only Python's library, since bundles contain it.
 
-Python accepts more than the standard, and of two equal keys it takes the last, other programs the
+Python accepts more than the standard, and takes the last of two equal keys; other programs take the
 first. So a program and its checker could read a file differently. The strings of a line are checked
-once when it is read: each is a word or a name, or one of a few texts for people, which nothing but
-output reads. The readers check the types of fields.
+once when it is read: each is a word, a name, or one of a few texts for people, which only output
+uses. The readers check the types of fields.
 """
 
 import json
@@ -15,17 +15,17 @@ from functools import lru_cache
 from typing import Any
 
 MOST_NUMBER = 2**53 - 1
-"""Greatest whole number that all programs represent exactly."""
+"""The maximum whole number that all programs represent exactly."""
 _DIGITS = len(str(MOST_NUMBER)) + 1
 _PERHAPS_LARGE = re.compile(rf"\d{{{_DIGITS - 1}}}")
 _PERHAPS_HALF = re.compile(r"\\u[dD][89a-fA-F]")
 _SHOWN = 40
-"""Characters of a key or number in a message."""
+"""Maximum characters of a key or number in a message."""
 
 
 def read_json(text: str | bytes) -> Any:
-    """Return the value of a JSON text in UTF-8. Raises ValueError even for a text that is JSON to
-    some programs only: a repeated key, a number beyond 2**53 - 1, half of a character."""
+    """Return the value of a JSON text in UTF-8. Raises ValueError even for a text that is JSON only
+    for some programs: a repeated key, a number beyond 2**53 - 1, half a character."""
     text = text.decode("utf-8") if isinstance(text, bytes) else text
     try:
         value = (_CAREFUL if _PERHAPS_LARGE.search(text) else _FAST).decode(text)
@@ -67,15 +67,15 @@ _FAST = json.JSONDecoder(object_pairs_hook=_object, parse_float=_fraction, parse
 _CAREFUL = json.JSONDecoder(
     object_pairs_hook=_object, parse_float=_fraction, parse_constant=_constant, parse_int=_whole
 )
-"""The decoder of texts that may hold large whole numbers: it examines each number."""
+"""The decoder of texts that may contain large whole numbers, which examines each number."""
 
 MOST_LEVELS = 200
-"""Deepest nesting of a line."""
+"""Maximum nesting of a line."""
 MOST_ROBOTS = 1000
 MOST_REGIONS = 512 * 512
 """Maximum number of regions of a map, walls included."""
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
-"""Names of robots, obstacles, regions and variables, references to them, and checksums."""
+"""Names of robots, obstacles, regions and variables, references to these, and checksums."""
 ROBOT = re.compile(r"(?!mission\b)[A-Za-z_][A-Za-z0-9_]{0,99}")
 TYPE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
 """Names of obstacle types, regions and areas."""
@@ -83,9 +83,9 @@ _TEXTS = {
     *("allows", "always", "assumptions", "because", "event", "explanation", "grid", "init"),
     *("liveness", "name", "notes", "reason", "requirements", "safenav", "safety", "source"),
 }
-"""Keys of texts: for people, formulas, and the map."""
+"""Keys of texts: for people, formulas and the map."""
 _WRITTEN = (str, dict, list)
-"""Values that can have flaws: numbers have none."""
+"""Types of values that can have flaws, unlike numbers."""
 
 
 @lru_cache(10_000)
@@ -94,8 +94,8 @@ def _named(text: str) -> bool:
 
 
 def flaws(line: Any, kind: str) -> Iterator[str]:
-    """Yield the errors in the values of a line whose fields have been read. ``kind``: the line's
-    type. The state of the run in a checkpoint is not examined here."""
+    """Yield the errors in the values of a line whose fields have been read, except in the state of
+    a checkpoint. ``kind``: the line's type."""
     if kind == "checkpoint":
         line = {key: value for key, value in line.items() if key != "run"}
     left: list[tuple[str, Any, int]] = [("", line, 0)]
@@ -106,7 +106,7 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
             return
         if isinstance(value, dict):
             for name, inner in value.items():
-                if not _named(name) and key not in _TEXTS:  # names of requirements are free
+                if not _named(name) and key not in _TEXTS:  # names of requirements are arbitrary
                     yield f"{_shown(name)} is neither a field nor a name"
                 if isinstance(inner, _WRITTEN):
                     left.append((key if key in _TEXTS else name, inner, level + 1))
@@ -121,8 +121,8 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
 
 
 def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
-    """Return the error of a line that is wrongly marked as a note, or wrongly not; empty if none.
-    The judge skips marked facts; an unmarked unknown line may be a fact of another version."""
+    """Return the error of a line with a wrong or missing mark of notes; empty if there is none. The
+    judge skips marked facts; an unmarked unknown line may be a fact of another version."""
     if fact:
         return f"`{kind}` is a fact, but marked as a note" if "note" in line else ""
     return (

@@ -1,6 +1,6 @@
-"""The command line: modules of commands, each loaded when one of its commands is used.
+"""The command line: modules of commands, loaded on use.
 
-``main`` is the only place that turns an exception into an exit status.
+Only ``main`` turns exceptions into exit statuses.
 """
 
 import errno
@@ -33,7 +33,7 @@ COMMANDS = {
     "new": ("new", "Write an example scenario, or a schema."),
     "doctor": ("new", "List the installed parts and test the synthesizer."),
 }
-"""The module of each command, and its line of help."""
+"""The module of each command and its line of help."""
 
 _NAMES = "\n".join(f"  {name:7}  {words}" for name, (_, words) in COMMANDS.items())
 HELP = f"""\
@@ -67,8 +67,8 @@ Commands:
 
 
 def main() -> None:
-    """Run the ``safenav`` command. SIGTERM and SIGHUP end the command as Ctrl-C does: with its
-    subprocesses, without its temporary files."""
+    """Run the ``safenav`` command. SIGTERM and SIGHUP end the command like Ctrl-C: its subprocesses
+    end, and its temporary files are deleted."""
     try:
         _open_closed_streams()
         if stat.S_ISFIFO(os.fstat(1).st_mode):
@@ -98,7 +98,7 @@ def main() -> None:
 
 
 def _ending(error: BaseException) -> tuple[str, errors.ExitCode]:
-    """Return the message and the exit code of a command that an error has ended."""
+    """Return the message and exit code of a command ended by an error."""
     from difflib import get_close_matches
 
     import click
@@ -132,8 +132,8 @@ def _ending(error: BaseException) -> tuple[str, errors.ExitCode]:
 
 
 def _open_closed_streams() -> None:
-    """Open the null device for each standard stream that is closed at the start, as by a service or
-    a script (``>&-``). Otherwise the next file opened would become that stream."""
+    """Open the null device for each standard stream that is initially closed (by a service or
+    script, ``>&-``). Otherwise the next opened file would become that stream."""
     for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
         try:
             os.fstat(number)
@@ -143,8 +143,8 @@ def _open_closed_streams() -> None:
 
 
 class _Pipe(io.FileIO):
-    """Output that is discarded once its reader has closed it (``safenav ... | head``): the command
-    continues, and its exit code depends on its result alone."""
+    """Output that is discarded after its reader has closed it (``safenav ... | head``). The command
+    continues, and its exit code depends only on its result."""
 
     def write(self, data: Any) -> int:
         try:
@@ -155,7 +155,7 @@ class _Pipe(io.FileIO):
 
 
 def _coloured() -> bool | None:
-    """Return False if the user wants no colours, else None: only a terminal gets colours."""
+    """Return False if the user wants no colours, else None (colours only on a terminal)."""
     return False if os.environ.get("NO_COLOR") else None
 
 
@@ -165,7 +165,7 @@ def warn(message: Warning | str) -> None:
 
 
 def warn_of(lines: Iterable[str]) -> None:
-    """Print warnings, each with the indented lines that belong to it."""
+    """Print warnings, each with its indented lines."""
     for line in lines:
         print(line, file=sys.stderr) if line.startswith(" ") else warn(line)
 
@@ -178,7 +178,7 @@ def report_error(message: str) -> None:
 
 
 def _say(word: str, colour: int, message: str) -> None:
-    """Print a message on standard error, its first word in bold and in a colour on a terminal."""
+    """Print a message on standard error. On a terminal its first word is bold and coloured."""
     if _coloured() is None and sys.stderr.isatty():
         word = f"\x1b[{colour}m\x1b[1m{word}\x1b[0m"
     print(f"{word} {message}", file=sys.stderr)
@@ -187,11 +187,11 @@ def _say(word: str, colour: int, message: str) -> None:
 def _fail(message: str, code: errors.ExitCode) -> NoReturn:
     try:
         report_error(message)
-    except OSError:  # the terminal has been closed, which ends the program as Ctrl-C does
+    except OSError:  # a closed terminal ends the program like Ctrl-C
         code = errors.ExitCode.INTERRUPTED
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
-        except OSError:  # Python would try again at its exit, and fail with a code of its own
+        except OSError:  # Python would try again at its exit and fail with its own code
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     sys.exit(code)

@@ -1,4 +1,4 @@
-"""``safenav check`` and ``certify``: judge files, and write the bundle of a run."""
+"""``safenav check`` and ``certify``: judge files and write the bundle of a run."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ BAD = """unrealizable (--strict: or a warning); a rule broken, or an outcome mis
 
 SCENARIO, TRACE, MOTION, BUNDLE = "scenario", "trace", "motion file", "bundle"
 ARCHIVE = ("PK\x03\x04", "PK\x05\x06")
-"""First bytes of a zip file."""
+"""The first bytes of zip files."""
 SHOWN = 5
-"""Maximum number of findings printed for a file."""
+"""Maximum number of printed findings per file."""
 
 
 class JudgedFile(Struct, frozen=True):
-    """The verdict on a file, as data and in words."""
+    """The verdict on a file as data and in words."""
 
     status: errors.ExitCode
     data: Mapping[str, Any]
@@ -118,10 +118,9 @@ def recognized(file: GivenFile) -> str:
 
 
 def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
-    """Judge each robot and the team, then run the scenario without its hidden obstacles. Valid
-    items that are probably unintended give warnings: those of ``lint`` and ``foreseen``, an
-    unrealizable objective from an input, a battery that runs empty, a deadlock. ``strict``:
-    warnings count as unrealizable."""
+    """Judge each robot and the team, then run the scenario without its hidden obstacles. Probably
+    unintended items give warnings: those of ``lint`` and ``foreseen``, an unrealizable objective of
+    an input, an empty battery, a deadlock. ``strict``: whether warnings count as unrealizable."""
     from safenav.report.terminal.layout import WaitingLine
     from safenav.review.foresight import examined, foreseen, rehearse
     from safenav.review.lint import lint
@@ -137,7 +136,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     answers = first_results(plan, synthesizer, WaitingLine())
     warnings = [*lint(plan), *foreseen(plan)]
     for robot in plan.robots:
-        for event, objective in robot.when:  # as if the input were on from the start
+        for event, objective in robot.when:  # as if the input were initially on
             as_own = replace(robot, objective=objective, when=())
             team = (as_own if r is robot else r for r in plan.robots)
             then = replace(plan, robots=tuple(team))
@@ -190,7 +189,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
 
 
 def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
-    """Judge a trace. The requirements of its scenario are judged on the motion, if one is given."""
+    """Judge a trace and, if a motion is given, the scenario's requirements on it."""
     from safenav.judge.state import EXTERNAL
     from safenav.run.checked import checked
     from safenav.trace.file import read_bytes
@@ -229,8 +228,8 @@ def trace_lines(found: CheckedTrace) -> Iterator[str]:
 def of_motion(
     file: GivenFile, traces: Sequence[GivenFile], more: tuple[str, ...], rate: float
 ) -> JudgedFile:
-    """Judge a motion against its own trace, or against the first trace if none of them is its own;
-    then judge its scenario's requirements and the formulas ``more`` on the motion."""
+    """Judge a motion against its own trace, or the first trace if none is its own. Then judge its
+    scenario's requirements and the formulas ``more`` on the motion."""
     from safenav.motion.check.requirements import SATISFIED, judged
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file import parsed
@@ -243,7 +242,7 @@ def of_motion(
     runs = [read_bytes(each.bytes(), each.name) for each in traces]
     run = next((run for run in runs if run.digest == motion.header.trace), runs[0])
     found = check_motion(motion, run)
-    # The signals of a motion that breaks rules are not reliable.
+    # Signals of a motion that breaks rules are unreliable.
     judgements = [] if found else judged(motion, run, more, rate)
     lines = [*broken(file.name, found)]
     if found and (more or run.header.scenario.requirements):
@@ -260,7 +259,7 @@ def of_motion(
 
 
 def of_bundle(file: GivenFile) -> JudgedFile:
-    """Check a bundle with the installed checker instead of the copy in the bundle."""
+    """Check a bundle with the installed checker, not the copy in the bundle."""
     from safenav.certify.check import check_bundle
     from safenav.report.terminal.layout import table
 
@@ -277,7 +276,7 @@ def of_bundle(file: GivenFile) -> JudgedFile:
 
 
 def broken(source: object, found: Sequence[object], rest: str = "more") -> Iterator[str]:
-    """Yield the first findings about a source, and the number of others, called ``rest``."""
+    """Yield the first findings about a source and the number of others, called ``rest``."""
     yield from (f"{source}: {each}" for each in found[:SHOWN])
     if len(found) > SHOWN:
         yield f"and {len(found) - SHOWN} {rest} (--json prints them)"

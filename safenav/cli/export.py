@@ -1,4 +1,4 @@
-"""``safenav export``: a run as waypoints, a motion, a ROS 2 bag or samples."""
+"""``safenav export``: runs as waypoints, motions, ROS 2 bags or samples."""
 
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +16,7 @@ from safenav.trace.file import Trace, read_trace
 from safenav.world.map import Frame
 
 BAG_RATE = 20.0
-"""Positions of each robot per second in a bag with a motion."""
+"""Positions per robot and second in a bag with a motion."""
 
 FILE = options.Output(".csv", ".mcap", ".npz")
 

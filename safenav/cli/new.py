@@ -1,4 +1,4 @@
-"""``safenav new``, ``doctor``, ``studio``: write a new file, examine the installation, draw."""
+"""``safenav new``, ``doctor``, ``studio``: new files, checks of the installation, drawing."""
 
 from pathlib import Path
 from shlex import quote
@@ -63,7 +63,7 @@ def new(
 
 
 def _reference(of: str | None) -> str:
-    """Return the JSON Schema of a kind of files; None: the built-in catalogue."""
+    """Return the JSON Schema of a kind of files (None: the built-in catalogue)."""
     if of is None:
         from safenav.scenario.reading.catalogue import FILES
 

@@ -11,14 +11,14 @@ from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Clock, Scenario
 
 PASSES = 200
-"""Maximum number of passes for commands to end before the operator is prompted."""
+"""Maximum number of passes before the prompt in which commands may end."""
 POLL = 0.05
 """Seconds between two checks for input."""
 
 
 def attended(wanted: bool, plan: Scenario, as_json: bool) -> bool:
-    """Return whether an operator is prompted: if ``wanted``, or if a user can answer at a terminal.
-    Raises UsageError if an operator is wanted in a run that never waits."""
+    """Return whether to prompt an operator: if ``wanted``, or if a user is at a terminal. Raises
+    UsageError if an operator is wanted in a run that never waits."""
     live = plan.clock is Clock.LIVE
     if wanted and not live:
         raise UsageError("--operator requires a live run; add '--clock live'")
@@ -26,7 +26,7 @@ def attended(wanted: bool, plan: Scenario, as_json: bool) -> bool:
 
 
 def run_with_operator(mission: Mission) -> None:
-    """Run a mission; when it waits, prompt for interventions."""
+    """Run a mission. When it waits, prompt for interventions."""
     terminal, passes = _Terminal(mission), 0
     mission.start()
     while mission.result is None:
@@ -40,7 +40,7 @@ def run_with_operator(mission: Mission) -> None:
 
 class _Terminal:
     """Lines of standard input. The mission continues until a line arrives: robots end their
-    commands, and Ctrl-C ends the run."""
+    commands. Ctrl-C ends the run."""
 
     def __init__(self, mission: Mission) -> None:
         self.mission = mission
@@ -49,7 +49,7 @@ class _Terminal:
 
     def line(self, *, stepping: bool) -> str | None:
         """Return the next line, stripped; None if the input, the mission or its wait for an
-        operator has ended. ``stepping``: continue the mission until the line arrives."""
+        operator has ended. ``stepping``: whether the mission continues until the line arrives."""
         while b"\n" not in self._read and not self._over:
             if self.mission.result is not None or self.mission.waiting is None:
                 return None
@@ -63,8 +63,8 @@ class _Terminal:
 
 
 def _ask(mission: Mission, terminal: _Terminal) -> None:
-    """Prompt for interventions until an empty line or the end of the input follows one. If the
-    input ends before any intervention, give up the run."""
+    """Prompt for interventions until an empty line or the end of the input follows one. Give up the
+    run if the input ends before any intervention."""
     from safenav.runtime.run.operator import LINES
 
     for line in (f"interventions: {'; '.join(LINES.values())}", "an empty line continues the run"):

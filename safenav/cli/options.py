@@ -1,8 +1,7 @@
-"""Options of commands, their types, and checks of their values.
+"""Options of commands, their types and the checks of their values.
 
-The parameters of a command's function declare its options and arguments; those that several
-commands have are defined here. Paths to write are tried before a command begins, so that no work is
-lost.
+The parameters of a command's function declare its options and arguments. This module defines shared
+ones. Output paths are tried before a command begins, so that no work is lost.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class _Commands(click.Group):
-    """The group of all commands, which imports a command's module only when it is used."""
+    """The group of all commands. It imports a command's module only on use."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         del ctx
@@ -50,7 +49,7 @@ group = click.version_option(safenav.__version__, prog_name="safenav")(
 
 
 def command_of(name: str) -> click.Command:
-    """Return the command of this name, from its module."""
+    """Return the command with this name from its module."""
     module = importlib.import_module(f"safenav.cli.{COMMANDS[name][0]}")
     command: click.Command = getattr(module, name)
     return command
@@ -65,8 +64,8 @@ OTHER_CODES = (
 def command(
     examples: str, good: str = "done", negative: str = ""
 ) -> Callable[[Callable[..., int]], click.Command]:
-    """Make a command of a function: its parameters are the options and arguments. Its help shows
-    the ``examples``, and the meanings of exit codes 0 (``good``) and 1 (``negative``)."""
+    """Make a command of a function, whose parameters are the options and arguments. Its help shows
+    the ``examples`` and the meanings of exit codes 0 (``good``) and 1 (``negative``)."""
     codes = [f"0  {good}", *([f"1  {negative}"] if negative else []), *OTHER_CODES]
     epilog = "\n  ".join([f"\b\nExamples:\n{examples}\b\nExit codes:", *codes])
 
@@ -86,10 +85,10 @@ def command(
 
 
 def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
-    """Return the option or argument that a parameter declares. Its annotation has a type of click
+    """Return the option or argument that a parameter declares. Its annotation has a click type
     (none for a text or a flag) and words for the help (none for an argument). A text that starts
-    with a dash, such as ``"--rows N"``, gives the option's names and metavar, if they differ from
-    the default. A mapping holds further click settings."""
+    with a dash, such as ``"--rows N"``, states the option's names and metavar, if they differ from
+    the default. A mapping contains further click settings."""
     base, *parts = get_args(hint)
     of, several = get_args(base), get_origin(base) is tuple
     usage, settings = f"--{name.replace('_', '-')}", dict[str, Any]()
@@ -121,7 +120,7 @@ def _declared(name: str, hint: Any, default: Any) -> click.Parameter:
 
 
 def refuse(required: str, *names: str) -> None:
-    """Raise UsageError if the command line has one of these parameters, which would be ignored.
+    """Raise UsageError if the command line has one of these parameters, which would have no effect.
     ``required``: the options or inputs that they require."""
     context = click.get_current_context()
     for param in context.command.params:
@@ -138,21 +137,21 @@ def range_of(unit: str, least: float, most: float, *, beyond: bool = False) -> c
 
 
 BEGINNING = 5_000_000
-"""Bytes of a file from which its kind is recognized."""
+"""Initial bytes of a file that show its kind."""
 KINDS = (
     *(".csv", ".dot", ".gif", ".graphml", ".html", ".json", ".jsonl", ".map", ".mcap", ".npz"),
     *(".pdf", ".pgm", ".png", ".slugsin", ".structuredslugs", ".svg", ".txt", ".xml"),
     *(".yaml", ".yml", ".zip"),
 )
-"""Endings of files of known kinds."""
+"""File endings of known kinds."""
 
 
 class Output(click.Path):
     """A path to write; ``-`` is standard output.
 
-    ``endings``: file endings of this kind of output; none: any ending. If there are several, each
-    is a format, and a path must have one of them. ``folder``: any other path is a folder, and ``-``
-    is allowed only if ``printed``.
+    ``endings``: file endings of this kind of output (none: any). If there are several, each is a
+    format, and a path must have one of them. ``folder``: whether any other path is a folder, and
+    ``-`` is allowed only if ``printed``.
     """
 
     def __init__(self, *endings: str, folder: bool = False, printed: bool = False) -> None:
@@ -162,7 +161,7 @@ class Output(click.Path):
         self._printed = printed or not folder
 
     def check(self, path: Path) -> None:
-        """Raise UsageError for a path that cannot be written, or with the ending of another kind of
+        """Raise UsageError for an unwritable path or one with the ending of another kind of
         file."""
         if str(path) == "-" and self._printed:
             return
@@ -183,13 +182,13 @@ class Output(click.Path):
             try_out(path)
 
     def is_folder(self, path: Path) -> bool:
-        """Return whether the output is a folder into which files are written, not a file."""
+        """Return whether the output is a folder for files, not a file."""
         return self._folder and path.suffix not in self._endings
 
 
 def _check(context: click.Context) -> None:
-    """Raise UsageError for a value that is not a number, and for an output that cannot be written
-    or that another parameter also names. Devices and pipes may be named twice."""
+    """Raise UsageError for a value that is not a number, an unwritable output, and an output that
+    another parameter also names. Devices and pipes may be named twice."""
     named = list[tuple[str, Path, click.Path]]()
     for param in context.command.params:
         value, kind = context.params[param.name or ""], param.type
@@ -222,7 +221,7 @@ def _check(context: click.Context) -> None:
 INPUT = click.Path(path_type=Path)
 FOLDER = Output(folder=True)
 SECONDS = range_of("s", 0, 1e9, beyond=True)
-"""A duration, or a time of a run, in seconds."""
+"""A duration or a time of a run in seconds."""
 PIXELS = click.IntRange(100, 8000)
 COUNT = click.IntRange(min=1)
 HERTZ = range_of("hz", 0.1, 10_000)
@@ -249,8 +248,8 @@ Trace = Annotated[Lines, "Write the trace (JSON Lines)."]
 
 
 class GivenFile:
-    """An input file, recognized by its content, which is read once: standard input and pipes cannot
-    be read again. ``most``: maximum number of bytes."""
+    """An input file, recognized by its content. It is read once, since standard input and pipes
+    cannot be read again. ``most``: the maximum number of bytes."""
 
     def __init__(self, path: Path, most: int = MOST_BYTES) -> None:
         self.path = path
@@ -275,8 +274,8 @@ class GivenFile:
 
 
 def loaded(file: GivenFile, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:
-    """Return a scenario, the error about its unreachable targets if it has any, and the robots of a
-    command: only ``robot``, or all. Raises UsageError if there is no such robot."""
+    """Return a scenario, the error about unreachable targets if it has any, and the robots of a
+    command: only ``robot`` or all. Raises UsageError if there is no such robot."""
     from safenav.scenario.reading.loader import load_scenario_text
 
     text, refused = file.text(), None

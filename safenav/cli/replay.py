@@ -1,4 +1,4 @@
-"""``safenav replay`` and ``draw``: runs, and scenarios before their runs, as pages or pictures."""
+"""``safenav replay`` and ``draw``: runs and scenarios as pages or pictures."""
 
 import re
 import sys
@@ -33,7 +33,7 @@ event (violation, request, push, resolved, blocked, pop, goal): its first tick.
 FILE = options.Output(".html", ".svg", ".png", ".gif")
 SPEED = options.range_of("x", 0.1, 100)
 _READ_BY = {"at": (".svg", ".png"), "width": (".png", ".gif"), "speed": (".gif",)}
-"""The endings of files for which an option is read."""
+"""The file endings for which an option has an effect."""
 
 
 @options.command(REPLAY_EXAMPLES)
@@ -89,7 +89,7 @@ def _write_picture(path: Path, picture: str, form: str, width: int | None) -> No
 
 
 def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
-    """Return the 3D page, with the motion from a file or computed from the trace. Raises UsageError
+    """Return the 3D page with the motion of a file or computed from the trace. Raises UsageError
     for a trace that breaks a rule."""
     from safenav.motion.check.verdict import read_motion_of
     from safenav.motion.making import motion_of, refuse_broken
@@ -101,7 +101,7 @@ def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
 
 
 def _moment(run: Run, written: str) -> tuple[int, float]:
-    """Return the tick that a user has given, and the elapsed fraction of the time to the next."""
+    """Return a user's tick and the elapsed fraction of the time to the next one."""
     end = run.time(run.last)
     if written == "last":
         return run.last, 0.0
@@ -161,7 +161,7 @@ def draw(
     from safenav.scenario.reading.map import form_of, load_map
 
     if (form := form_of(scenario)) is None:
-        if scenario.exists():  # the reader reports a missing file
+        if scenario.exists():  # reports a missing file
             options.refuse("map files, not scenarios", "rows", "cols", "side", "share")
         plan = load_scenario(scenario)
     else:

@@ -1,4 +1,4 @@
-"""``safenav run``, ``resume`` and ``drive``: run a scenario, or the rest of a run."""
+"""``safenav run``, ``resume`` and ``drive``: run a scenario or the rest of a run."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from safenav.trace.file import Trace
 
 PATIENCE = 0.8
-"""Seconds after the first signal until an unresponsive run is ended."""
+"""Seconds from the first signal to the end of an unresponsive run."""
 
 RUN_EXAMPLES = """\
   safenav new lab.yaml && safenav run lab.yaml
@@ -112,7 +112,7 @@ def resume(
 
 
 def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
-    """Return the scenario with its limits replaced by those of the command line."""
+    """Return the scenario with the limits of the command line."""
     given = {"ticks": ticks, "seconds": seconds}
     limits = {name: value for name, value in given.items() if value is not None}
     return replace(plan, limits=replace(plan.limits, **limits))
@@ -120,7 +120,7 @@ def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenar
 
 def _continued(trace: Trace, plan: Scenario) -> Resumption:
     """Return the run of a trace at its last checkpoint. Raises InputError if lines of the trace
-    contradict each other, UsageError if the checkpoint places robots elsewhere than the lines."""
+    contradict each other, UsageError if the checkpoint and the lines place robots differently."""
     from safenav.run.reading import run_of
     from safenav.runtime.run.checkpoint import resumption
 
@@ -212,7 +212,7 @@ PRINTED = Path("-")
 
 
 class Files(Struct, frozen=True):
-    """The files that a run writes, and its printed output. ``scenario``: file of the scenario."""
+    """The files that a run writes and its printed output. ``scenario``: the scenario's file."""
 
     scenario: Path
     trace: Path | None = None
@@ -222,7 +222,7 @@ class Files(Struct, frozen=True):
 
     @property
     def printed(self) -> bool:
-        """Whether the run prints a file on standard output, instead of its story."""
+        """Whether the run prints a file on standard output in place of its story."""
         return PRINTED in (self.trace, self.html)
 
 
@@ -234,8 +234,8 @@ def _executed(
     connected: Callable[[], AbstractContextManager[FleetWorld]] | None = None,
     views: Sequence[Listener] = (),
 ) -> int:
-    """Run a scenario, write its files and print its events; return the exit code. ``begun``: the
-    run that is continued; ``connected``: the world of real robots."""
+    """Run a scenario, write its files and print its events. Return the exit code. ``begun``: the
+    run to continue; ``connected``: the world of real robots."""
     operator = attended(operator, plan, files.as_json)
     ledger, kept = Ledger(), list[str]()
     with ExitStack() as running:
@@ -271,7 +271,7 @@ def _executed(
 
 
 def _carry_out(mission: Mission, operator: bool) -> None:
-    """Run a mission to its end. ``operator``: prompt for interventions when it waits."""
+    """Run a mission to its end. ``operator``: whether to prompt for interventions in waits."""
     plan = mission.scenario
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
         signal.signal(number, lambda number, _: _interrupt(mission, number))
@@ -304,8 +304,8 @@ def _interrupt(mission: Mission, number: int) -> None:
 
 
 def _reported(mission: Mission, ledger: Ledger, files: Files, *, advice: bool) -> int:
-    """Print the differences between the run and its expectations, and the next steps (``advice``);
-    return the exit code."""
+    """Print the differences between the run and its expectations, and the next steps (``advice``).
+    Return the exit code."""
     assert mission.result is not None
     plan, result = mission.scenario, mission.result
     outcome, expected = result.outcome, plan.expect
@@ -332,7 +332,7 @@ def _reported(mission: Mission, ledger: Ledger, files: Files, *, advice: bool) -
 
 
 def _next_steps(outcome: Outcome, files: Files) -> Iterator[str]:
-    """Yield commands that show the cause of the outcome, or run the scenario longer."""
+    """Yield commands that show the cause of the outcome or run the scenario longer."""
     name = quote(str(files.scenario))
     if files.html not in (None, PRINTED):
         yield f"    view: open {quote(str(files.html))} (starts at the last tick)"

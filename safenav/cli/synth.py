@@ -1,4 +1,4 @@
-"""``safenav synth``, ``verify`` and ``explain``: strategies, of scenarios and of specifications."""
+"""``safenav synth``, ``verify`` and ``explain``: strategies of scenarios and specifications."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -44,7 +44,7 @@ An unrealizable one gets the environment's strategy, as R.counterstrategy.json, 
 
 
 class Synthesized(Struct, frozen=True):
-    """A specification with its result. An unrealizable one has a strategy of the environment."""
+    """A specification and its result. An unrealizable one has the environment's strategy."""
 
     spec: Specification
     result: SynthesisResult
@@ -54,7 +54,7 @@ class Synthesized(Struct, frozen=True):
         return self.result.verdict is errors.Verdict.REALIZABLE
 
     def data(self) -> dict[str, Any]:
-        """Return the figures of the result as data. Those of a missing strategy are None."""
+        """Return the figures of the result as data (None for a missing strategy)."""
         strategy = self.result.strategy
         return {
             "robot": self.spec.robot,
@@ -89,7 +89,7 @@ class Synthesized(Struct, frozen=True):
             yield f"{stem}.graphml", to_graphml(strategy)
 
     def outdated(self) -> Iterator[str]:
-        """Yield the names of the files that an earlier verdict may have left."""
+        """Yield the names of possible files of an earlier verdict."""
         for stem in (self.spec.robot, f"{self.spec.robot}.counterstrategy"):
             yield from (f"{stem}{ending}" for ending in (".json", ".dot", ".graphml"))
 
@@ -122,7 +122,7 @@ def synth(
         )
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine(), wanted, strategies=True)
-    if avoiding:  # each robot observes whether rivals are beside it, and enters no region of theirs
+    if avoiding:  # each robot observes rivals beside it and enters no region of theirs
         for name, answer in answers.items():
             own = answer.task.robot
             others = (each for each in plan.robots if each.name != name)
@@ -156,7 +156,7 @@ def synth(
 def _of_specification(
     given: options.GivenFile, output: Path | None, measures: Path | None, as_json: bool
 ) -> int:
-    """Synthesize a specification: write and print its strategy, or the environment's; return the
+    """Synthesize a specification. Write and print its strategy or the environment's. Return the
     exit code."""
     file, spec = given.path, specification_of(given)
     synthesizer = Synthesizer(verifier=first_failure)
@@ -194,7 +194,7 @@ def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
 
 
 def specification_of(given: options.GivenFile) -> Specification:
-    """Return the specification in a file, with the file's name as its name."""
+    """Return the specification in a file with the file's name."""
     stem = given.path.stem if given.path.is_file() else "specification"
     return slugs.specification_in(given.bytes(), given.name, stem, warn)
 
@@ -207,7 +207,7 @@ def _report(
     as_json: bool,
     notes: Sequence[str] = (),
 ) -> None:
-    """Write the files, and print a table or the summary. ``first``: heading of the first column."""
+    """Write the files and print a table or the summary. ``first``: the first column's heading."""
     printed = str(output) == "-"
     files = list[tuple[str, str | bytes]]()
     if printed:
@@ -228,7 +228,7 @@ def _report(
 
 
 def opening_words(spec: Specification) -> str:
-    """Return in words how the environment wins immediately if its strategy has no node."""
+    """Return, in words, how the environment wins immediately if its strategy has no node."""
     row = lost_opening(spec) or ()
     named = zip(spec.owned(Owner.INPUT), row, strict=False)
     inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
@@ -340,7 +340,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
 
 
 def _explain_specification(given: options.GivenFile, as_json: bool) -> int:
-    """Print the reasons why a specification is unrealizable; return the exit code."""
+    """Print why a specification is unrealizable. Return the exit code."""
     from safenav.explain.investigation import explain_lines
 
     file, spec = given.path, specification_of(given)

@@ -1,1 +1,1 @@
-"""Scenarios: the data model, the catalogue of robots and obstacles, and the YAML loader."""
+"""Scenarios: the data model, the catalogue of robots and obstacles, the YAML loader."""

@@ -7,7 +7,7 @@ TEMPLATES = {
     "door": "a flying robot, a walking one, and a closed door that they discover",
     "team": "three robots on one floor, with models and an obstacle type of their own",
 }
-"""The purpose of each template; the texts are beside this module."""
+"""The purposes of the templates, whose texts are beside this module."""
 
 DEFAULT = "door"
 

@@ -1,8 +1,8 @@
 """The scenario language: a class for each mapping of a file, an annotated field for each key.
 
-``scenario.yaml.typed`` reads the classes, ``keys`` writes their JSON Schema. Classes of the model
-(``scenario.model``) are read as they are; the modules of ``reading`` turn the other classes into
-them. ``values`` has the forms of values. docs/scenario.md explains each key.
+``scenario.yaml.typed`` reads the classes; ``keys`` writes their JSON Schema. Classes of the model
+(``scenario.model``) are read directly; the modules of ``reading`` turn the other classes into them.
+``values`` contains the forms of values. docs/scenario.md explains each key.
 """
 
 from typing import Annotated, Any, ClassVar, Literal
@@ -156,7 +156,7 @@ STRICT = kinds_that(lambda kind: kind.strict)
 
 
 def _kind(name: str) -> Any:
-    """Return the key that states an objective of this kind."""
+    """Return the key of an objective of this kind."""
     kind = KINDS[name]
     about = f"{kind.meaning[0].upper()}{kind.meaning[1:]}."
     if kind.one:

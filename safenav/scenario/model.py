@@ -1,7 +1,7 @@
-"""A scenario as data: map, robots, hidden obstacles, end, and expected result.
+"""Scenarios as data: map, robots, hidden obstacles, end and expected result.
 
-Immutable and already validated (see ``safenav.scenario.reading.loader``): no user of a Scenario
-needs to check it again.
+The data are immutable and validated (see ``safenav.scenario.reading.loader``), so no user of a
+Scenario needs to check it again.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 
 class RobotChange(Struct, frozen=True):
-    """A change for a robot during the run, at the beginning of tick ``at``. Either it has a new
-    ``objective`` (each round due ``within`` this many ticks), or its service changes (``active``);
-    the other of the two is None."""
+    """A change for a robot during the run, at the beginning of tick ``at``: a new ``objective``
+    (each round due ``within`` this many ticks) or a change of service (``active``). The other of
+    the two is None."""
 
     at: Count
     robot: str
@@ -41,7 +41,7 @@ class RobotChange(Struct, frozen=True):
 class Input(Part, frozen=True):
     """A Boolean that the environment sets.
 
-    It is the same for all robots in a tick, and off before the first tick. A simulation turns it on
+    It is the same for all robots in a tick and off before the first tick. A simulation turns it on
     in the ticks of ``spans`` (first and last). ``again``: the values that specifications assume to
     occur infinitely often.
     """
@@ -102,8 +102,8 @@ class Coordination(StrEnum):
 
 
 class Clock(StrEnum):
-    """Time of a run. In lockstep it is in ticks, in each of which every robot takes its turn; in a
-    live run (``live``) it is in seconds, and each robot decides when its last command has ended."""
+    """The time of a run. In lockstep it is in ticks: in each, every robot takes its turn. In a live
+    run (``live``) it is in seconds, and each robot decides when its last command has ended."""
 
     LOCKSTEP = "lockstep"
     LIVE = "live"
@@ -118,7 +118,7 @@ class FailedMoves(StrEnum):
 
 
 class Failures(Part, frozen=True):
-    """Reactions to robots that fail to carry out a command in a live run.
+    """Reactions to robots that fail to execute a command in a live run.
 
     A command that has not ended after its time limit is cancelled; if it has not ended after the
     same time again, the robot is lost, or its action has failed."""
@@ -232,7 +232,7 @@ class Battery(Part, frozen=True):
         return round(max(0, charge - self.move), DECIMALS)
 
     def stayed(self, charge: float, time: float, *, charging: bool) -> float:
-        """Return the charge after a time without a step; ``charging``: on a charger."""
+        """Return the charge after a time without a step. ``charging``: whether on a charger."""
         rate = self.charge if charging else -self.stay
         return round(min(self.capacity, max(0, charge + rate * time)), DECIMALS)
 
@@ -242,7 +242,7 @@ class Battery(Part, frozen=True):
 
 
 OPERATOR_ACTION = "operator"
-"""The action of an obstacle that represents a failure; no robot has it."""
+"""The action for an obstacle that represents a failure. No robot has it."""
 Action = Annotated[
     str,
     name_key(
@@ -289,7 +289,7 @@ class RobotModel(Part, frozen=True):
         """Yield keys whose values contradict others, each with the error and a remedy."""
         if self.motion is None:
             return
-        from safenav.pace.robot import BOUNDS, MEANINGS  # here, to avoid an import cycle
+        from safenav.pace.robot import BOUNDS, MEANINGS  # here to avoid an import cycle
 
         if self.motion == "walker" and self.mobility is Mobility.FREE:
             hint = "it cannot turn around within a region: write 'mobility: heading'"
@@ -333,8 +333,8 @@ class Robot(Struct, frozen=True):
         return self.model.capabilities
 
     def conflicts(self, other: Robot) -> bool:
-        """Return whether these two robots must never share a region. One of them suffices to
-        require it: each robot assumes the other's guarantee."""
+        """Return whether these two robots must never share a region. The requirement of one
+        suffices, since each robot assumes the other's guarantee."""
         share, pairs = self.model.layer == other.model.layer, ((self, other), (other, self))
         return any(share if a.avoids is None else b.name in a.avoids for a, b in pairs)
 
@@ -383,8 +383,8 @@ class Need(Part, frozen=True):
 
 
 def actions_of(needs: Sequence[Need], number: int) -> frozenset[str]:
-    """Return the actions that a robot must have to fulfil a need: the action of the need, and those
-    of the following needs that the same robots must fulfil."""
+    """Return the actions that a robot must have to fulfil a need: its action, and those of the
+    following needs that the same robots must fulfil."""
     chain = [needs[number], *takewhile(lambda need: need.same, needs[number + 1 :])]
     return frozenset(need.action for need in chain)
 
@@ -407,8 +407,7 @@ class ObstacleType(Struct, frozen=True):
 
 
 FAILURES = ("lost_", "unknown_")
-"""Prefixes of the obstacle types that represent a failure: ``unknown_ground``,
-``lost_digit``."""
+"""Prefixes of obstacle types that represent failures: ``unknown_ground``, ``lost_digit``."""
 
 
 class Catalogue(Struct, frozen=True):
@@ -437,12 +436,12 @@ class Obstacle(Struct, frozen=True):
 
     @property
     def name(self) -> str:
-        """``door@47``, the name of the obstacle everywhere; ``crate@47#2`` is the second order."""
+        """The obstacle's name everywhere: ``door@47``; ``crate@47#2`` for a second order."""
         return f"{self.type.name}@{self.region}" + f"#{self.number}" * (self.number > 1)
 
     @property
     def order(self) -> tuple[str, int, int]:
-        """Sort key that determines the order in which a robot takes loads."""
+        """The sort key for the order in which a robot takes loads."""
         return self.type.name, self.region, self.number
 
     @property
@@ -451,15 +450,14 @@ class Obstacle(Struct, frozen=True):
         return self.type.needs
 
     def blocks(self, robot: Robot) -> bool:
-        """Return whether the obstacle physically stops this robot, whatever the robot's
-        capabilities."""
+        """Return whether the obstacle physically stops this robot, regardless of capabilities."""
         listed = self.type.blocks
         names = (robot.model.layer, robot.model.name, robot.name)
         return listed is None or any(name in listed for name in names)
 
     def resolved_by_entering(self, robot: Robot, need: int = 0) -> bool:
         """Return whether this robot alone resolves the obstacle by entering its region: ``need`` is
-        the last need, takes one robot, and has the region in its S_r."""
+        the last need, requires one robot, and its S_r contains the region."""
         last = self.needs[-1]
         inside = last.at == ResolveAt.SELF or self.region in last.places
         only = need == len(self.needs) - 1 and last.robots == 1 and not last.same
@@ -467,18 +465,18 @@ class Obstacle(Struct, frozen=True):
 
     def closed_to(self, robot: Robot, need: int = 0) -> bool:
         """Return whether this robot must not enter the obstacle's region until need number ``need``
-        and all later ones are fulfilled. Stricter than the paper's phi_a, which lets any robot with
-        the action pass wherever that works (docs/paper.md)."""
+        and all later ones are fulfilled. This is stricter than the paper's phi_a, which lets any
+        robot with the action pass wherever it works (docs/paper.md)."""
         return self.blocks(robot) and not self.resolved_by_entering(robot, need)
 
     def shuts_in(self, robot: Robot) -> bool:
-        """Return whether this obstacle is present from the beginning in the start region of a robot
-        that must not enter it. A later obstacle appears only when no robot is there."""
+        """Return whether this obstacle is initially present in the start region of a robot that
+        must not enter it. A later obstacle appears only when no robot is there."""
         here = self.appears is None and self.region == robot.start.region
         return here and self.closed_to(robot)
 
     def resolution_regions(self, world: RegionMap, need: int = 0) -> tuple[Region, ...]:
-        """Return the free regions of S_r of one need, in ascending order."""
+        """Return the free regions of a need's S_r in ascending order."""
         match self.needs[need].at:
             case ResolveAt.SELF:
                 return (self.region,)
@@ -489,8 +487,8 @@ class Obstacle(Struct, frozen=True):
 
 
 def name_parts(name: str) -> tuple[str, str, int]:
-    """Return the parts of an obstacle's name: the type, the region as it is written, and the
-    number. They are ``crate``, ``dock`` and 2 for ``crate@dock#2``."""
+    """Return the parts of an obstacle's name: type, region as written, and number. They are
+    ``crate``, ``dock`` and 2 for ``crate@dock#2``."""
     kind, _, place = name.partition("@")
     where, _, number = place.partition("#")
     return (kind, where, int(number)) if number.isdecimal() else (kind, place, 1)
@@ -534,8 +532,7 @@ class Scenario(Struct, frozen=True):
 
     @property
     def recorded(self) -> Scenario:
-        """The scenario as a trace contains it: without file names, also those in the notes on its
-        map."""
+        """The scenario in the form of a trace: without file names, also in the notes on its map."""
         return replace(self, source="", map=replace(self.map, notes=()))
 
     @property
@@ -545,7 +542,7 @@ class Scenario(Struct, frozen=True):
 
     @property
     def deadlines(self) -> tuple[str, ...]:
-        """The keys by which the scenario sets deadlines in ticks."""
+        """The keys with which the scenario sets deadlines in ticks."""
         rounds = [*(r.within for r in self.robots), *(c.within for c in self.changes)]
         types = (*self.catalogue.obstacles.values(), *(each.type for each in self.obstacles))
         limits = [*(o.resolve_within for o in self.obstacles), *(t.resolve_within for t in types)]
@@ -555,14 +552,14 @@ class Scenario(Struct, frozen=True):
 
     def limit_of(self, obstacle: Obstacle) -> int | None:
         """Return the maximum number of ticks from the request for an obstacle to its resolution:
-        its own limit, else that of its type, else that of the scenario (None: no limit)."""
+        its own limit, that of its type, or that of the scenario (None: no limit)."""
         limits = (obstacle.resolve_within, obstacle.type.resolve_within, self.resolve_within)
         return next((limit for limit in limits if limit is not None), None)
 
     def robot(self, name: str) -> Robot:
-        """Return the robot of that name. Raises KeyError."""
+        """Return the robot with this name. Raises KeyError."""
         return {robot.name: robot for robot in self.robots}[name]
 
     def restarts_rounds(self, obstacle: str) -> bool:
-        """Return whether resolving the named obstacle restarts rounds, unlike a flat battery."""
+        """Return whether the named obstacle's resolution restarts rounds, unlike a battery's."""
         return self.flat is None or name_parts(obstacle)[0] != self.flat.name

@@ -1,12 +1,12 @@
-"""Objectives of robots (docs/objectives.md), one class for each kind.
+"""Objectives of robots (docs/objectives.md), a class for each kind.
 
 A target is a set of regions, any of which counts. A kind consists of its data, its words, and the
-moves that it forbids; the order in which its targets count is a ``Pursuit``. The specification
+moves that it forbids. The order in which its targets count is a ``Pursuit``. The specification
 states both in formulas (``spec.compile``); the runtime, joint plans and graph searches use the
-pursuit. The judge has a class of its own (``judge.lines``), on purpose. All other code queries the
-kind and never names it.
+pursuit. The judge deliberately has its own class (``judge.lines``). All other code queries the kind
+and never names it.
 
-Raw formulas (``ltl``) have goals instead of targets, which count in any order: the synthesizer
+Raw formulas (``ltl``) have goals instead of targets, which count in any order; the synthesizer
 makes their automaton.
 """
 
@@ -26,38 +26,38 @@ from safenav.world.map import Region
 from safenav.world.poses import bits
 
 Target = frozenset[Region]
-"""Regions, any one of which counts."""
+"""Regions, any of which counts."""
 
 Word = Callable[[Region | Target], str]
-"""The name of a region or of a target (``RegionMap.word``)."""
+"""A function that returns the name of a region or target (``RegionMap.word``)."""
 
 
 def number_word(place: Region | Target) -> str:
-    """Return the number of a region, or the numbers of a target's regions: ``47|58``."""
+    """Return the number of a region or the numbers of a target's regions: ``47|58``."""
     return str(place) if isinstance(place, int) else "|".join(map(str, sorted(place)))
 
 
 class Pursuit(NamedTuple):
-    """The order in which targets count; there are ``targets`` of them. A target is an index, a set
-    of targets a mask with a bit for each. If targets count ``in_turn``, the memory is the next
-    target, else the set of those met in this round. ``settles``: whether the objective ends at the
-    last target, where each tick is a round."""
+    """The order in which a number of ``targets`` count. A target is an index, a set of targets a
+    mask with a bit for each. The memory is the next target if targets count ``in_turn``, else the
+    set of those met in this round. ``settles``: whether the objective ends at the last target,
+    where each tick is a round."""
 
     targets: int
     in_turn: bool
     settles: bool
 
     def met(self, memory: int, here: int) -> int:
-        """Return those of the reached targets ``here`` that count now."""
+        """Return the reached targets ``here`` that count now."""
         return here & 1 << memory if self.in_turn else here
 
     def awaited(self, memory: int) -> int:
-        """Return the targets of which the robot must reach one next."""
+        """Return the targets one of which the robot must reach next."""
         return 1 << memory if self.in_turn else (1 << self.targets) - 1 & ~memory
 
     def step(self, memory: int, here: int) -> tuple[int, int]:
         """Return the memory after a turn in which the robot reaches the targets ``here``, and a
-        count: the goals met (targets in turn) or the rounds completed (any order). If the objective
+        count: of met goals (targets in turn) or of completed rounds (any order). If the objective
         settles, only the last target is a goal."""
         if not self.in_turn:
             seen = memory | here
@@ -75,19 +75,19 @@ class Pursuit(NamedTuple):
 
 
 class Objective:
-    """An objective of a robot; a class for each kind. Its targets are numbered in its own order.
+    """An objective of a robot (a class for each kind). Its targets are numbered in its own order.
     ``avoid``: regions that the robot never enters; ``always``: formulas over ``region`` and
     ``heading`` that each of its steps keeps. Both always hold, even while the robot helps another.
     ``literal``: whether no weaker form of a ``strict`` kind is accepted.
 
     ``kind``: its key in a scenario; ``meaning``: a short description, for editors; ``drawing``: its
     verb phrase while a user clicks its targets; ``one``: whether it has a single target, not a
-    list; ``least``: the least number of its targets; ``in_turn``: whether they count in their order
-    only; ``turn``: the specification variable that holds the next target, if there is more than
-    one. ``settles``: whether it ends at its last target, where each tick is a round. ``strict``:
-    whether the robot leaves each target with its next step, and touches none out of turn; if that
-    cannot be kept, plain alternation (``relaxed``) suffices, unless it is ``literal``
-    (``spec.task``). ``formulas``: formulas of its goals, also about ``memory`` and ``inputs``."""
+    list; ``least``: the minimum number of its targets; ``in_turn``: whether they count only in
+    their order; ``turn``: the specification variable of the next target, if there are several.
+    ``settles``: whether it ends at its last target, where each tick is a round. ``strict``: whether
+    the robot leaves each target with its next step and touches none out of turn. If it cannot,
+    plain alternation (``relaxed``) suffices, unless the objective is ``literal`` (``spec.task``).
+    ``formulas``: formulas of its goals, also about ``memory`` and ``inputs``."""
 
     __slots__ = ()
     kind: ClassVar[str]
@@ -118,8 +118,8 @@ class Objective:
 
     @classmethod
     def wrong(cls, targets: Sequence[Target]) -> tuple[str, str] | None:
-        """Return the error in these targets, as it follows a name, and its remedy; None if there is
-        none."""
+        """Return the error in these targets, as words after a name, and its remedy; None if there
+        is none."""
         del targets
         return None
 
@@ -128,13 +128,13 @@ class Objective:
         return f"{self.kind} " + ", ".join(map(word, self.targets))
 
     def relaxed(self) -> Objective:
-        """Return plain alternation if strict and not ``literal``, else the objective itself."""
+        """Return plain alternation if strict and not ``literal``, else this objective."""
         weaker = self.strict and not self.literal
         return alternation(self.targets, self) if weaker else self
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """Return the memory of a robot in ``region`` that is assigned this objective. ``memory``:
-        the robot's memory before."""
+        """Return the memory of a robot in ``region`` that gets this objective. ``memory``: the
+        robot's previous memory."""
         del region
         return memory
 
@@ -152,15 +152,15 @@ class Objective:
         return Pursuit(len(self.targets), self.in_turn, self.settles)
 
     def changed(self, **parts: object) -> Self:
-        """Return this objective with other values of some fields."""
+        """Return this objective with other values in some fields."""
         return replace(self, **parts)  # type: ignore[type-var]  # its classes are structs
 
     def waiting(self, places: Target) -> Objective:
-        """Return the objective to go to a target and stay, under the rules of this one."""
+        """Return an objective to go to a target and stay, under the rules of this one."""
         return staying(places, self)
 
     def alternating(self, places: Target, own: Target | None) -> Objective:
-        """Return the objective to go to a target infinitely often, in turn with its ``own`` target,
+        """Return an objective to go to a target infinitely often, in turn with its ``own`` target,
         under the rules of this one."""
         return alternation((places,) if own is None else (places, own), self)
 
@@ -169,7 +169,7 @@ class Objective:
         return sum(1 << i for i, target in enumerate(self.targets) if region in target)
 
     def met(self, memory: int, region: Region) -> tuple[int, ...]:
-        """Return the indices of the targets that count as met in ``region``."""
+        """Return the indices of the targets that a robot in ``region`` meets."""
         return tuple(bits(self.pursuit.met(memory, self.reached(region))))
 
     def turned(self, memory: int, region: Region) -> int:
@@ -189,7 +189,7 @@ class Objective:
 
 
 class TargetObjective(Objective, Struct, frozen=True):
-    """An objective to visit targets, or to stay at the last one."""
+    """An objective to visit targets or to stay at the last one."""
 
     targets: tuple[Target, ...]
     avoid: Target = frozenset()
@@ -230,9 +230,9 @@ class Patrol(TargetObjective, frozen=True):
         return f"patrol {arrow.join(map(word, self.targets))}{literally}"
 
     def begin(self, region: Region, memory: int = 0) -> int:
-        """Return the index of the target that contains ``region``, if any: the formula forbids
-        being on a target out of turn (paper, Section VI). Otherwise, and for more than two targets,
-        return ``memory``, since a robot that charges on a target could miss the others forever."""
+        """Return the index of the target that contains ``region``, if any: the formula forbids a
+        target out of turn (paper, Section VI). Otherwise, and for more than two targets, return
+        ``memory``, since a robot that charges on a target could miss the others forever."""
         if len(self.targets) > 2:
             return memory
         return next((i for i, target in enumerate(self.targets) if region in target), memory)
@@ -295,14 +295,14 @@ class Once(TargetObjective, frozen=True):
 KINDS: Mapping[str, type[TargetObjective]] = {
     found.kind: found for found in (Patrol, Visit, Cover, Hold, Once)
 }
-"""The kinds of objectives about targets, by their key in a scenario."""
+"""The kinds of objectives about targets, by their keys in scenarios."""
 
 STAYING: type[TargetObjective] = Hold
-"""The kind of a robot that waits, charges, or has no task yet."""
+"""The kind of a robot that waits, charges or has no task yet."""
 ALTERNATING: type[TargetObjective] = Visit
 """The kind of a helper, and the weakest form of a strict kind."""
 EXAMPLE = f"{{{Patrol.kind}: [14, 20]}}"
-"""An objective for messages that ask for one."""
+"""An example of an objective for messages."""
 
 
 class Ltl(Objective, Struct, frozen=True):
@@ -337,7 +337,7 @@ class Ltl(Objective, Struct, frozen=True):
         return Pursuit(max(1, self.goals), in_turn=False, settles=False)
 
     def heard(self, on: frozenset[str]) -> dict[str, int]:
-        """Return the values of the inputs that the formulas name; ``on``: all that are on."""
+        """Return the values of the inputs that the formulas name. ``on``: all that are on."""
         return {name: int(name in on) for name in self.inputs}
 
     def waiting(self, places: Target) -> Ltl:
@@ -358,8 +358,8 @@ def target_regions(objective: Objective | None) -> frozenset[Region]:
 
 
 def unordered(name: str, objective: Objective | None) -> tuple[str, str] | None:
-    """Return an error and its remedy if a robot with a battery has an objective without an order of
-    its targets; else None."""
+    """Return an error and its remedy if a robot with a battery has an objective with unordered
+    targets, else None."""
     if objective is None or objective.ordered():
         return None
     found = f"{name} has a battery, and an objective without an order of its targets"
@@ -368,23 +368,23 @@ def unordered(name: str, objective: Objective | None) -> tuple[str, str] | None:
 
 
 def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str, ...]:
-    """Return the keys of the kinds for which ``has`` is true, in the order of ``KINDS``."""
+    """Return the keys of the kinds that ``has`` accepts, in the order of ``KINDS``."""
     return tuple(key for key, kind in KINDS.items() if has(kind))
 
 
 def alternation(targets: Sequence[Target], like: Objective) -> Objective:
-    """Return the objective to visit targets in turn, under the rules of another objective."""
+    """Return an objective to visit targets in turn, under the rules of another one."""
     return ruled(ALTERNATING(tuple(targets)), like)
 
 
 def staying(target: Target, like: Objective | None = None) -> Objective:
-    """Return the objective to go to a target and stay, under the rules of another objective."""
+    """Return an objective to go to a target and stay, under the rules of another one."""
     objective = STAYING((target,))
     return objective if like is None else ruled(objective, like)
 
 
 def station(objective: Objective) -> Target | None:
-    """Return the target of an objective to go to one target and stay; None for other objectives."""
+    """Return the target of an objective to go to a target and stay, None for any other."""
     return objective.targets[0] if isinstance(objective, STAYING) else None
 
 
@@ -396,8 +396,8 @@ def formulas_in(objective: Objective) -> Ltl | None:
 
 
 def on_steps(formula: str) -> str:
-    """Return a formula restricted to steps that change the region: the team must be able to let
-    every robot wait."""
+    """Return a formula restricted to steps that change the region, since the team must be able to
+    let every robot wait."""
     return f"region' = region | ({formula})"
 
 
@@ -411,8 +411,8 @@ _SHOWN = 2
 
 
 def describe(objective: Objective, word: Word = number_word) -> str:
-    """Return the objective in a few words, for people: ``patrol 58 <-> 28``, or with
-    ``RegionMap.word`` ``patrol dock <-> ward_a``."""
+    """Return the objective in a few words for people: ``patrol 58 <-> 28`` or, with
+    ``RegionMap.word``, ``patrol dock <-> ward_a``."""
     if isinstance(objective, Ltl):
         safety, liveness = len(objective.safety), len(objective.liveness)
         return f"meet its formulas ({safety} safety, {liveness} liveness)"
@@ -425,7 +425,7 @@ def describe(objective: Objective, word: Word = number_word) -> str:
 
 
 def written(objective: Objective, word: Word = number_word) -> str:
-    """Return an objective (not formulas) as scenarios write it: ``{patrol: [dock, shelf]}``."""
+    """Return an objective (not formulas) in a scenario's form: ``{patrol: [dock, shelf]}``."""
 
     def target(regions: Target) -> object:
         words = [int(each) if each.isdigit() else each for each in word(regions).split("|")]

@@ -1,7 +1,7 @@
 """Forms of values in scenarios: names, regions and targets, formulas, actions, ticks.
 
-Names and regions are looked up by the reading (``reading.regions``), which knows the map, the
-catalogue and the names. A value that also depends on a robot (a formula) is ``Raw``.
+The reading (``reading.regions``), which has the map, the catalogue and the names, looks up names
+and regions. A value that also depends on a robot (a formula) is ``Raw``.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
 OWN_VARIABLES = frozenset({"region", "heading"})
 RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "assigned"}
-"""Words of formulas, and variables that specifications declare themselves, with those of the
-following prefixes."""
+"""Words of formulas, and variables of specifications, also those with the following prefixes."""
 PREFIXES = ("busy_", "at_")
 
 RegionName = Annotated[Scalar, name_key("a region")]
@@ -49,14 +48,14 @@ SPAN = r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?"
 
 
 def ends_of(node: Node) -> tuple[int, int] | None:
-    """Return the first and last number of a span: ``12``, or a range such as ``20-30``; None for
+    """Return the first and last number of a span, ``12`` or a range such as ``20-30``; None for
     other values."""
     match = re.fullmatch(SPAN, str(plain(node)), re.ASCII)
     return match and (int(match[1]), int(match[2] or match[1]))
 
 
 def matching(pattern: str) -> dict[str, object]:
-    """Return the schema of a text that matches a pattern from beginning to end."""
+    """Return the schema of texts that match a whole pattern."""
     return {"type": "string", "pattern": f"^(?:{pattern})$"}
 
 
@@ -90,16 +89,16 @@ class AnyOf(Part, frozen=True):
 
 
 def united(value: Any, *_: object) -> Any:
-    """Return all regions of a target, or of a list of targets. Return any other value unchanged."""
+    """Return all regions of a target or a list of targets, and any other value unchanged."""
     listed = value.any if isinstance(value, AnyOf) else value
     return frozenset[Region]().union(*listed) if isinstance(listed, tuple) else value
 
 
 TargetValue = Annotated[Target, Key(form=Regions | AnyOf, check=united)]
 ZoneValue = Annotated[Target, Key(form=tuple[TargetValue, ...] | TargetValue, check=united)]
-"""A target, or a list of targets that all count."""
+"""A target or a list of targets that all count."""
 Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(SPAN)]})]
-"""A row or column, or a range of them."""
+"""A row or column or a range of them."""
 FormulaList = Annotated[
     tuple[Scalar, ...],
     Key(
@@ -107,7 +106,7 @@ FormulaList = Annotated[
         check=lambda value, *_: value if isinstance(value, tuple) else (value,),
     ),
 ]
-"""A formula, or a list of formulas."""
+"""A formula or a list of formulas."""
 GridRows = Annotated[Raw, Key(form={"anyOf": [matching(_GRID), _ROWS]})]
 _Metres = Annotated[float, Key(why="write the metres of the corner as finite numbers")]
 _Yaw = Annotated[float, Key(why="write 0: map_saver writes nan where SLAM gave no valid rotation")]
@@ -147,7 +146,7 @@ Range = Annotated[
 
 
 _AGAIN = {"off": (False,), "on": (True,), "both": (False, True), False: (False,), True: (True,)}
-"""Values by their word; other readers of YAML read two of the words as truth values."""
+"""Values by word. Other YAML readers read two of the words as truth values."""
 Again = Annotated[
     tuple[bool, ...],
     Key(
@@ -156,7 +155,7 @@ Again = Annotated[
         check=lambda word, *_: _AGAIN.get(word, word),
     ),
 ]
-"""The values that an input has infinitely often."""
+"""The infinitely recurring values of an input."""
 
 
 _TICK = {"type": "integer", "minimum": 1, "maximum": MOST}
@@ -182,12 +181,11 @@ AreaValue = Annotated[Raw, Key(form=RectangleKeys | tuple[Regions | RectangleKey
 
 
 LEAST_SIDE, MOST_SIDE = 0.001, 100_000
-"""Limits of the metres of a region or a pixel, so that no map in metres is too small or too large
-for floating point."""
+"""Limits of the metres of a region or pixel, which keep maps in metres within floating point."""
 
 
 def charge(value: float, node: Node, what: str, findings: Findings) -> float | None:
-    """Return a charge, as an int if it is written as one; None if it has more than six decimals."""
+    """Return a charge, an int if written as one; None if it has more than six decimals."""
     if value != round(value, 6):
         found = f"{what} is {value:g}, expected a number with at most six decimals"
         findings.add(node, found)

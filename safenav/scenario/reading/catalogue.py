@@ -1,7 +1,7 @@
 """Catalogues from YAML: robot models and obstacle types.
 
-The built-in catalogue is shipped with the package; a scenario adds to it, or replaces entries, in
-place or from a file. Code contains no model and no type.
+The package contains the built-in catalogue; a scenario adds or replaces entries, in place or from a
+file. Code contains no model and no type.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ FILES = (_BUILT_IN / "robots.yaml", _BUILT_IN / "obstacles.yaml")
 
 @cache
 def built_in() -> Catalogue:
-    """Return the catalogue that is shipped with the package."""
+    """Return the catalogue in the package."""
     catalogue = Catalogue()
     for file in FILES:
         reading = Reading(str(file))
@@ -39,8 +39,8 @@ def built_in() -> Catalogue:
 
 
 def read_catalogue_file(path: Path, reading: Reading, named_at: Node | None = None) -> None:
-    """Add the catalogue in a file to that of ``reading``. ``named_at``: the place at which another
-    file, which ``reading`` reads, names this one; None if ``reading`` reads this file."""
+    """Add the catalogue in a file to that of ``reading``. ``named_at``: the place where the file
+    that ``reading`` reads names this one (None: they are the same)."""
     inside = reading if named_at is None else reading.beside(str(path), named_at)
     text = read_source(path, reading, named_at)
     root = None if text is None else parsed(text, inside, "catalogue")
@@ -65,8 +65,8 @@ def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading) -> 
 def _completed(
     base: Mapping[str, T], own: Mapping[str, T | None], listed: Node | None, reading: Reading
 ) -> dict[str, T]:
-    """Return the entries of ``base`` with those replaced that are in ``own``. A name whose own
-    entry was reported has no entry, rather than the one of ``base``."""
+    """Return the entries of ``base``, replaced by those in ``own``. A name with a reported own
+    entry has no entry, rather than that of ``base``."""
     every = {key.text: own.get(key.text) for key, _ in entries_of(listed)}
     reading.broken |= {name for name, each in every.items() if each is None}
     return {name: each for name, each in {**base, **every}.items() if each is not None}

@@ -1,5 +1,5 @@
-"""Events of a run: hidden ``obstacles``, ``orders``, ``changes`` for robots, ``inputs``; and the
-expected result of the run: ``expect``, and ``requirements``, formulas of signal temporal logic."""
+"""Events of a run: hidden ``obstacles``, ``orders``, ``changes`` for robots, ``inputs``; and its
+expected result: ``expect``, and ``requirements`` in signal temporal logic."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -17,12 +17,12 @@ from safenav.scenario.yaml.typed import read
 def resolve_obstacles(
     items: Sequence[language.ObstacleKeys] | None, node: Node | None, reading: Reading
 ) -> None:
-    """Add the readable obstacles to ``reading``; report errors in the other entries."""
+    """Add the readable obstacles to ``reading``. Report errors in the other entries."""
     reading.keep(obstacles_of(items or (), reading), node)
 
 
 def obstacles_of(items: Sequence[language.ObstacleKeys], reading: Reading) -> list[Obstacle]:
-    """Return the readable obstacles; report errors in the other entries."""
+    """Return the readable obstacles. Report errors in the other entries."""
     found: list[Obstacle] = []
     for item in items:
         obstacle, where = _obstacle(item, reading), item.at("region")
@@ -66,8 +66,7 @@ def _obstacle(item: language.ObstacleKeys, reading: Reading) -> Obstacle | None:
 def resolve_orders(
     items: Sequence[language.OrderKeys] | None, node: Node | None, reading: Reading
 ) -> None:
-    """Add the tasks that the team receives during the run to ``reading``, as obstacles that block
-    no robot."""
+    """Add the tasks of the team during the run to ``reading``, as obstacles that block no robot."""
     found: list[Obstacle] = []
     for item in items or ():
         at, kind, region = item.at_, item.type, item.region
@@ -80,7 +79,7 @@ def resolve_orders(
 
 
 def _truth(item: language.ObstacleKeys, kind: ObstacleType | None, reading: Reading) -> bool | None:
-    """Return whether an obstacle's region is traversable, by default True; None without a truth."""
+    """Return whether an obstacle's region is traversable (default: True; None: no truth)."""
     if kind is not None and kind.has_truth:
         return item.traversable is not False
     if kind is not None and item.at("traversable") is not None:
@@ -94,7 +93,7 @@ _SERVICE = {"out": False, "back": True}
 
 
 def read_changes(node: Node | None, reading: Reading) -> tuple[RobotChange, ...]:
-    """Return the readable changes of a list by tick; report errors in the other entries."""
+    """Return the readable changes of a list by tick. Report errors in the other entries."""
     items = read(tuple[language.ChangeKeys, ...], node, "changes", reading)
     return resolve_changes(items or (), reading)
 
@@ -135,7 +134,7 @@ def _objective(item: language.ChangeKeys, name: str | None, reading: Reading) ->
 def resolve_inputs(
     items: Mapping[Scalar, Input] | None, node: Node | None, reading: Reading
 ) -> None:
-    """Add the inputs to ``reading``; errors are reported."""
+    """Add the inputs to ``reading``. Report errors."""
     for key in items or ():
         reading.check_variable(key)
     reading.input_names = tuple(key.text for key, _ in entries_of(node))
@@ -146,7 +145,7 @@ _WHAT = "requirements"
 
 
 def resolve_requirements(given: values.Requirements | None, reading: Reading) -> dict[str, str]:
-    """Return the formulas by name; one without a name has its own text as name."""
+    """Return the formulas by name. The text of a formula is its default name."""
     found: dict[str, str] = {}
     for name, item in _entries(given):
         what, text = _WHAT if name is None else f"requirement {clipped(name.text)}", item.text
@@ -168,8 +167,8 @@ def _entries(given: values.Requirements | None) -> Iterator[tuple[Scalar | None,
 
 
 def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
-    """Return a formula as text in which the events name regions by numbers."""
-    # Imported here: few scenarios have requirements.
+    """Return a formula as text with numbers of regions in its events."""
+    # Imported here since few scenarios have requirements.
     from safenav.stl.syntax import Happens, RobotSignal, nodes, parse_requirement
 
     try:

@@ -1,7 +1,7 @@
-"""Scenarios from YAML, with all errors that can be found before a run.
+"""Scenarios from YAML, with all errors that are detectable before a run.
 
-All diagnostics are collected and raised as one InputError. The readers beside this module read the
-items of the format; docs/scenario.md is its reference.
+One InputError contains all diagnostics. The readers beside this module read the items of the
+format; docs/scenario.md is its reference.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,20 +22,20 @@ from safenav.world.map import Region
 from safenav.world.reachability import Reachability
 
 Change = Callable[[Node, Findings], Node]
-"""A change of a document before it is read: a variation is checked like the text of a file."""
+"""A function that changes a document before it is read, so that variations are checked."""
 
 
 def load_scenario(path: str | Path) -> model.Scenario:
     """Return the scenario in a file.
 
-    Raises InputError with every diagnostic, in file order, if the file cannot be read or is not a
-    valid scenario.
+    Raises InputError with every diagnostic, in file order, if the file is unreadable or not a valid
+    scenario.
     """
     return load_scenario_text(scenario_text(Path(path)), str(path))
 
 
 def scenario_text(path: Path) -> str:
-    """Return the text of a scenario's file, or of standard input. Raises InputError."""
+    """Return the text of a scenario's file or of standard input. Raises InputError."""
     findings = Findings(str(path))
     text = read_source(path, findings)
     findings.raise_if_any()
@@ -51,9 +51,9 @@ def load_scenario_text(
     reachable: bool = True,
     reach: Path | None = None,
 ) -> model.Scenario:
-    """Return the scenario in a text. ``file``: name of the text in messages and as the scenario's
-    source; a catalogue file is searched beside it. ``change`` is applied to the document first.
-    ``reach``: the folder whose files the text may name; None: any.
+    """Return the scenario in a text. ``file``: the text's name in messages and as the scenario's
+    source; catalogue files are searched beside it. ``change`` is applied to the document first.
+    ``reach``: the folder whose files the text may name (None: any).
 
     Raises InputError.
     """
@@ -71,8 +71,8 @@ def load_draft(
     *,
     reachable: bool = True,
 ) -> Reading:
-    """Return the readable parts of a text that is still being edited, and its diagnostics. It has a
-    scenario only if there are no diagnostics. Raises nothing."""
+    """Return the readable parts of a text that is being edited, and its diagnostics. It has a
+    scenario only if there are no diagnostics. Never raises an exception."""
     reading = Reading(file, reach, reachable=reachable)
     reading.catalogue = catalogue.built_in()
     root = parsed(text, reading)
@@ -106,13 +106,13 @@ STAGES: Stages = {
     "orders": events.resolve_orders,
     "flat": _resolve_flat,
 }
-"""The parts of a scenario that others refer to, in the order in which they are read."""
+"""The parts of a scenario to which others refer, in the order of reading."""
 
 
 def _scenario(root: Node, reading: Reading) -> model.Scenario | None:
-    """Return the scenario in a document, which is valid only if no error was reported."""
+    """Return the scenario in a document. It is valid only if no error was reported."""
     reading.named = tuple(key.text for key, _ in entries_of(below(root, "robots")))
-    reading.names_known = below(root, "names") is None  # else they are reported to be misplaced
+    reading.names_known = below(root, "names") is None  # else they are reported as misplaced
     item: language.ScenarioKeys | None = read(
         language.ScenarioKeys, root, "the scenario", reading, stages=STAGES
     )
@@ -152,7 +152,7 @@ def _scenario(root: Node, reading: Reading) -> model.Scenario | None:
 
 
 def conflicts(scenario: model.Scenario) -> tuple[Diagnostic, ...]:
-    """Return the errors of a scenario that was changed after it was read, such as a robot with a
+    """Return the errors of a scenario that was changed after reading, such as a robot with a
     battery that reaches no charger. They have no places in a file."""
     findings = Findings(scenario.source)
     check_combinations(scenario, None, findings)
@@ -205,8 +205,8 @@ def check_combinations(scenario: model.Scenario, item: Node | None, findings: Fi
 
 
 def refused_by_clock(scenario: model.Scenario) -> str | None:
-    """Return why a scenario cannot run on its clock: a live run has no deadlines in ticks, and a
-    run in lockstep no charge per second. None if it can run."""
+    """Return the reason why a scenario cannot run on its clock: live runs have no deadlines in
+    ticks, and lockstep runs no charge per second. None if it can run."""
     live = scenario.clock is model.Clock.LIVE
     if live and scenario.deadlines:
         return (

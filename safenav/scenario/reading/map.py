@@ -1,5 +1,5 @@
-"""The ``map:`` of a scenario, drawn in it or read from a file, with names and metres; and a map
-file without a scenario, to draw it."""
+"""The ``map:`` of a scenario, drawn in it or read from a file, with names and metres; and map files
+without a scenario, for drawings."""
 
 from collections.abc import Mapping as Names
 from pathlib import Path
@@ -19,8 +19,8 @@ from safenav.world.map import FREE, WALL, Frame, RegionMap
 
 
 def resolve_map(item: language.MapKeys | None, _: Node | None, reading: Reading) -> None:
-    """Add the map and its names to ``reading``. If an error in the map was reported, add its names
-    only."""
+    """Add the map and its names to ``reading``. After a reported error in the map, add only its
+    names."""
     names = None if item is None else item.at("names")
     cut = isinstance(names, Mapping) and names.cut
     unread = item is None or cut or (names is not None and item.names is None)
@@ -39,7 +39,7 @@ def _read_form(item: language.MapKeys, reading: Reading) -> RegionMap | None:
     if form == "grid":
         world = read_grid(given.node, reading)
         return world and replace(world, frame=frame)
-    try:  # only map files need numpy, whose import takes longer than reading a whole scenario
+    try:  # only map files need numpy, whose import takes longer than to read a scenario
         from safenav.scenario.reading import map_file
     except ImportError:
         hint = f"{install_command('maps')}\n    or draw the map with 'grid'"
@@ -52,7 +52,7 @@ def _read_form(item: language.MapKeys, reading: Reading) -> RegionMap | None:
 
 
 def _frame(item: language.MapKeys) -> Frame | None:
-    """Return the frame of the map; None if the scenario does not state the size of regions."""
+    """Return the frame of the map; None if the scenario omits the size of regions."""
     side, origin = item.resolution, item.origin
     if side is None:
         return None
@@ -75,7 +75,7 @@ _OF_FILES = {".png": "image", ".pgm": "image", ".map": "movingai"}
 
 
 def form_of(path: Path) -> str | None:
-    """Return the key of a map file in a scenario: ``image``, ``ros`` or ``movingai``; None for
+    """Return the key of a map file in a scenario, ``image``, ``ros`` or ``movingai``; None for
     other files."""
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
@@ -84,8 +84,8 @@ def form_of(path: Path) -> str | None:
 
 
 def load_map(path: Path, form: str, division: Names[str, float | None]) -> RegionMap:
-    """Return the map in a map file. ``division``: the keys that divide it into regions, None for
-    those not given. Raises InputError with all errors."""
+    """Return the map in a map file. ``division``: the keys that divide it into regions (None: not
+    given). Raises InputError with all errors."""
     if not path.is_file():
         message = "this is a directory" if path.is_dir() else "no such file"
         raise InputError([Diagnostic(str(path), 0, 0, message, "check the path")])
@@ -125,7 +125,7 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
 
 def _rows(node: Node, findings: Findings) -> list[tuple[Place, str]]:
     """Return the rows of the grid without trailing blanks, each with its place in the file; none
-    after an error was reported."""
+    after a reported error."""
     rows = list[tuple[Place, str]]()
     if isinstance(node, Sequence):
         for item in node.items:

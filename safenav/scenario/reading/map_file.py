@@ -1,8 +1,7 @@
 """Map files that a scenario names (docs/maps.md): images (pixels darker than half are walls),
 MovingAI maps, and occupancy maps of ROS map_server.
 
-A message points to the line of the file if known, else to the place where the scenario names the
-file.
+Messages point to the line of the file, if known, or else to the place where the scenario names it.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from safenav.world.map import Frame, RegionMap
 
 def read_drawing(form: str, node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map of an ``image`` divided into ``rows`` and ``cols``, or of a ``movingai`` file
-    (each character is a region unless it is divided); None after an error was reported."""
+    (each character is a region unless it is divided); None after a reported error."""
     path = findings.folder / node.text
     blocked = None
     if form == "image":
@@ -52,7 +51,7 @@ def read_drawing(form: str, node: Scalar, item: MapKeys, findings: Reading) -> R
 
 
 def read_pixels(node: Scalar, findings: Reading) -> Image | None:
-    """Return the image that the node names; None if an error was reported."""
+    """Return the image that the node names; None after a reported error."""
     path = findings.folder / node.text
     data = read_bytes(path, findings, node)
     return None if data is None else findings.attempt(lambda: images.read_image(data), path, node)
@@ -61,8 +60,8 @@ def read_pixels(node: Scalar, findings: Reading) -> Image | None:
 def with_walls(
     blocked: Blocked, layout: Layout, share: float, node: Node, findings: Findings
 ) -> RegionMap | None:
-    """Return the map with this layout over the pixels. ``share``: a region is a wall if at least
-    this share of it is blocked (0: any part). None after an error was reported."""
+    """Return the map with this layout over the pixels; None after a reported error. ``share``: the
+    minimum blocked share of a region that is a wall (0: any part)."""
     if layout.rows * layout.cols > MOST_REGIONS:
         found, hint = too_large(layout.rows, layout.cols)
         findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")
@@ -93,10 +92,10 @@ def lost_walls(blocked: Blocked, layout: Layout, world: RegionMap, share: float)
 
 
 def occupied(image: Image, settings: RosMap) -> Blocked:
-    """Return the pixels that are walls: occupied or unknown, since a strategy must not rely on an
-    unknown one. Transparent pixels are unknown. A pixel is free only if map_server reads it as
-    free: occupancy (darkness, or brightness if ``negate``) at most ``free_thresh`` and below
-    ``occupied_thresh``. The modes trinary and scale agree on that (``map_io.cpp`` of Nav2)."""
+    """Return the pixels that are walls: occupied or unknown ones, since a strategy must not rely on
+    the latter. Transparent pixels are unknown. A pixel is free only if map_server agrees: occupancy
+    (darkness, or brightness if ``negate``) at most ``free_thresh`` and below ``occupied_thresh``.
+    The modes trinary and scale agree on that (``map_io.cpp`` of Nav2)."""
     values = np.arange(image.white + 1)
     occupancy = (values if settings.negate else image.white - values) / image.white
     free = (occupancy <= settings.free_thresh) & ~(occupancy >= settings.occupied_thresh)
@@ -105,11 +104,11 @@ def occupied(image: Image, settings: RosMap) -> Blocked:
 
 
 UNKNOWN = 205 / 255
-"""Brightness with which map_saver writes an unknown pixel in trinary mode."""
+"""The brightness of unknown pixels of map_saver in trinary mode."""
 
 
 def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
-    """Yield a warning about unknown pixels that count as free: until 2025 map_saver of Nav2 wrote a
+    """Yield a warning about unknown pixels that count as free. Until 2025 Nav2's map_saver wrote a
     threshold of 0.25, by which map_server reads them as free (pull request 5278 of
     ros-navigation/navigation2)."""
     gray = np.arange(image.white + 1) == round(UNKNOWN * image.white)
@@ -124,7 +123,7 @@ def doubts(image: Image, settings: RosMap, path: Path) -> tuple[str, ...]:
 
 
 class RosMap(Part, frozen=True):
-    """The YAML file of a map; further keys are ignored. ``resolution``: metres per pixel;
+    """The YAML file of a map (further keys are ignored). ``resolution``: metres per pixel;
     ``origin``: x, y (metres) and yaw (radians) of its lower left corner; thresholds: occupancy from
     0 to 1."""
 
@@ -141,7 +140,7 @@ class RosMap(Part, frozen=True):
     mode: Literal["trinary", "scale"] | None = key(why="save it again with 'mode: trinary'")
 
     def flaws(self) -> Iterator[tuple[str, str, str]]:
-        """Yield an error for the lower threshold if it is above the other one."""
+        """Yield an error if the lower threshold is above the other one."""
         if self.free_thresh > self.occupied_thresh:
             most = f"'occupied_thresh: {self.occupied_thresh:g}'"
             found = f"is {self.free_thresh:g}, more than {most}"
@@ -149,7 +148,7 @@ class RosMap(Part, frozen=True):
 
 
 def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
-    """Return the map with its frame; None after an error was reported."""
+    """Return the map with its frame; None after a reported error."""
     before, path = len(findings), findings.folder / node.text
     text = read_source(path, findings, node)
     if text is None:

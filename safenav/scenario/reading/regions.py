@@ -1,4 +1,4 @@
-"""Regions and targets as a scenario writes them (``47``, ``[3, 8]``, a name, ``{any: [...]}``), and
+"""Regions and targets in a scenario's notation (``47``, ``[3, 8]``, a name, ``{any: [...]}``), and
 its ``areas:`` and ``never_together:``."""
 
 import re
@@ -48,7 +48,7 @@ _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
 
 
 def place_of(value: object) -> Region | tuple[int, int] | None:
-    """Return the number, or the row and column, of a region in plain data; None for other data."""
+    """Return the number or the row and column of a region in plain data; None for other data."""
     match value:
         case bool() | [bool(), _] | [_, bool()]:
             return None
@@ -60,7 +60,7 @@ def place_of(value: object) -> Region | tuple[int, int] | None:
 
 
 def _as_region(node: Node) -> str:
-    """Return how a region is written that a file has in another form; an empty text if unknown."""
+    """Return the notation of a region that a file has in another form; an empty text if unknown."""
     items = document.items_of(node) or [value for _, value in document.entries_of(node)]
     text = " ".join(item.text for item in items if isinstance(item, Scalar))
     keys = [key.text[:3] for key, _ in document.entries_of(node)]
@@ -75,14 +75,14 @@ _CELL = re.compile(r"(\d{1,9})(?:\.0)?[ ;]+(\d{1,9})(?:\.0)?", re.ASCII)
 
 
 def wall(region: Region, world: RegionMap) -> tuple[str, str]:
-    """Return the error for a region that is a wall, with a hint."""
+    """Return the error for a region in a wall, with a hint."""
     beside = ", ".join(map(world.label, world.neighbours(region)))
     hint = f"free neighbours: {beside}" if beside else "all neighbouring regions are also walls"
     return f"region {world.label(region)} is a wall", hint
 
 
 class Reading(Findings):
-    """Findings of a file with the declarations that its items refer to. Without a valid map only
+    """Findings of a file and the declarations to which its items refer. Without a valid map only
     the form of regions is checked.
 
     ``names`` maps declared names to regions and ``areas`` to sets of them, or to None if the
@@ -91,10 +91,9 @@ class Reading(Findings):
     ``input_names``: also the unreadable ones. ``obstacles``: the readable ones;
     ``obstacles_known``: whether none was reported; ``flat``: the obstacle type that represents a
     robot without charge. ``broken``: entries of the catalogue (``*``: any) and of memory that were
-    reported as unusable; they are not reported as unknown as well. ``reachable``: report targets
-    that a robot cannot reach. ``folder``: the folder of files that it names. ``scenario``: the
-    scenario of the file, if it has no error. A method whose result may be None returns it for a
-    value that it has reported.
+    reported as unusable, and are not also reported as unknown. ``reachable``: report targets that a
+    robot cannot reach. ``folder``: the folder of files that it names. ``scenario``: the scenario of
+    the file, if it has no error. Methods return None for values that they have reported.
     """
 
     def __init__(
@@ -130,7 +129,7 @@ class Reading(Findings):
         self.obstacles_known = self.obstacles_known and whole
 
     def region(self, node: Node | None, what: str) -> Region | None:
-        """Return a region that is not a wall; None if the node is missing or was reported."""
+        """Return a region outside walls; None if the node is missing or was reported."""
         if node is None:
             return None
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value:
@@ -150,14 +149,14 @@ class Reading(Findings):
         return None
 
     def regions(self, node: Node, what: str) -> Target | None:
-        """Return the regions of an area, or of one region; None after a reported error."""
+        """Return the regions of an area or of one region; None after a reported error."""
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value in self.areas:
             return self.areas[node.value]
         region = self.region(node, what)
         return None if region is None else frozenset({region})
 
     def exclusion(self, node: Node, _: str) -> Exclusion | None:
-        """Return an exclusion; report two robots that start in its regions."""
+        """Return an exclusion. Report two robots that start in its regions."""
         found: Exclusion | None = read(Exclusion, node, "an entry of never_together", self)
         if found is not None and self.named and len(found.robots) < 2:
             message = "'robots' of never_together: at least two robots are needed"
@@ -170,7 +169,7 @@ class Reading(Findings):
         return found
 
     def spans(self, node: Node, what: str) -> tuple[tuple[int, int], ...]:
-        """Return ticks and ranges of ticks as pairs of the first and the last tick."""
+        """Return ticks and ranges of ticks as pairs of first and last tick."""
         found = []
         for part in node.items if isinstance(node, Sequence) else (node,):
             first, last = values.ends_of(part) or (0, 0)
@@ -207,7 +206,7 @@ class Reading(Findings):
         return self._known(node, what, "no input is named", inputs, "declare it in 'inputs'")
 
     def check_variable(self, key: Scalar) -> None:
-        """Report a variable of formulas whose name is that of a robot, input, region or area."""
+        """Report a variable of formulas with the name of a robot, input, region or area."""
         kinds = {"a robot": self.named, "an input": self.input_names}
         for kind, names in (kinds | {"a region": self.names, "an area": self.areas}).items():
             if key.text in names:
@@ -229,14 +228,14 @@ class Reading(Findings):
         return None if word is None else self.names_obstacle(word, word.text, what)
 
     def subject(self, node: Node, what: str) -> str | None:
-        """Return the name of a robot, of an obstacle or of the mission."""
+        """Return the name of a robot, an obstacle or the mission."""
         if isinstance(node, Scalar) and node.value in (*self.named, MISSION):
             return node.text
         return self.obstacle(node, what) if self.named else None
 
     def written(self, text: str) -> Region | None:
-        """Return the region that follows the ``@`` in a name such as ``door@dock``; None for any
-        other text."""
+        """Return the region after the ``@`` in a name such as ``door@dock``; None for any other
+        text."""
         if text.isascii() and text.isdigit() and len(text) < 10:
             return int(text)
         if (match := _BRACKETS.fullmatch(text)) and self.world is not None:
@@ -291,7 +290,7 @@ class Reading(Findings):
         return None
 
     def _numbered(self, node: Node, what: str) -> Region | None:
-        """Return the region given by a number, or by a row and a column; None after an error."""
+        """Return the region of a number or of a row and column; None after an error."""
         world, place = self.world, place_of(document.plain(node))
         if place is None:
             wrong_type(node, what, _EXPECTED, self, _as_region(node))
@@ -332,7 +331,7 @@ def resolve_areas(listed: Names[Scalar, Raw] | None, _: Node | None, reading: Re
 
 
 def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
-    """Return the free regions of an area; None after an error was reported."""
+    """Return the free regions of an area; None after a reported error."""
     before = len(reading)
     found: set[Region] = set()
     reading.within = node if isinstance(node, Sequence) else None
@@ -350,7 +349,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
 
 
 def _rectangle(item: RectangleKeys, reading: Reading) -> set[Region]:
-    """Return the free regions of ``{rows: 1-4, columns: 1-6}``; a missing key means all."""
+    """Return the free regions of ``{rows: 1-4, columns: 1-6}``. A missing key means all."""
     world = reading.world
     rows = _span(item.rows, world.rows if world else None, reading)
     cols = _span(item.columns, world.cols if world else None, reading)

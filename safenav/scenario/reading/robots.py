@@ -1,4 +1,4 @@
-"""The ``robots:`` of a scenario, their objectives, and whether each can reach its targets."""
+"""The ``robots:`` of a scenario, their objectives, and checks of reachable targets."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import combinations
@@ -22,7 +22,7 @@ from safenav.world.reachability import Reachability
 def resolve_robots(
     team: Mapping[Scalar, language.RobotKeys] | None, node: Node | None, reading: Reading
 ) -> None:
-    """Add the readable robots to ``reading``; report errors in the other entries."""
+    """Add the readable robots to ``reading``. Report errors in the other entries."""
     if team == {} and not entries_of(node):
         reading.add(node, "there are no robots", "write at least one robot")
     if len(team or ()) > MOST_ROBOTS:
@@ -36,7 +36,7 @@ def resolve_robots(
 
 
 def _robot(name: str, item: language.RobotKeys, reading: Reading) -> Robot | None:
-    """Return a robot; None after an error was reported."""
+    """Return a robot; None after a reported error."""
     before, model, start = len(reading), item.model_, item.start
     if item.at("vision") is not None:
         model = model and replace(model, vision=item.vision)
@@ -73,7 +73,7 @@ def _robot(name: str, item: language.RobotKeys, reading: Reading) -> Robot | Non
 def _heading(
     item: language.RobotKeys, model: RobotModel | None, reading: Reading
 ) -> Heading | None:
-    """Return the heading at the start; report a missing one, and note one that has no effect."""
+    """Return the initial heading. Report a missing one, and note one without effect."""
     missing = item.at("heading") is None
     if missing and model is not None and model.mobility is Mobility.HEADING:
         found = f"robot {item.of.removeprefix('of ')}: the key 'heading' is missing"
@@ -88,7 +88,7 @@ def _heading(
 def _check_start(
     robot: Robot, item: language.RobotKeys, others: Iterable[Robot], reading: Reading
 ) -> None:
-    """Report a robot that starts in the region of another robot with which it conflicts."""
+    """Report a robot that starts in the region of a robot in conflict with it."""
     region = robot.start.region
     for other in others:
         if other.start.region == region and robot.conflicts(other):
@@ -98,8 +98,8 @@ def _check_start(
 
 
 def _check_timing(robot: Robot, item: language.RobotKeys, reading: Reading) -> None:
-    """Report a robot that has beliefs if its steps, or those of robots that it tracks, take several
-    ticks: the assumptions about the other robots would be false."""
+    """Report a robot with beliefs if its steps, or those of tracked robots, take several ticks: the
+    assumptions about the other robots would be false."""
     involved = {robot.name, *robot.tracks} if robot.tracks else set()
     slow = [o.name for o in reading.team if o.name in involved and o.model.timing > 1]
     if slow:
@@ -134,7 +134,7 @@ def _check_reachable(
 def misses_targets(
     robot: Robot, objective: Objective | None, item: language.ObjectiveKeys | None, reading: Reading
 ) -> bool:
-    """Report the targets of an objective that a robot cannot reach from its start; return whether
+    """Report the targets of an objective that a robot cannot reach from its start. Return whether
     there are any."""
     world, before = reading.world, len(reading)
     if objective is None or item is None or world is None or not reading.reachable:
@@ -168,7 +168,7 @@ def resolve_objective(
     item: language.ObjectiveKeys | None, mobility: Mobility | None, reading: Reading
 ) -> Objective | None:
     """Return an objective with its form and the rules beside it; None if it is missing or was
-    reported. ``mobility``: the mobility of its robot, if known."""
+    reported. ``mobility``: its robot's, if known."""
     if item is None:
         return None
     given = [key for key in (*KINDS, "ltl") if item.at(key) is not None]
@@ -221,7 +221,7 @@ def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Read
     before = len(reading)
     memory = _memory(item, reading)
     if item.memory is None and item.at("memory") is not None:
-        return None  # without its declarations no formula can be checked
+        return None  # formulas cannot be checked without their declarations
     inputs: Declared = dict.fromkeys(sorted(reading.input_names))
     own = {**memory, **_pose(mobility, reading)}
     init = _lines("init", item, own, reading)

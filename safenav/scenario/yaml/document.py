@@ -1,9 +1,8 @@
 """Untrusted YAML text as a tree of nodes with their places.
 
-The tree is built from PyYAML's events, not by its composer: nesting, size and the expansion of
-aliases are bounded, every tag is refused (no object is ever constructed), and duplicate keys are
-reported. Plain scalars follow the YAML 1.2 core schema, so that ``no`` is a word and ``012`` is
-twelve.
+PyYAML's events, not its composer, build the tree: nesting, size and the expansion of aliases are
+bounded, every tag is refused (no object is ever constructed), and duplicate keys are reported.
+Plain scalars follow the YAML 1.2 core schema, so ``no`` is a word and ``012`` is twelve.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from safenav.files import HINT, foreign_character, printable
 MAX_DEPTH = 50
 _TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
 MAX_NODES = 100_000
-"""Maximum number of nodes of a document; an alias counts with all nodes that it refers to."""
+"""Maximum number of nodes of a document. An alias counts with all its nodes."""
 
 MAX_NUMBER_LENGTH = 100
 
@@ -30,7 +29,7 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 class Place(Struct, frozen=True):
-    """Line and column, both from 1. ``file``: the file from which a replacing value comes."""
+    """Line and column, both from 1. ``file``: the file of a replacing value."""
 
     line: int = 1
     column: int = 1
@@ -41,8 +40,8 @@ class Scalar(Struct, frozen=True):
     """A number, truth value, null or text.
 
     ``text`` is as written; ``style`` is YAML's: empty for plain, the quote, or ``|`` and ``>`` for
-    blocks. ``literal``: whether the text is on one line without escapes, so that a column of the
-    text is a column of the line.
+    blocks. ``literal``: whether the text is on one line without escapes, so that its columns are
+    columns of the line.
     """
 
     place: Place
@@ -58,7 +57,7 @@ class Sequence(Struct, frozen=True):
 
 
 class Mapping(Struct, frozen=True):
-    """A mapping with distinct keys of text. ``cut``: whether other keys were left out."""
+    """A mapping with distinct keys of text. ``cut``: whether other keys were omitted."""
 
     place: Place
     entries: tuple[tuple[Scalar, Node], ...]
@@ -77,19 +76,19 @@ _KEYS = "keys are words; a list needs brackets: [3, 8]"
 
 
 def below(node: Node | None, *keys: str) -> Node | None:
-    """Return the node at a path of keys below another node; None if the path does not exist."""
+    """Return the node at a path of keys below another node; None if there is none."""
     for key in keys:
         node = node.get(key) if isinstance(node, Mapping) else None
     return node
 
 
 def entries_of(node: Node | None) -> tuple[tuple[Scalar, Node], ...]:
-    """Return the keys and values of a mapping; for any other node, an empty sequence."""
+    """Return the keys and values of a mapping, or an empty sequence for another node."""
     return node.entries if isinstance(node, Mapping) else ()
 
 
 def items_of(node: Node | None) -> tuple[Node, ...]:
-    """Return the items of a list; for any other node, an empty sequence."""
+    """Return the items of a list, or an empty sequence for another node."""
     return node.items if isinstance(node, Sequence) else ()
 
 
@@ -99,7 +98,7 @@ def is_nothing(node: Node) -> bool:
 
 
 def reported(node: Node) -> Node:
-    """Return a node in place of another one, whose errors were reported."""
+    """Return a node in place of one whose errors were reported."""
     return Mapping(node.place, (), cut=True)
 
 
@@ -107,9 +106,9 @@ Entry = tuple[Scalar, Node]
 
 
 def continued(last: Entry, key: Scalar, value: Node) -> tuple[Entry, str] | None:
-    """Return a hint if a key without a value continues the value before it (``region: 1, 3``); None
-    otherwise. Also return the entry before it with a value whose errors count as reported. The hint
-    is empty if the error was reported for an earlier key."""
+    """Return None unless a key without a value continues the previous value (``region: 1, 3``).
+    Otherwise return the previous entry, whose errors count as reported, and a hint (empty if the
+    error was reported for an earlier key)."""
     name, before = last
     if not is_nothing(value) or name.place.line != key.place.line:
         return None
@@ -129,12 +128,12 @@ _THOUSANDS = re.compile(r"-?[0-9]{1,3}(?:[ _,'][0-9]{3})+")
 
 
 def without_separators(text: str) -> str:
-    """Return a number such as ``1 000`` or ``1_000`` as ``1000``; an empty text for other texts."""
+    """Return a number such as ``1 000`` or ``1_000`` as ``1000``, any other text as ''."""
     return re.sub(r"[^-0-9]", "", text) if _THOUSANDS.fullmatch(text) else ""
 
 
 def plain(node: Node) -> Any:
-    """Return the data of a node as Python values: scalars, lists and dicts."""
+    """Return the data of a node as Python scalars, lists and dicts."""
     if isinstance(node, Scalar):
         return node.value
     if isinstance(node, Mapping):
@@ -143,7 +142,7 @@ def plain(node: Node) -> Any:
 
 
 def node_of(data: Any, place: Place) -> Node:
-    """Return plain data as a node; all nodes have the same place."""
+    """Return plain data as a node. All nodes have the same place."""
     if isinstance(data, dict):
         entries = ((Scalar(place, k, k), node_of(item, place)) for k, item in data.items())
         return Mapping(place, tuple(entries))
@@ -155,8 +154,8 @@ def node_of(data: Any, place: Place) -> Node:
 
 
 class DocumentError(Exception):
-    """An error that makes a file or text unusable: its place (None: the whole text), a description
-    and a remedy."""
+    """An error that makes a file or text unusable: place (None: the whole text), description and
+    remedy."""
 
     def __init__(self, place: Place | None, found: str, hint: str = "") -> None:
         self.place = place
@@ -166,7 +165,7 @@ class DocumentError(Exception):
 
 
 class Document(Struct, frozen=True):
-    """A tree, and the errors that did not prevent reading it, as triples (place, found, hint)."""
+    """A tree, and errors in a readable text, as triples (place, found, hint)."""
 
     root: Node
     flaws: tuple[tuple[Place, str, str], ...] = ()
@@ -195,7 +194,7 @@ def read_document(text: str) -> Document:
 _ALIKE = re.compile(
     r"^[ -]*([\u00a0\u2000-\u200b\u202f\u3000]|[\u2010-\u2015](?=\s))", re.MULTILINE
 )
-"""Characters at the beginning of a line that look like those of YAML."""
+"""Characters at the beginning of a line that resemble those of YAML."""
 
 
 def scalar_value(text: str) -> str | int | float | bool | None:
@@ -237,7 +236,7 @@ class _Builder:
         self.flaws: list[tuple[Place, str, str]] = []
 
     def node(self, event: Any) -> tuple[Node, int]:
-        """Return the node that begins with an event, and the number of values in it."""
+        """Return the node that begins with an event and its number of values."""
         place = _place(event)
         if isinstance(event, yaml.AliasEvent):
             return self._named(event.anchor, place)
@@ -295,10 +294,10 @@ class _Builder:
         return Scalar(place, value, event.value, style, literal)
 
     def _named(self, anchor: str | None, place: Place) -> tuple[Node, int]:
-        """Return the node to which an alias refers, and the number of values in it."""
+        """Return the node to which an alias refers and its number of values."""
         if (known := self._known.get(anchor or "")) is not None:
             node, weight = known
-            # Diagnostics point at the alias of a scalar, but into the anchored node otherwise.
+            # Diagnostics point at the alias of a scalar, but otherwise into the anchored node.
             here = isinstance(node, Scalar)
             return (replace(node, place=place, literal=False) if here else node), weight
         if anchor in self._open:
@@ -306,7 +305,7 @@ class _Builder:
         raise DocumentError(place, f"*{anchor} refers to nothing", f"no &{anchor} before it")
 
     def _enter(self, entries: dict[str, tuple[Scalar, Node]], key: Node, node: Node) -> None:
-        """Add a key with its value to ``entries``, or report why it cannot be a key."""
+        """Add a key and its value to ``entries``, or report why it cannot be a key."""
         if not isinstance(key, Scalar):
             self.flaws.append((key.place, "a key is a list or a mapping", "keys are words"))
         elif not isinstance(key.value, str):
@@ -354,7 +353,7 @@ def _build(events: Iterator[Any]) -> Document:
 
 
 def clipped(text: str, width: int = 40) -> str:
-    """Return text from a file for a message: one printable line of at most ``width`` characters."""
+    """Return a file's text for a message: a printable line of at most ``width`` characters."""
     shown = printable(text).replace("\n", "?")
     return shown if len(shown) <= width else shown[: width - 3] + "..."
 
@@ -388,7 +387,7 @@ def _syntax_hint(error: yaml.MarkedYAMLError) -> str:
     if "block" in problem or "block" in str(error.context):
         return "check the indentation: items of one mapping or list begin in one column"
     if "flow" in str(error.context):
-        # while a node is read, the context is the error itself, not the bracket
+        # during a node, the context is the error itself, not the bracket
         mark = None if "node" in str(error.context) else error.context_mark
         where = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         return f"the '[' or '{{'{where} is not closed, or a ',' is missing"
@@ -399,7 +398,7 @@ _WORD = re.compile(r"[A-Za-z_][\w-]*", re.ASCII)
 
 
 def flow(data: object) -> str:
-    """Return data as YAML on one line. Keys whose value is None are left out."""
+    """Return data as YAML on one line. Keys with the value None are omitted."""
     match data:
         case dict():
             entries = (

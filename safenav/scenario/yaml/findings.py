@@ -1,4 +1,4 @@
-"""Files of users as text, and all errors in them, with suggestions of what was probably meant."""
+"""Users' files as text, and all errors in them, with suggestions of the intended words."""
 
 import re
 from collections.abc import Callable, Collection, Iterable
@@ -19,9 +19,9 @@ T = TypeVar("T")
 
 
 class Findings:
-    """Diagnostics of one file; ``beside`` returns those of another file of the same input.
-    ``reach``: the folder whose files the file may name; None for any file. ``within``: the list
-    whose items are being read."""
+    """The diagnostics of a file. ``beside`` returns those of another file of the same input.
+    ``reach``: the folder whose files the file may name (None: any). ``within``: the list whose
+    items are being read."""
 
     def __init__(self, file: str, reach: Path | None = None) -> None:
         self.file = file
@@ -32,7 +32,7 @@ class Findings:
         self._texts: dict[str, list[str]] = {}
 
     def beside(self, file: str, named_at: Node | Place) -> Self:
-        """Return the findings of another file, which this file names at a place; both are raised
+        """Return the findings of another file, which this file names at a place. Both are raised
         together. The first diagnostic of the other file states the place."""
         other, place = copy(self), named_at if isinstance(named_at, Place) else named_at.place
         other.file = file
@@ -41,7 +41,7 @@ class Findings:
         return other
 
     def read_from(self, text: str) -> None:
-        """Store the text of this file, so that messages can quote its lines."""
+        """Store the text of this file, for quotations in messages."""
         self._texts[self.file] = text.split("\n")
 
     @property
@@ -51,8 +51,8 @@ class Findings:
 
     def add(self, where: Node | Place | None, found: str, hint: str = "", column: int = 0) -> None:
         """Add a diagnostic: its place (None: the whole file), ``found`` and ``hint``. An error at a
-        ``column`` of a text is at that column of the file if the text is ``literal``, else at the
-        text's beginning, with the column in the message."""
+        ``column`` of a ``literal`` text is at that column of the file. In other texts it is at the
+        beginning, with the column in the message."""
         place = where if isinstance(where, Place) else where.place if where else Place(0, 0)
         if column and isinstance(where, Scalar) and where.literal:
             place = replace(place, column=place.column + bool(where.style) + column - 1)
@@ -70,14 +70,14 @@ class Findings:
         hint: str = "",
         column: int = 0,
     ) -> None:
-        """Report a word that is not ``known``. ``hint``: used if no known word is suggested;
-        ``column``: position of the word in a text."""
+        """Report a word that is not ``known``. ``hint``: used without a suggestion; ``column``: the
+        word's position in a text."""
         self.add(where, f"{found} '{clipped(word)}'", suggestion(word, known) or hint, column)
 
     def attempt(self, read: Callable[[], T], path: Path, named_at: Node | Place | None) -> T | None:
-        """Return the result of ``read`` on a file; None if it raises InputError. Its errors are
-        reported, those without a line at ``named_at``, where this file names the other one (None:
-        both are the same)."""
+        """Return the result of ``read`` on a file; None if it raises InputError. Report its errors,
+        those without a line at ``named_at``, where this file names the other one (None: they are
+        the same)."""
         try:
             return read()
         except InputError as error:
@@ -111,7 +111,7 @@ class Findings:
             raise InputError(self.diagnostics)
 
     def refuse_if_any(self) -> None:
-        """Raise UsageError with all diagnostics in one line, if there are any."""
+        """Raise UsageError with all diagnostics in one line if there are any."""
         message = (f"{d.found} ({d.hint})" if d.hint else d.found for d in self.diagnostics)
         if self._found:
             raise UsageError("; ".join(message))
@@ -122,14 +122,14 @@ class Findings:
 
 
 def closest(word: str, known: Iterable[str], alike: float = 0.6) -> list[str]:
-    """Return the known word that was probably meant, in a list; ``alike``: least similarity."""
+    """Return the probably intended known word in a list. ``alike``: minimum similarity."""
     from difflib import get_close_matches  # only needed for errors
 
     return get_close_matches(word[:80], sorted(known), n=1, cutoff=alike)
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return a hint with the word that was probably meant, and all known words if there are few."""
+    """Return a hint with the probably intended word, and all known words if there are few."""
     words = sorted(known)
     close = closest(word, words)
     parts = [f"did you mean '{close[0]}'?"] if close else []
@@ -144,7 +144,7 @@ def listed(words: Collection[str]) -> str:
 
 
 def described(node: Node) -> str:
-    """Return words for a node's value, to follow "found"."""
+    """Return words for a node's value after "found"."""
     match node:
         case Sequence(_, items):
             return f"a list of {len(items)}" if items else "an empty list"
@@ -163,8 +163,8 @@ def described(node: Node) -> str:
 def wrong_type(
     node: Node | None, what: str, expected: str, findings: Findings, hint: str = ""
 ) -> None:
-    """Report that a node does not have the expected type; do nothing if it is missing, or its
-    errors were reported."""
+    """Report that a node does not have the expected type. Do nothing if it is missing or its errors
+    were reported."""
     if node is None or node == document.reported(node):
         return
     if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
@@ -192,9 +192,9 @@ _UNITS = {"tick", "ticks", "round", "rounds", "s", "sec", "seconds", "m", "metre
 def as_meant(
     node: Mapping, what: str, known: Iterable[str], elsewhere: Wanted[str, str], findings: Findings
 ) -> tuple[Mapping, set[str]]:
-    """Report keys that are not ``known``. Return the mapping in which each has been replaced by the
-    key that was probably meant, and the set of these keys: a misspelt key neither hides nor causes
-    other errors. ``elsewhere``: hints for keys that belong in another mapping."""
+    """Report keys that are not ``known``. Return the mapping with the probably intended keys in
+    their place, and the set of these keys, so that misspelt keys neither hide nor cause other
+    errors. ``elsewhere``: hints for keys that belong in another mapping."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
     entries, meant, before, told = list[document.Entry](), set[str](), "", set[str]()
@@ -202,7 +202,7 @@ def as_meant(
         word, above = key.text, before
         before = word if document.is_nothing(value) else ""
         if word not in words:
-            near = free.union(closest(word, words))  # also a given key, for a variation
+            near = free.union(closest(word, words))  # also an existing key, for variations
             also = [other for other in _ALSO_CALLED.get(word, ()) if other in free]
             hint = elsewhere.get(word) or suggestion(also[0] if also else word, near)
             meant |= free.intersection(re.findall(r"(\w+)'?:", elsewhere.get(word, "")))
@@ -264,21 +264,21 @@ _ALSO_CALLED = {
     )
     for word in words.split()
 }
-"""Keys of other tools, each with the scenario's keys that a user may mean."""
+"""Keys of other tools, each with the keys of scenarios that a user may intend."""
 
 
 MAX_BYTES = 5_000_000
-"""Largest size of a text."""
+"""Maximum bytes of a text."""
 MOST_OF_AN_IMAGE = 150_000_000
 
 STDIN = "-"
-"""The path that means standard input."""
+"""The path that denotes standard input."""
 
 _SUFFIXES = {"", ".yaml", ".yml", ".json", ".txt"}
 
 
 def read_source(path: Path, findings: Findings, named_at: Node | None = None) -> str | None:
-    """Return the text of a file; None if an error was reported.
+    """Return the text of a file; None after a reported error.
 
     ``named_at``: the node at which the file of ``findings`` names this one.
     """
@@ -303,7 +303,7 @@ def read_bytes(
 
 
 def _refuse_outside(path: Path, reach: Path) -> None:
-    """Raise InputError if a file is outside a folder, so that the file is not opened."""
+    """Raise InputError for a file outside a folder, before the file is opened."""
     try:
         inside = path.resolve().is_relative_to(reach.resolve())
     except (OSError, RuntimeError, ValueError):
@@ -315,7 +315,7 @@ def _refuse_outside(path: Path, reach: Path) -> None:
 
 
 def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
-    """Return the YAML document in a text, and report its errors; None if the text is unreadable.
+    """Return the YAML document in a text and report its errors; None if the text is unreadable.
     ``expected``: the kind of file."""
     try:
         check_kind(text, expected, findings.file)
@@ -343,7 +343,7 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
 
 
 _NAMED = (("catalogue",), ("map", "image"), ("map", "ros"), ("map", "movingai"))
-"""The keys of a scenario that name files."""
+"""The keys of scenarios that name files."""
 
 
 def referenced_files(root: Node | None, folder: Path) -> list[Path]:
@@ -357,7 +357,7 @@ def referenced_files(root: Node | None, folder: Path) -> list[Path]:
 
 
 def root_of(text: str) -> Node | None:
-    """Return the YAML document in a text; None if it is not valid."""
+    """Return the YAML document in a text; None if it is invalid."""
     try:
         return document.read_document(text).root
     except document.DocumentError:
@@ -365,5 +365,5 @@ def root_of(text: str) -> Node | None:
 
 
 def _file(node: Node | None, folder: Path) -> Path | None:
-    """Return the path in a node; None if it is not text, such as an inline catalogue."""
+    """Return the path in a node; None if it is not text but, for example, a catalogue."""
     return folder / node.value if isinstance(node, Scalar) and isinstance(node.value, str) else None

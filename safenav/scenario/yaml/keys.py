@@ -1,5 +1,5 @@
-"""Declarations of the language of a YAML document: the annotations of frozen classes, with a class
-for each mapping and a field for each key; and the JSON Schema of such documents.
+"""Declarations of a YAML language: annotated frozen classes, with a class for each mapping and a
+field for each key. Also the JSON Schema of its documents.
 
 Annotations: ``int``, ``float``, ``str``, ``bool``, ``Literal``, ``StrEnum``, ``X | Y``, lists
 (``tuple[X, ...]``), pairs (``tuple[X, Y]``), mappings (``dict[Scalar, X]`` or ``dict[str, X]``),
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
     from safenav.scenario.yaml.findings import Findings
 
 MOST = 2**31 - 1
-"""The largest whole number, unless a key sets another limit."""
+"""The default maximum of whole numbers."""
 MOST_OF_A_NAME = 100
 NAME = "[A-Za-z_][A-Za-z0-9_-]{0,99}"
 IDENTIFIER = "[A-Za-z_][A-Za-z0-9_]{0,99}"
 """The form of names that become variables of specifications."""
 
 Check = Callable[[Any, Node, str, "Findings"], Any]
-"""Function of a value, its node and its name that returns the value, changed if necessary; None
-after it reported an error."""
+"""A function of a value, its node and its name. It returns the value, changed if necessary; None
+after a reported error."""
 
 
 class Key(Struct, frozen=True, eq=False):
@@ -45,16 +45,16 @@ class Key(Struct, frozen=True, eq=False):
 
     ``about``: its meaning; ``required``: the hint if it is missing, or an example that continues
     ``about``; ``least``, ``most``, ``above``: limits of a number, ``why``: the hint beside them;
-    ``entries``: the least number of items; ``expected``: its type in messages; ``example``: an
+    ``entries``: the minimum number of items; ``expected``: its type in messages; ``example``: an
     example of a mapping; ``check``: a further check, or a conversion from the form; ``schema``: its
     additions to the JSON Schema; ``form``: the form of the value in a document, an annotation or a
-    JSON Schema; ``by``: the method of the findings that returns the value, which looks up a name or
-    a place; ``without``: members of an enumeration, or keys, that it cannot have; ``default``: the
-    value if it is missing, ``like``: the field that has it; ``own``: whether it is not a key, but
-    the name of the item in the mapping that holds it.
+    JSON Schema; ``by``: the method of the findings that looks up the value, a name or a place;
+    ``without``: members of an enumeration, or keys, that it cannot have; ``default``: the value if
+    it is missing, ``like``: the field that has it; ``own``: whether it is not a key, but the item's
+    name in the mapping that contains it.
 
-    The function ``entries`` adds the other fields for a key of a class: its ``field``, its spelling
-    (``word``), its annotation.
+    The function ``entries`` adds the other fields for a key of a class: ``field``, spelling
+    (``word``) and annotation.
     """
 
     about: str = ""
@@ -80,14 +80,14 @@ class Key(Struct, frozen=True, eq=False):
 
     @property
     def described(self) -> str:
-        """The meaning of the key, followed by its default."""
+        """The meaning of the key and its default."""
         value = str(self.default).lower() if isinstance(self.default, bool) else self.default
         plain = isinstance(value, str | int | float) and value != ""
         default = f"Default: {f'{value:g}' if isinstance(value, float) else value}."
         return " ".join(filter(None, (self.about, default if plain else "")))
 
     def range(self, kind: type) -> tuple[float, float]:
-        """Return the least and the greatest number; by default, those of traces."""
+        """Return the minimum and maximum number, by default those of traces."""
         least, most = (0, MOST) if kind is int else (-MOST_NUMBER, MOST_NUMBER)
         return least if self.least is None else self.least, most if self.most is None else self.most
 
@@ -99,7 +99,7 @@ class Key(Struct, frozen=True, eq=False):
 
 
 def key(about: str = "", required: str = "", **rest: Any) -> Any:
-    """Return a key, to be written in place of the default of a field."""
+    """Return a key to be written in place of a field's default."""
     return Key(about, required, **rest)
 
 
@@ -140,15 +140,15 @@ def name_key(
 
 
 class Raw(Struct, frozen=True):
-    """A value that is checked later: its node, and its name in messages."""
+    """A value for a later check: its node and its name in messages."""
 
     node: Node
     what: str
 
 
 class OneOf(Struct, frozen=True):
-    """Keys of which a mapping has exactly one; without ``several``, at least one. ``missing``:
-    the hint if it has none; ``several``: the hint if it has more than one."""
+    """Keys exactly one of which a mapping has (without ``several``, at least one). ``missing``: the
+    hint if there is none; ``several``: the hint if there is more than one."""
 
     keys: tuple[str, ...]
     missing: str
@@ -160,8 +160,8 @@ class OneOf(Struct, frozen=True):
 
 
 class Beside(Struct, frozen=True):
-    """A key that has a meaning only beside one of some other keys. If ``hint`` is empty, the reader
-    of the class reports the error."""
+    """A key with a meaning only beside one of some other keys. If ``hint`` is empty, the class's
+    reader reports the error."""
 
     key: str
     others: tuple[str, ...]
@@ -173,8 +173,8 @@ class Beside(Struct, frozen=True):
 
 
 class _TakesKeys(StructMeta):
-    """Metaclass of classes with keys. It replaces the key of each field by the key's default.
-    Except in an ``Item``, a field has no default if its key is required or has a ``like``."""
+    """The metaclass of classes with keys. It replaces each field's key by the key's default. Except
+    in an ``Item``, a field has no default if its key is required or has a ``like``."""
 
     def __new__(
         cls, name: str, bases: tuple[type, ...], members: dict[str, Any], **config: Any
@@ -188,11 +188,11 @@ class _TakesKeys(StructMeta):
 
 
 class Part(Struct, metaclass=_TakesKeys, frozen=True):
-    """A mapping in a document, which becomes data of this class if it has no error.
+    """A mapping in a document that becomes data of this class if it has no error.
 
-    ``rules``: which keys need other keys; ``example``: for messages; ``elsewhere``: hints for keys
-    that it does not have; ``open``: other keys are allowed; ``spelled``: keys that are not spelled
-    like their field. ``one`` names an item of a list or a mapping in messages, ``label`` follows a
+    ``rules``: dependencies between keys; ``example``: for messages; ``elsewhere``: hints for keys
+    that it lacks; ``open``: whether it may have other keys; ``spelled``: keys that are not spelled
+    like their fields. ``one`` names an item of a list or a mapping in messages, ``label`` follows a
     key: {what} is the item, {rest} that without its first word, {name} its number or key, {type}
     the text of its key ``type``; ``title``: a schema's title.
     """
@@ -208,21 +208,21 @@ class Part(Struct, metaclass=_TakesKeys, frozen=True):
     title: ClassVar[str] = ""
 
     def flaws(self) -> Iterable[tuple[str, str, str]]:
-        """Return the keys whose values contradict others, each with the error and a remedy."""
+        """Return keys with contradictory values, each with the error and a remedy."""
         return ()
 
 
 class Item(Part, frozen=True, kw_only=True):
-    """A part that is also read if it has errors: a field is None if its key was reported, or is
-    missing and has no default. ``node``: the mapping; ``of``: the words that follow its keys in
-    messages; ``flawed``: whether an error in it was reported."""
+    """A part that is readable even with errors: a field is None if its key was reported, or is
+    missing and has no default. ``node``: the mapping; ``of``: the words after its keys in messages;
+    ``flawed``: whether an error in it was reported."""
 
     node: document.Mapping
     of: str
     flawed: bool = False
 
     def at(self, key: str) -> Node | None:
-        """Return the node of a key's value, for diagnostics; None if the key is missing."""
+        """Return the node of a key's value for diagnostics; None if the key is missing."""
         return self.node.get(key)
 
     def named(self, key: str) -> str:
@@ -245,7 +245,7 @@ def entries(kind: type[Part]) -> Mapping[str, Key]:
 
 @cache
 def key_of(annotation: Any, outer: Key | None = None) -> Key:
-    """Return the key of an annotation, else the key ``outer``, with the limits of a ``Meta``."""
+    """Return the key of an annotation or the key ``outer``, with the limits of a ``Meta``."""
     parts = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
     key = next((each for each in parts if isinstance(each, Key)), outer or _PLAIN_KEY)
     for each in parts:
@@ -256,7 +256,7 @@ def key_of(annotation: Any, outer: Key | None = None) -> Key:
 
 _PLAIN_KEY = Key()
 OwnName = Annotated[str, Key(own=True)]
-"""The name of an item: its key in the mapping that holds it."""
+"""The name of an item: its key in the mapping that contains it."""
 
 
 def version(number: int, file: str, mark: str) -> Any:
@@ -275,7 +275,7 @@ def version(number: int, file: str, mark: str) -> Any:
 
 def schema_text(root: type[Item]) -> str:
     """Return the JSON Schema (draft 2020-12) of documents of a class, as JSON text. It describes
-    their shape only, so it accepts a region in a wall or an unknown robot model."""
+    only their shape, so it accepts a region in a wall or an unknown robot model."""
     definitions: dict[str, Any] = {}
     schema(root, definitions)
     whole = {
@@ -288,8 +288,8 @@ def schema_text(root: type[Item]) -> str:
 
 
 def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None) -> Any:
-    """Return the JSON Schema of an annotation; a schema (a dict) is returned unchanged. Classes
-    become definitions."""
+    """Return the JSON Schema of an annotation, or a schema (a dict) unchanged. Classes become
+    definitions."""
     if isinstance(annotation, dict):
         return annotation
     origin, arguments = get_origin(annotation), get_args(annotation)
@@ -331,7 +331,7 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
 
 
 def _defined(kind: type[Part], definitions: dict[str, Any]) -> dict[str, Any]:
-    """Return a reference to the definition of a class; add the definition if it is new."""
+    """Return a reference to the definition of a class. Add a new definition."""
     name = _definition(kind)
     if name not in definitions:
         definitions[name] = {}
@@ -341,7 +341,7 @@ def _defined(kind: type[Part], definitions: dict[str, Any]) -> dict[str, Any]:
         for key in entries(kind).values():
             own = {"description": key.described} if key.described else {}
             part = schema(key.annotation, definitions, key)
-            # the description of the key replaces that of its class
+            # the key's description replaces that of its class
             properties[key.word] = own | part | own | dict(key.schema)
         needed = [key.word for key in entries(kind).values() if key.required]
         definitions[name] = {

@@ -1,7 +1,7 @@
-"""Typed reading of YAML documents by the declarations of their language (``keys``).
+"""Typed reading of YAML documents by their language's declarations (``keys``).
 
-``read`` returns the value of a node, or None after it has reported an error. It continues after
-errors, so that one error does not hide another.
+``read`` returns the value of a node, or None after a reported error. It continues after errors, so
+one error does not hide another.
 """
 
 import math
@@ -22,7 +22,7 @@ from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, Part, Raw, entr
 
 Stages = Mapping[str, Callable[[Any, Node | None, Any], None]]
 """Keys of a mapping whose values are read first, in this order, each with a function that takes the
-value, its node (None: it is missing) and the findings before the next value is read."""
+value, its node (None: missing) and the findings before the next value is read."""
 
 
 def read(
@@ -34,9 +34,9 @@ def read(
     stages: Stages = MappingProxyType({}),
     name: str = "",
 ) -> Any:
-    """Return the value of a node; None if there is no node, or an error in it was reported.
-    ``what`` names the node in messages; ``key`` describes it; ``stages``: stages of reading a
-    class; ``name``: key of the node in the mapping that holds it."""
+    """Return the value of a node; None without a node or after a reported error. ``what`` names the
+    node in messages; ``key`` describes it; ``stages``: the stages of a class; ``name``: the node's
+    key in the mapping that contains it."""
     if node is None:
         return None
     origin, arguments = get_origin(annotation), get_args(annotation)
@@ -75,7 +75,7 @@ def read(
 
 
 def _inner(annotation: Any) -> Any:
-    """Return the annotation of a value in the document: the key's form, else its class."""
+    """Return the annotation of a value in the document: the key's form or its class."""
     key, kind = key_of(annotation), get_args(annotation)[0]
     return kind if key.by or key.form is None or kind is Raw else key.form
 
@@ -93,9 +93,9 @@ def _item(
     if not kind.open:
         node, meant = as_meant(node, what, known, kind.elsewhere, findings)
     of, inside = _filled(kind.label, what, node), {key.text: inner for key, inner in node.entries}
-    # unknown keys alone excuse missing ones, except in a file that is another one
+    # unknown keys excuse missing ones, except in a wrong file
     told = inside and inside.keys().isdisjoint(known) and not kind.title
-    for word, key in known.items():  # in the order of the class's fields, not of the stages
+    for word, key in known.items():  # in the order of the class's fields, not the stages
         if key.required and word not in inside and word not in meant and not told:
             findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
     values: dict[str, Any] = {}
@@ -132,8 +132,8 @@ def _check_rules(
     known: Collection[str],
     findings: Findings,
 ) -> None:
-    """Report keys that are missing, or that have no meaning beside the other keys, each once. A
-    missing key may be a misspelt one that was already reported."""
+    """Report keys that are missing or have no meaning beside the other keys, each once. A missing
+    key may be a misspelt one that was already reported."""
     given = {key.text: key for key, _ in node.entries}
     told = {word for word in given if word not in known}
     for rule in rules:
@@ -185,11 +185,11 @@ def _list(inner: Any, node: Node, what: str, findings: Findings, key: Key) -> An
 
 
 def sequence(node: Node, what: str, findings: Findings) -> tuple[Node, ...] | None:
-    """Return the items of a list. For another node, report the error and return None."""
+    """Return the items of a list. For another node, report an error and return None."""
     if isinstance(node, Sequence):
         return node.items
     shown = clipped(node.text) if isinstance(node, Scalar) else ""
-    shown = f'"{shown}"' if "(" in shown else shown  # a formula, in which commas end no item
+    shown = f'"{shown}"' if "(" in shown else shown  # commas of a formula end no item
     if isinstance(node, document.Mapping) and all(is_nothing(value) for _, value in node.entries):
         shown = clipped(", ".join(key.text for key, _ in node.entries))
     hint = f"put brackets around it: [{shown}]" if shown else "begin each item with '- '"
@@ -227,8 +227,8 @@ def _mapping(inner: tuple[Any, ...], node: Node, what: str, findings: Findings, 
 def _indented(
     node: document.Mapping, kind: Any, what: str, findings: Findings
 ) -> list[document.Entry]:
-    """Return the entries of a mapping of items. Keys that name no item, but belong in the item
-    before them, are moved there; the first one is reported."""
+    """Return the entries of a mapping of items. Move keys that belong in the previous item there,
+    and report the first one."""
     known = entries(kind) if isinstance(kind, type) and issubclass(kind, Part) else {}
     found, told = list[document.Entry](), ""
     for key, value in node.entries:
@@ -259,7 +259,7 @@ def _choice(
 
 
 def _union(choices: list[Any], node: Node, what: str, findings: Findings, key: Key) -> Any:
-    """Read a node by the first choice that fits its form: mapping, list, number or text."""
+    """Read a node by the first choice for its form: mapping, list, number or text."""
     fitting = [choice for choice in choices if _fits(choice, node)]
     if fitting or not key.expected:
         return read((*fitting, choices[-1])[0], node, what, findings, key)
@@ -295,7 +295,7 @@ def _fits(annotation: Any, node: Node) -> bool:
 def _number(node: Node, what: str, findings: Findings, key: Key, kind: Any = float) -> Any:
     value: Any = node.value if isinstance(node, Scalar) else None
     if isinstance(value, str) and value.lower().lstrip("+-") in ("nan", "inf"):
-        value = float(value)  # the spelling of other YAML writers: map_saver has '-nan'
+        value = float(value)  # spellings of other YAML writers: map_saver has '-nan'
     if isinstance(value, bool) or not isinstance(value, int | kind):
         default = "a whole number" if kind is int else "a number"
         wrong_type(node, what, key.expected or default, findings)
