@@ -37,8 +37,8 @@ def read_input(
     """Return the content of a file or, for ``-``, of standard input. A path ``named`` in another
     file is never standard input.
 
-    Raises InputError if it cannot be read, or has more than ``most`` bytes (a device may have no
-    end) or this many ``values``.
+    Raises InputError if it cannot be read, has more than ``most`` bytes (a device may have no end),
+    or has more than this many ``values``.
     """
     file, hint = Path(path), ""
     try:

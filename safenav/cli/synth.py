@@ -75,7 +75,7 @@ class Synthesized(Struct, frozen=True):
         return [*size, round(self.result.seconds * 1000, 1), "yes" if data["verified"] else "-"]
 
     def files(self, of_robot: bool) -> Iterator[tuple[str, str | bytes]]:
-        """Yield names and contents of all files. ``of_robot``: also the specification's."""
+        """Yield names and contents of all files, with the specification's if ``of_robot``."""
         if of_robot:
             yield f"{self.spec.robot}.structuredslugs", self.spec.to_structuredslugs()
             if (slugsin := slugs.slugsin_of(self.spec)) is not None:

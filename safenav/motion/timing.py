@@ -74,7 +74,7 @@ def parts_done(trace: Trace) -> dict[int, PartDone]:
 
 def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
     """Return the actions of a run with a clock in the order of its trace, and the commands whose
-    steps enter the region of an obstacle to act on it, and so stop short of the obstacle."""
+    steps stop short of an obstacle in the entered region, to act on it."""
     found: list[TimedAction] = []
     short: set[int] = set()
     steps: dict[str, int] = {}

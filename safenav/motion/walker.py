@@ -21,7 +21,7 @@ both feet on the ground. Every primitive leads exactly from one such pose to ano
 compose without limit. No error accumulates, since each begins at the pose of an absolute region.
 
 Phase-space intersections give the times of the steps (safenav.pace.gait), as if the mass changed
-feet in an instant. Around each such instant both feet are on the ground, and the centre of pressure
+feet in an instant. Around each such instant both feet are on the ground. The centre of pressure
 moves from one to the other at constant speed, as in the linear problem that places the feet.
 """
 

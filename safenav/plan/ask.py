@@ -176,7 +176,7 @@ def _ask(
     assert isinstance(reached, Exhausted)
     stages = {each.stages for each in reached if floor.completed(each, frozenset())}
     ends, possible = [{*served}.difference(floor.open(each)) for each in stages], set[int]()
-    for g in served:  # keep each, in order, that can be served with those kept
+    for g in served:  # in order, keep each that can be served with the kept ones
         possible |= {g} if any({*possible, g} <= end for end in ends) else set()
     if ends:
         return Unserved(tuple(g for g in served if g not in possible))
@@ -208,8 +208,8 @@ def _found(search: Search, states: Answer, check: Callable[[], None], *, brief: 
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
-    """Return the result of a short search, then a proof for a few robots, then the result of a long
-    search: the first that exists."""
+    """Return the first that exists: the result of a short search, a proof for a few robots, or the
+    result of a long search."""
     answer = search.run(1)
     if answer is not None:
         return answer

@@ -237,8 +237,8 @@ def _slack(team: Team, state: State, i: int) -> float:
 
 
 def charging_ends(team: Team, state: State) -> float | None:
-    """Return the next time in a live run at which a robot on a charger is charged enough, or a
-    robot off the chargers must go to one or runs out of charge; None: never."""
+    """Return the next time in a live run at which a robot on a charger is charged enough, or one
+    off the chargers must go there or runs out of charge; None: never."""
     times, low = [], [state.robots[i].charge for i in starving(team, state)]
     for i, (member, robot) in enumerate(zip(team.members, state.robots, strict=True)):
         energy = member.energy

@@ -274,9 +274,9 @@ def _earliest(
     *,
     stops: bool = True,
 ) -> list[int] | None:
-    """Return a robot's pose at each tick on its earliest path through all poses where it counts or
-    acts in ``ticks``, to the same last pose, with the ``stops`` of a ``course``; None if there is
-    none. ``shut``: the regions to avoid at each tick."""
+    """Return a robot's pose at each tick on its earliest path to its last pose, with the ``stops``
+    of a ``course``; None if there is none. It counts and acts in the same poses as in ``ticks``.
+    ``shut``: the regions to avoid at each tick."""
     graph, last = floor.graphs[i], len(ticks) - 1
     places = course.stops(i) if course is not None and stops else {}
     vias, member = _vias(floor, ticks, i, places), floor.team.members[i]
@@ -348,8 +348,7 @@ def _back(
 
 def _vias(floor: Floor, ticks: Sequence[Joint], i: int, stops: Mapping[int, int]) -> list[Via]:
     """Return the poses through which a robot must go, in order: where it acts, where it counts
-    goals that no later resolution voids, and where it ``stops`` (mapping of a waypoint to
-    ticks)."""
+    goals that no later resolution voids, and where it ``stops`` (ticks by waypoint)."""
     place, since, graph, size = 0, 0, floor.graphs[i], floor.team.size
     found: list[Via] = [(1 << ticks[0].poses[i], 0, True)] * stops.get(0, 0)
     member, memory = floor.team.members[i], ticks[0].counts[i][0]

@@ -1,7 +1,7 @@
 """Probable errors in a valid scenario: warnings of ``safenav check``.
 
-These are obstacles that block no robot, robots larger than a region or without room to turn in it,
-keys without effect, literal patrols of robots in joint plans, and misspelt layers or capabilities.
+These are obstacles that block no robot; robots larger than a region or without room to turn; keys
+without effect; literal patrols of robots in joint plans; misspelt layers or capabilities.
 """
 
 from collections.abc import Iterator, Mapping

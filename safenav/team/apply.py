@@ -208,7 +208,7 @@ def _robot(state: State, i: int, **changes: object) -> State:
 
 
 def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> State:
-    """Return the state with a robot in a pose that was not its destination."""
+    """Return the state with a robot in a pose that no decision has chosen."""
     robot, region = state.robots[i], pose % team.size
     changes |= {"pose": pose} | _undone(team, state, i, pose)
     if region != robot.pose % team.size:

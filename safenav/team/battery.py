@@ -18,9 +18,9 @@ from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 NEVER = 1 << 30
 AMPLE = 0.25
-"""The reserve, as a part of the capacity, of a robot that ends a plan off the chargers, if
-possible: others may charge first. A robot that makes room on a charger also has this reserve over
-the next one, since a lab run may be late."""
+"""The reserve, as a share of the capacity, with which a robot ends a plan off the chargers, if
+possible: others may charge first. Robots also leave chargers with this reserve, since they may be
+late in a lab."""
 ROUNDING = 1e-6
 """The tolerance for charge lost by rounded times."""
 

@@ -149,8 +149,8 @@ class RegionMap(Struct, frozen=True, dict=True):
     def distances(
         self, targets: Iterable[Region], inside: Collection[Region] | None = None
     ) -> dict[Region, int]:
-        """Return the number of steps to the nearest of ``targets`` from each free region connected
-        to a target (only ``inside``, if given), for a robot that can turn on the spot."""
+        """Return the number of steps to the nearest of ``targets`` from each free region with a
+        path there (only ``inside``, if given). The robot can turn on the spot."""
         depth = dict.fromkeys(targets, 0)
         queue = list(depth)
         for region in queue:

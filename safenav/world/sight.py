@@ -68,8 +68,8 @@ class Visibility:
     @cached_property
     def _lines(self) -> dict[int, list[str]]:
         """For each number of rows to the south and each sideways offset from west to east, the
-        regions of the padded map whose line of sight over this offset is free. They are a text
-        whose character ``i`` is 1 if bit ``i`` is set."""
+        regions of the padded map with a free line of sight over this offset. They are a text whose
+        character ``i`` is 1 if bit ``i`` is set."""
         world = self.world
         free = self._padded(world.free)
         opaque = self._padded(world.walls | self.closed)

@@ -405,9 +405,9 @@ class Others:
 
 
 def sees(world: World, a: int, b: int, radius: float | None, closed: Collection[int]) -> bool:
-    """Return whether region b is in sight from a: the distance of the centres is at most the
-    radius, and the segment between them crosses no wall or closed region's interior, and no corner
-    at which two of these touch."""
+    """Return whether region b is in sight from a. The centres must be within the radius. The
+    segment between them must cross no interior of a wall or closed region, and no corner where two
+    of these touch."""
     (row, col), (row_b, col_b) = divmod(a, world.cols), divmod(b, world.cols)
     down, right = row_b - row, col_b - col
     if radius is not None and down * down + right * right > radius * radius:

@@ -23,7 +23,7 @@ from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import TooLargeError, closure
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
-"""Cost in states per four robots: of a joint state with a proof, and of one in service."""
+"""Cost in states per four robots of a joint state: in a proof; of all robots in service."""
 MOST_MEMORIES = 8
 """Maximum number of joint formula memories for which sequences of moves are searched."""
 ELSEWHERE = -1

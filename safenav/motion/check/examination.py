@@ -260,8 +260,8 @@ OFF = 0.05
 
 
 def check_tracks(case: Examination) -> None:
-    """Check that a simulated flight lasts to the end of the motion, and that only thrust, gravity
-    and air move the rigid body, near its reference and inside the regions of its steps."""
+    """Check that a simulated flight lasts to the end of the motion. Only thrust, gravity and air
+    must move the rigid body, near its reference and inside the regions of its steps."""
     for track in case.motion.of(file.FlownTrack):
         rows: Array = np.array(track.rows)
         times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)

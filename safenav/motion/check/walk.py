@@ -236,8 +236,8 @@ def _steps(segment: Segment, limits: Limits) -> Iterator[Broken]:
 
 
 def _swings(segment: Segment, speeds: Array, limits: Limits) -> Iterator[Broken]:
-    """Check that a foot in the air is not too fast, leaves and reaches the ground at rest on its
-    footholds, and is in the air at an end of the segment only if the next segment continues it."""
+    """Check that a swing is not too fast, begins and ends at rest on its footholds, and passes the
+    end of a segment only if the next segment continues it."""
     for swing, speed in zip(segment.swings, speeds.max(axis=1).tolist(), strict=True):
         if speed > limits["swing"] + NEAR:
             what = f"a foot swings at {speed:.2f} m/s, more than {limits['swing']:g}"

@@ -289,8 +289,8 @@ class LiveRun:
         return encoded(self.run, self._source, self._sets)
 
     def news(self) -> dict[str, Any]:
-        """Return the entries since the last tick of the previous call, in the form of ``whole``, to
-        replace those of pages, and the sets of regions that are new since then."""
+        """Return the entries since the last tick of the previous call, to replace those of pages,
+        and the new sets of regions. The form is that of ``whole``."""
         since, known = self._told, self._told_sets
         new = self._rows.since(since)
         self._told, self._told_sets = self.run.last, len(self._sets)

@@ -278,8 +278,8 @@ class _Drawing(Struct):
 
     def _targets(self) -> None:
         """Draw each of a robot's target regions as a ring (an area as a line around it), in its
-        colour and with its shape, which is filled for its next target. Rings of several robots are
-        nested, above the name of their region."""
+        colour and with its shape. The next target is filled. Rings of several robots are nested,
+        above the name of their region."""
         world = self.run.map
         tops = {world.names[n.text]: n.top for n in self.names if not n.area}
         areas = [area for area in world.areas.values() if len(area) > 1]

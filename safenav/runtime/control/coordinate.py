@@ -395,7 +395,7 @@ def _meets(floor: Floor, state: State, i: int) -> bool:
 
 def is_complete(team: Team, state: State, control: Control) -> bool:
     """Return whether every robot has met its objective (and is at its last target if it must stay
-    there), no request is being served, and no order is still to come."""
+    there), no request is being served, and no order is to come."""
     if control.found.served or orders_ahead(team, state):
         return False
     return all(

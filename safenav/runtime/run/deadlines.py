@@ -234,7 +234,7 @@ def mission_end(bound: Bound, orders: Iterable[Orders]) -> int:
 
 
 def refusal_of(team: Team, state: State) -> End | None:
-    """Return the end of a run with a deadline that no robot could meet even alone, or with an
+    """Return the end of a run with a deadline that its robots could not meet even alone, or with an
     insufficient charge; None if there is neither."""
     refused: dict[str, int | None] = {}
     parts = []

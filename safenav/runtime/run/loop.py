@@ -242,9 +242,9 @@ class Run(Situation):
         return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:
-        """Count a robot's goals where it stands, at the end of its turn. Goals of a new objective
-        counted when the robot got it. An action ends a duty. Own goals count besides a duty if a
-        joint plan, or an assignable robot's strategy, counts them."""
+        """Count a robot's goals where it stands, at the end of its turn. Those of a new objective
+        were counted when the robot got it. An action ends a duty. Own goals count besides a duty if
+        a joint plan, or an assignable robot's strategy, counts them."""
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]

@@ -48,7 +48,7 @@ RunResult = records.End
 
 
 def uninterrupted(ended: RunResult) -> RunResult:
-    """Return the result of a run. Raise a KeyboardInterrupt that ended it again."""
+    """Return the result of a run. If a KeyboardInterrupt ended it, raise that again."""
     if ended.outcome is Outcome.INTERRUPTED:
         raise KeyboardInterrupt
     return ended
