@@ -21,8 +21,8 @@ from safenav.trace.records import Header
 
 
 def check_bundle(bundle: str | Path) -> Judged:
-    """Return the verdict on a bundle by the installed checker (not its copy in the bundle), and by
-    a comparison of the trace with the bundle's copy of its source."""
+    """Return the verdict on a bundle by the installed checker (not the bundle's copy) and by a
+    comparison of the trace with its source in the bundle."""
     bundle = Path(bundle)
     found = check(bundle)
     files = open_bundle(bundle) if found.accepted else {}

@@ -17,8 +17,8 @@ FRESH_SIGHT = 2.0
 """Seconds for which a sighting by one sensor outweighs a miss by another: a door leaf is thin
 edge-on, and messages may be late."""
 BEFORE = 0.1
-"""Minimum distance, as a share of a region's side, of a ray's end before the region to count as
-before it, or past the centre to count as behind it."""
+"""Minimum distance of a ray's end, as a share of a region's side: before the region to count as
+before it; past the centre to count as behind it."""
 BEHIND = 0.35
 """Maximum distance of a ray's end behind a region's centre, as a share of its side, for an obstacle
 there; behind half a side it hits the wall of the next region."""

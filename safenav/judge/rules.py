@@ -317,7 +317,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     stand in its regions (simultaneously, if together). The last need reveals the truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
-    # The team may not know of earlier fulfilled needs.
+    # Earlier needs may have been fulfilled without the team's knowledge.
     untold = s.external and (one.declared or one.shut or not one.known)
     if not one.there and not s.external:
         yield f"{one.name} is absent"

@@ -124,8 +124,8 @@ class Course:
         return ready
 
     def needs(self) -> Iterator[tuple[tuple[int, int], float, float]]:
-        """Yield, for each step of each robot, the charge that it needs to the next charger with
-        this execution's waits, and the departure time that avoids these waits."""
+        """Yield, for each step of each robot, its needed charge to the next charger with this
+        execution's waits, and the departure time that avoids these waits."""
         last = self.states[-1]
         for i, energy in self.energies.items():
             on, way = energy.charging(last.poses[i]), self.plan.ways[i]

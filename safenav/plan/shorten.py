@@ -274,9 +274,9 @@ def _earliest(
     *,
     stops: bool = True,
 ) -> list[int] | None:
-    """Return a robot's pose at each tick on its earliest path to its last pose, with the ``stops``
-    of a ``course``; None if there is none. It counts and acts in the same poses as in ``ticks``.
-    ``shut``: the regions to avoid at each tick."""
+    """Return a robot's pose at each tick on its earliest path that counts and acts as in ``ticks``;
+    None if there is none. With a ``course``, it has the same last pose and (if ``stops``) the same
+    stops. ``shut``: the regions to avoid at each tick."""
     graph, last = floor.graphs[i], len(ticks) - 1
     places = course.stops(i) if course is not None and stops else {}
     vias, member = _vias(floor, ticks, i, places), floor.team.members[i]

@@ -333,8 +333,8 @@ def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Rep
 
 
 def _walls(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs that remove a wall: between a robot's reachable regions and its target or, to
-    let robots that block each other give way, beside these robots."""
+    """Yield repairs that remove a wall: between a robot's reachable regions and its target, or
+    beside robots that block each other, which can then give way."""
     world, scenario = failed.scenario.map, failed.scenario
     if not failed.lacks:
         yield from map(failed.without, _beside(failed))

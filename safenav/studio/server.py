@@ -245,7 +245,7 @@ class Server:
             return {"is": "exists", "name": data.get("name"), "message": str(error)}
         except (SafenavError, ValueError, RecursionError) as error:
             return {"is": "refused", "message": str(error)}
-        except OSError as error:  # for example, too long a name
+        except OSError as error:  # for example, a name that is too long
             return {"is": "refused", "message": file_words(error)}
         return None
 

@@ -64,8 +64,8 @@ class Bound:
     def goal(
         self, name: str, goal: frozenset[int], seeds: Ticks, ends_in: Collection[int] = ()
     ) -> Ticks:
-        """Return, for each pose in which a robot can meet a target, the earliest tick by whose end
-        it can have met the target there, by a step or by staying for a tick."""
+        """Return each pose in which a robot can meet a target, with the earliest tick by whose end
+        it can have met the target there, by a step or a stay."""
         stayed, stepped = self.ticks(name, seeds, ends_in)
         there = (pose for pose in stayed.keys() | stepped.keys() if pose[0] in goal)
         return {p: min(stepped.get(p, NEVER), stayed.get(p, NEVER) + 1) for p in there}
@@ -292,7 +292,7 @@ def charge_needed(robot: Robot, s: State) -> int:
 
     def leg(target: frozenset[int], then: Charges) -> Charges:
         """Return, for each pose, the least charge with which the robot meets a target, by a step or
-        by staying there, and then still has the charge ``then``."""
+        a stay, and then has the charge ``then``."""
         found, changed = Charges(), True
         while changed:
             changed = False
