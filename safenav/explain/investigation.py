@@ -56,7 +56,7 @@ from safenav.world.poses import Pose, moves
 Item = TypeVar("Item")
 
 MOST_AT_ONCE = 64
-"""Maximum number of members for single omissions, in parallel, before any search."""
+"""Maximum number of members to omit one by one, in parallel, before any search."""
 CORE_SHARE, REST_SHARE = 0.5, 0.65
 """Shares of the budget at which the search for the core and the other checks end."""
 

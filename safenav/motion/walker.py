@@ -72,7 +72,7 @@ def placed(
     weights: Array,
     omega: float,
 ) -> Array:
-    """Return the nearest nodes to the given ones that lead exactly from start to goal.
+    """Return the nodes nearest to the given ones that lead exactly from start to goal.
 
     ``nodes`` (m, 2): feet and other points of pressure; ``knots`` (phases + 1): the node at each
     knot; ``weights`` (m): each node's freedom to move (0: fixed; at least two are free). Along each

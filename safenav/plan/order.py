@@ -108,7 +108,7 @@ def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, t
 
 def acting_first(floor: Floor, joint: Joint, state: State, plan: Plan) -> Plan:
     """Return a plan from ``joint`` (``joint_now``) in which no robot leaves before it has completed
-    its possible actions where it is, which the plan presumes."""
+    the actions that it can do where it is. The plan presumes these actions."""
     before, ways = joint._replace(stages=stages_of(floor, state)), [*plan.ways]
     for j, need in _because(floor, before, joint):
         for leaving in ways[j][1:2]:

@@ -146,7 +146,7 @@ class Tracker:
 
 
 watch = lru_cache(maxsize=64)(Tracker)
-"""The cached tracker."""
+"""A tracker, cached by its arguments."""
 
 
 class TooManyBeliefsError(ValueError):

@@ -29,7 +29,7 @@ _MAGIC = "safenav-cache 3 "
 _RESULT, _TEXT = ".answer", ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _LISTINGS = 64
-"""Average number of directory listings while data of the size of its limit are written."""
+"""Average number of directory listings per size limit of written data."""
 
 
 class CacheWarning(UserWarning):

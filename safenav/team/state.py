@@ -139,7 +139,7 @@ class Waypoint(NamedTuple):
     """A stop of a plan: a pose, and the conditions of the step to it. ``after``: pairs (robot,
     waypoint): that robot has arrived there; ``needs``: pairs (obstacle, n): n of its needs are
     fulfilled; ``progress``: the robot's count (memory and met) if exactly the obstacles ``over``
-    are over (the plan counts goals met by staying immediately); ``charge``: the robot's charge
+    are over (goals met by staying count immediately in the plan); ``charge``: the robot's charge
     then; on a charger the robot waits for it, and until ``tick``."""
 
     pose: int

@@ -89,7 +89,7 @@ Place = tuple[str, int]
 
 def _precedence(plan: Plan) -> Callable[[Place, Place], bool]:
     """Return a function of two waypoints ``one`` and ``other``. It returns whether the robot of
-    ``one`` has certainly left this when the robot of ``other`` departs for ``other``."""
+    ``one`` has certainly left ``one`` when the robot of ``other`` departs for ``other``."""
     places = [(robot, k) for robot, way in plan.ways.items() for k in range(len(way))]
     after: dict[Place, list[Place]] = {place: [] for place in places}
     for robot, k in places:

@@ -78,8 +78,8 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
 
 
 def lacks_of(team: Team, state: State) -> dict[str, reasons.Shortfall]:
-    """Return the shortfalls of the known obstacles that are never resolved, including those that
-    led to giving up other obstacles."""
+    """Return the shortfalls of the known obstacles that are never resolved, given-up ones
+    included."""
     views = [hopeful(team, state, given_up=again) for again in (False, True)]
     return {
         each.obstacle: each for now in views for each in reasons.shortfalls(now, closure_of(now))

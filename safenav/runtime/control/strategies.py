@@ -303,7 +303,7 @@ def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
 ) -> Step | None:
     """Return the step of a robot's strategy under the first command that leads the robot toward its
-    goal. If there is none, a new strategy waits; otherwise None, since the robot needs a new one.
+    goal. If there is none, a strategy that has just begun waits; any other one is replaced (None).
     ``safe``: the poses in which the team can continue (None: any)."""
     robot, member, task = state.robots[i], team.members[i], found.task
     node, strategy = robot.node, found.result.strategy

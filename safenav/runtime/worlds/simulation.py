@@ -125,7 +125,7 @@ class SimulatedWorld:
 
     def begin(self, robot: Robot) -> None:
         """Let a robot begin an action with the robots that are there now. If the action is on
-        obstacles that the team knows, they leave actions of which it does not know."""
+        obstacles that the team knows, they leave actions unknown to the team."""
         i, before = self.leave(robot), self._groups
         if self.cleared:
             self._groups = {j: group & {j, *self.absent} for j, group in before.items()}
