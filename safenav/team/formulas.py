@@ -5,6 +5,7 @@ Allowed steps depend on the memory of the formulas. In a joint plan, a robot's s
 a memory. A lone robot follows its strategy, so poses suffice as its states.
 """
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from itertools import combinations, product
@@ -155,10 +156,16 @@ class StateGraph(PoseGraph):
         )
 
     def forward(self, poses: Mask) -> Mask:
-        return region_mask(step for state in bits(poses) for step in self.steps(state))
+        found = 0
+        for by, states in self._moves.items():
+            found |= _moved(poses & states, by)
+        return found
 
     def backward(self, poses: Mask) -> Mask:
-        return region_mask(state for step in bits(poses) for state in self._before.get(step, ()))
+        found = 0
+        for by, states in self._moves.items():
+            found |= _moved(poses, -by) & states
+        return found
 
     @cached_property
     def goals(self) -> tuple[Mask, ...]:
@@ -189,12 +196,17 @@ class StateGraph(PoseGraph):
         return frozenset(g for g in met if not (stays[g] >> pose | stays[g] >> step) & 1)
 
     @cached_property
-    def _before(self) -> dict[int, list[int]]:
-        found: dict[int, list[int]] = {}
+    def _moves(self) -> dict[int, Mask]:
+        """For each difference between the numbers of two states, the states with such a step."""
+        found = defaultdict[int, list[int]](list)
         for state in bits(self.everywhere):
             for step in self.steps(state):
-                found.setdefault(step, []).append(state)
-        return found
+                found[step - state].append(state)
+        return {by: region_mask(states) for by, states in found.items()}
+
+
+def _moved(states: Mask, by: int) -> Mask:
+    return states << by if by >= 0 else states >> -by
 
 
 _remembering = lru_cache(maxsize=64)(StateGraph)
