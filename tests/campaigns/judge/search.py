@@ -134,7 +134,7 @@ class Search:
             choices.append([(k, 0) for k in range(len(robot.targets))] if free else [first])
         poses = tuple(self.begin.poses[robot.name] for robot in self.robots)
         stages = tuple(sorted(self.begin.stages.items()))
-        return (self._settled(poses, progress, stages) for progress in product(*choices))
+        return (self._settled((poses, progress, stages)) for progress in product(*choices))
 
     def successors(self, state: State) -> Iterator[State]:
         poses, progress, stages = state
@@ -145,7 +145,8 @@ class Search:
             back = self.begin.came.get(robot.name) if inside else None
             for pose in self.mission.steps(robot, poses[k]):
                 if pose[0] not in taken | closed[k] and back in (None, pose[0]):
-                    yield self._settled((*poses[:k], pose, *poses[k + 1 :]), progress, stages, k)
+                    after = (*poses[:k], pose, *poses[k + 1 :])
+                    yield self._settled((after, progress, stages), k)
 
     def is_complete(self, state: State) -> bool:
         """Whether all robots have met their objectives ``rounds`` times since the last resolution,
@@ -180,15 +181,10 @@ class Search:
             ]
         return self._closed_at[stages]
 
-    def _settled(
-        self,
-        poses: tuple[Pose, ...],
-        progress: tuple[Progress, ...],
-        stages: Stages,
-        moved: int | None = None,
-    ) -> State:
+    def _settled(self, state: State, moved: int | None = None) -> State:
         """Return a state after all that robots do at their poses: actions, then goals. ``moved``:
         the only robot that has done neither where it is."""
+        poses, progress, stages = state
         if moved is not None and poses[moved][0] not in self._sites:
             own = self._met(self.robots[moved], poses[moved][0], progress[moved])
             return poses, (*progress[:moved], own, *progress[moved + 1 :]), stages
