@@ -216,9 +216,9 @@ def memory(e: Line, s: State) -> Iterator[str]:
 
 @rule("duty", "synthesis", "objective", "move", "depart")
 def duties(e: Line, s: State) -> Iterator[str]:
-    """A robot has an objective other than its own only while the team knows an unresolved obstacle
-    that the robot has encountered, that needs its action, or that represents its empty battery. Its
-    strategy pursues the present objective."""
+    """A robot has an objective other than its own only for an unresolved obstacle that the team
+    knows. The robot has encountered it, can perform its action, or has the empty battery that it
+    represents. Its strategy pursues the present objective."""
     if e.kind in ("move", "depart"):
         robot = s.robots[e.robot]
         idle = robot.given.serves(robot.own) or robot.out or s.waits

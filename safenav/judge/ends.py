@@ -213,8 +213,8 @@ def _is_finished(s: State) -> bool:
 
 @rule("move", "depart", "outcome")
 def counted(e: Line, s: State) -> Iterator[str]:
-    """A target of its own objective that a robot has met is recorded: in lockstep before the next
-    move, in a simulated live run before the robot departs."""
+    """Each met target of a robot's own objective is recorded: in lockstep before the robot's next
+    move, in a simulated live run before it departs."""
     ends = e.outcome in (None, *UNFINISHED, "late", "operator_needed")
     if not ends or (s.live and s.external):
         return

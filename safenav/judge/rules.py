@@ -110,7 +110,7 @@ def _pose(pose: Pose, s: State) -> str:
 
 @rule("move", "outcome", *RESULTS)
 def pace(e: Line, s: State) -> Iterator[str]:
-    """In lockstep each robot has one move per tick, then acts, in the header's order; a step takes
+    """In lockstep each robot has one move per tick, then acts, in the header's order. A step takes
     the ticks that its model states. A `lost` deadline follows all results of its turn."""
     if e.kind in RESULTS and s.over == e.tick:
         yield "a lost deadline is recorded before the end of a turn"
@@ -229,10 +229,10 @@ def charge(e: Line, s: State) -> Iterator[str]:
 
 @rule("act", "acted", "part", "resolved")
 def actions(e: Line, s: State) -> Iterator[str]:
-    """Robots that begin an action are in service, and neither in transit nor in another action. It
-    ends with results for obstacles on which the robot can act there; in lockstep only failures are
-    recorded. In a simulated world, only robots in service (live: that have just acted) resolve
-    obstacles, with the recorded result, and no action fails."""
+    """Robots that begin an action are in service, and neither in transit nor in another action. The
+    action ends with results for obstacles on which the robot can act there; in lockstep only
+    failures are recorded. In a simulated world, only robots in service (live: that have just acted)
+    resolve obstacles, with the recorded result, and no action fails."""
     robot = s.robots[e.robot]
     if e.kind == "act":
         for name in e.robots:
