@@ -108,10 +108,9 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
 
 
 class Move(Record, frozen=True, tag="move"):
-    """A robot's turn in a tick. ``heading`` after the move. ``toward``: while a step takes several
-    ticks, the region to which the robot is in transit and which it also occupies. ``by``: the
-    origin of the move (null in transit). ``result`` of a step that ended elsewhere than
-    commanded."""
+    """A robot's turn in a tick. ``heading`` after the move. ``toward``: during a step of several
+    ticks, the region that the robot will enter and already occupies. ``by``: the origin of the move
+    (null in transit). ``result`` of a step that ended elsewhere than commanded."""
 
     robot: str
     from_: Region
@@ -137,8 +136,9 @@ class Depart(Record, frozen=True, tag="depart"):
 
 
 class Arrive(Record, frozen=True, tag="arrive"):
-    """Live: the step of a robot has ended; it occupies only the region ``at`` (lost: it is
-    somewhere in ``regions``). ``reason``: why it ended otherwise, or took several attempts."""
+    """Live: a robot's step has ended; the robot occupies only the region ``at`` (lost: it is
+    somewhere in ``regions``). ``reason``: why the step ended otherwise, or took several
+    attempts."""
 
     command: Count
     robot: str
@@ -211,7 +211,7 @@ class Operator(Record, frozen=True, tag="operator"):
 
 
 class Discovered(Record, frozen=True, tag="discovered"):
-    """An obstacle that the header does not list. This line precedes all that name it."""
+    """An obstacle that the header does not list. This line precedes all lines that name it."""
 
     obstacle: Obstacle
 
@@ -247,7 +247,7 @@ class Truth(Record, frozen=True, tag="truth"):
 
 class NewObjective(Record, frozen=True, tag="objective"):
     """A robot has another objective of its own from now on; its rounds restart. ``at_once``: false
-    if the robot waits or helps, and gets it when that ends."""
+    if the robot waits or helps, and gets the objective afterwards."""
 
     robot: str
     objective: Objective
@@ -257,7 +257,7 @@ class NewObjective(Record, frozen=True, tag="objective"):
 
 
 class Inputs(Record, frozen=True, tag="inputs"):
-    """The inputs of the environment from now on, written when one changes; before the first such
+    """The inputs of the environment from now on, written when one changes. Before the first such
     line, all are off. ``user``: inputs that a user has set."""
 
     values: Mapping[str, bool]
@@ -331,7 +331,7 @@ class Duty(Record, frozen=True, tag="duty"):
 class Part(Record, frozen=True, tag="part"):
     """``robot`` has done its part of need number ``need`` in the region ``at``. The last part of an
     obstacle with a single need has only the line ``resolved``. ``robots``: all that did so, if
-    together; ``missing``: the number of robots that must still do so."""
+    together; ``missing``: how many must still do so."""
 
     obstacle: str
     need: Count
@@ -428,10 +428,10 @@ class PlanEnd(Record, frozen=True, tag="plan_end"):
 
 
 class Checkpoint(Record, frozen=True, tag="checkpoint"):
-    """The state of the run after these ``lines`` (with the header), from which ``safenav resume``
-    continues; only the version of safenav that has written ``run`` reads it. ``run.sha256``:
-    the checksum of the header without ``limits`` and of the other data of ``run``; it reveals
-    changes, but a forger can update it."""
+    """The state of the run after these ``lines`` (with the header). ``safenav resume`` continues
+    from it; only the version of safenav that wrote ``run`` reads it. ``run.sha256``: the checksum
+    of the header without ``limits`` and of the other data of ``run``. It reveals changes, but a
+    forger can update it."""
 
     lines: Count
     run: Mapping[str, object]
