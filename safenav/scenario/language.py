@@ -335,7 +335,7 @@ class ScenarioKeys(Item, frozen=True):
         schema={"minProperties": 1, "maxProperties": 1000},
     )
     never_together: tuple[Together, ...] = key(
-        "Sets of regions, in each of which at most one of the listed robots is at a time.",
+        "Sets of regions that at most one of the listed robots may occupy at a time.",
         default=(),
     )
     inputs: dict[values.InputName, model.Input] | None = key(
@@ -357,7 +357,7 @@ class ScenarioKeys(Item, frozen=True):
         "Maximum ticks from a request to its resolution, unless the obstacle has its own."
     )
     late: model.LatePolicy = key(
-        "After a missed deadline: go_on, or stop.", default=model.LatePolicy.GO_ON
+        "After a missed deadline: go_on or stop.", default=model.LatePolicy.GO_ON
     )
     chargers: tuple[values.Regions, ...] = key("Regions where batteries are charged.", default=())
     flat: Task | None = key(

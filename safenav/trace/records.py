@@ -150,8 +150,8 @@ class Arrive(Record, frozen=True, tag="arrive"):
 
 
 class Act(Record, frozen=True, tag="act"):
-    """Live: a robot begins to act on ``obstacles`` (none: on one unknown to the team) where it
-    stands. ``robots``: all that take part, which stay until the ``acted`` line."""
+    """Live: a robot begins to act on ``obstacles`` (none: an obstacle unknown to the team) where it
+    stands. ``robots``: all participants, which stay until the ``acted`` line."""
 
     command: Count
     robot: str
@@ -160,9 +160,9 @@ class Act(Record, frozen=True, tag="act"):
 
 
 class ActionEnd(Record, frozen=True, tag="acted"):
-    """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: one
-    for each obstacle. ``barred``: obstacles on which the robot has failed too often; it does not
-    act on them until they change or it is back in service. ``reason`` of the failure."""
+    """The end of an action; in lockstep only of a failed action, with ``command`` 0. ``results``:
+    one for each obstacle. ``barred``: obstacles on which the robot has failed too often; it does
+    not act on them until they change or it is back in service. ``reason`` of the failure."""
 
     command: Count
     robot: str
@@ -225,7 +225,7 @@ class ObstacleChange(Record, frozen=True):
 
 class Appeared(ObstacleChange, frozen=True, tag="appeared"):
     """An obstacle is present from now on. ``cause``: ``scenario``, ``user``, ``battery`` for an
-    empty one, ``world`` if a sensor shows a resolved obstacle."""
+    empty battery, ``world`` if a sensor shows a resolved obstacle."""
 
 
 class Ordered(ObstacleChange, frozen=True, tag="order"):
@@ -294,8 +294,8 @@ class Backtrack(Note, frozen=True, tag="backtrack"):
 class Request(Record, frozen=True, tag="request"):
     """A request for help. ``bids``: robot in service with the action -> ticks (live: seconds) to
     reach this need and later ones of the ``same`` robots (null: no path); ``helpers``: may include
-    the requester; ``need``: its number, from 0, if the obstacle has several; ``because``: why no
-    robot helps, or not the nearest one, in words. An order has no ``requester``."""
+    the requester; ``need``: its number, from 0, if the obstacle has several; ``because``: in words,
+    why no robot or not the nearest robot helps. An order has no ``requester``."""
 
     obstacle: str
     requester: str | None
