@@ -335,8 +335,7 @@ class ScenarioKeys(Item, frozen=True):
         schema={"minProperties": 1, "maxProperties": 1000},
     )
     never_together: tuple[Together, ...] = key(
-        "Sets of regions that at most one of the listed robots may occupy at a time.",
-        default=(),
+        "Sets of regions that at most one of the listed robots may occupy at a time.", default=()
     )
     inputs: dict[values.InputName, model.Input] | None = key(
         "Booleans that the environment sets.", example="{alarm: {at: 12-30}}"
