@@ -278,8 +278,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             left = waiting
 
     def after(self, joint: Joint, i: int, pose: int) -> Joint:
-        poses = joint.poses
-        poses = (*poses[:i], pose, *poses[i + 1 :])
+        poses = (*joint.poses[:i], pose, *joint.poses[i + 1 :])
+        if not self._meeting[i][0][pose] | self.acting(joint.stages) >> pose % self.team.size & 1:
+            return Joint(poses, joint.counts, joint.stages)
         return self.settled(poses, joint.counts, joint.stages, (i,), (i,))
 
     @cached_method
