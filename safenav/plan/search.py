@@ -251,9 +251,13 @@ class Search:
         for i in self.floor.robots:
             mine = guided[i]
             own = self.floor.awaited(i, joint.counts[i]) if mine is None else mine
-            if goal := self._aim(joint, i, own, own=mine is None):
-                field = self.floor.graphs[i].distances(goal, self.floor.allowed(i, joint.stages))
-                found[i] = field if field[joint.poses[i]] < FAR else None
+            allowed = self.floor.allowed(i, joint.stages)
+            for goals in dict.fromkeys((own & allowed, own)):  # those behind obstacles last
+                if goal := self._aim(joint, i, goals, own=mine is None):
+                    field = self.floor.graphs[i].distances(goal, allowed)
+                    found[i] = field if field[joint.poses[i]] < FAR else None
+                if found[i] is not None:
+                    break
         return found
 
     def _duties(self, joint: Joint) -> Sequence[Mask | None]:

@@ -331,9 +331,13 @@ class Request:
                 left = [i for i, robot in enumerate(self.state.robots) if not robot.active]
                 come = [each for each in self.bids().values() if each is not None]
                 return self._absent(left) if left and len(come) >= missing else None
+            word, name = self.team.world.word, floor.gate(g).name
+            hope = hopeful(self.team, self.state, given_up=False)
+            for each in reasons.shortfalls(hope, closure_of(hope)):
+                if each.obstacle == name:  # a later need can never be fulfilled
+                    return reasons.shortfall_words(each, word, "it")
             groups = combinations(near, missing) if self.need.together else [()]
             room = any(gathered(floor, group, near) is not None for group in groups)
-            word = self.team.world.word
             return _UNSERVED if room else reasons.crowd_words(floor, near, word)
         earlier = dict.fromkeys(step.g for step in self.found.plan if step.g != g)
         return f"first {listed(map(self._obstacle, earlier))} must be resolved" if earlier else None
