@@ -118,7 +118,7 @@ def mover(
             raise UsageError(
                 f"{robot}: a walker {values['height']:g} m high at {values['speed']:g} m/s cannot "
                 f"turn on regions of {floor.side:g} m: {fault}\n"
-                "    change 'speed' or 'height' of its model"
+                "    give its model a 'speed' of 0.4 to 0.46, or another 'motion'"
             )
         return walker
     return Glider(robot, floor, region, heading, figures)

@@ -15,11 +15,13 @@ from safenav.errors import UsageError
 GRAVITY = 9.81
 LEFT = 1
 
-LEAST_SIDE = 1.5
-"""Minimum side of a region in metres; below it, the feet would cross on a turn's arc."""
+LEAST_SIDE = 1.65
+"""Minimum side of a region in metres; below it, a slow walker cannot turn."""
 LONGEST_STEP = 0.5
 FULL_STEP = 0.45
 """Step length in metres at full speed; shorter steps are proportionally slower."""
+FASTEST = 0.46
+"""Maximum speed at apex in m/s; at a higher one, the feet would swing too fast in a turn."""
 LONGEST_ARC = 2
 
 ARC_STEPS = 4
@@ -39,8 +41,8 @@ SETTLE_SECONDS = 0.6
 class Walker(Struct, frozen=True):
     """The parameters of a walker, in metres, seconds and metres per second.
 
-    ``foot``: distance of each foot from the centre line; ``speed``: speed at apex; ``size``:
-    diameter of a circle around the body, seen from above.
+    ``foot``: distance of each foot from the centre line; ``speed``: maximum speed at apex;
+    ``size``: diameter of a circle around the body, seen from above.
     """
 
     size: float = 0.6
@@ -94,7 +96,7 @@ def gait_on(side: float, walker: Walker) -> Gait:
         )
     steps = _steps(side)
     length = side / steps
-    speed = walker.speed * min(1.0, length / FULL_STEP)
+    speed = min(walker.speed, FASTEST) * min(1.0, length / FULL_STEP)
     # Half a period after apex the mass is half a step ahead of the foot (pendulum in x and y).
     seconds = 2 / omega * asinh(omega * length / (2 * speed))
     sway = walker.foot * (1 - 1 / cosh(omega * seconds / 2))

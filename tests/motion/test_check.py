@@ -80,7 +80,7 @@ def missions(seed: int) -> Iterator[dict[str, Any]]:
             walks = model["mobility"] == "heading"
             model["motion"] = "walker" if walks else free
             model["size"] = chance.choice((0.4, 0.5, 0.6))
-            model["speed"] = 0.45 if walks else chance.choice((0.5, 1.0))
+            model["speed"] = chance.choice((0.4, 0.45, 1.0) if walks else (0.5, 1.0))
         if len(data["robots"]) > 1:
             yield data | {"limits": {"ticks": TICKS}}
         seed += 1

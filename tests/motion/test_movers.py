@@ -37,9 +37,9 @@ SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "10"))
 MOVES = int(os.environ.get("SAFENAV_MOTION_MOVES", "10000"))
 
 
-def robot(kind: str, side: float) -> Mover:
+def robot(kind: str, side: float, speed: float | None = None) -> Mover:
     """A robot at rest in the middle of a large floor, facing east."""
-    figures = resolved(kind, None, None, "ground")
+    figures = resolved(kind, None, speed, "ground")
     assert figures is not None
     return mover("r", MetricFloor(SIZE, SIZE, side), MIDDLE, "east", figures)
 
@@ -141,7 +141,7 @@ def test_segments_of_the_same_shape_have_the_same_motion() -> None:
 
 
 def test_both_feet_carry_a_walker_long_enough_even_with_very_unequal_steps() -> None:
-    gait = gait_on(1.5, Walker(0.3, 0.3, 1.0))
+    gait = gait_on(1.65, Walker(0.3, 0.3, 1.0))
     for primitive in (primitives.walk(gait, way, foot) for way in (0, 1) for foot in (1, -1)):
         carried = sum(hold.up - hold.down for hold in primitive.feet)
         assert 0.15 < carried / primitive.t1 - 1 < 0.25
@@ -161,9 +161,12 @@ def test_a_flyer_keeps_its_tilt_limit_and_turns_back_at_the_border() -> None:
 
 @pytest.mark.parametrize("kind", ["walker", "rover", "flyer", "disc"])
 @pytest.mark.parametrize("side", [1.9, 2.7, 4.5])
-def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) -> None:
-    dice, moved, now = random.Random(f"{kind} {side}"), robot(kind, side), 0.0
-    pace = pace_of(resolved(kind, None, None, "ground"), SIZE, side, "east")
+@pytest.mark.parametrize("speed", [0.4, 0.5, 2.0])
+def test_steps_and_actions_take_as_long_as_their_motion(
+    kind: str, side: float, speed: float
+) -> None:
+    dice, moved, now = random.Random(f"{kind} {side}"), robot(kind, side, speed), 0.0
+    pace = pace_of(resolved(kind, None, speed, "ground"), SIZE, side, "east")
     for tick in range(60):
         if dice.random() < 0.3:
             now += dice.choice([0.5, 5.0])
@@ -177,8 +180,9 @@ def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) 
             moved.face(tick, at)
             moved.rest(tick, moved.time + ACTION)
             assert moved.time == pytest.approx(now, abs=1e-9)
-        to = beside(moved, dice)
+        to, before = beside(moved, dice), now
         now += pace.step(now, moved.region, to)
+        assert now > before
         moved.move(tick, to)
         pace.arrived(now)
         assert moved.time == pytest.approx(now, abs=1e-9)

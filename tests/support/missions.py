@@ -125,7 +125,7 @@ class Drawn(Keyed):
             kind = "flyer" if model["layer"] == "air" else kind
             most = min(0.6, side / 3) if kind == "walker" else min(1.2, side * 0.85)
             model["size"] = round(random.uniform(0.2, most), 2)
-            model["speed"] = 0.45 if kind == "walker" else round(random.uniform(0.2, 1.5), 2)
+            model["speed"] = round(random.uniform(0.4, 1.5), 2)
             model["motion"] = kind
         if self.chance(0.8):
             world["resolution"] = side
