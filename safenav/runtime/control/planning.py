@@ -14,7 +14,7 @@ from safenav.runtime.control.roles import Role, helpers_of
 from safenav.solve.solve import Settlement
 from safenav.team import state as now
 from safenav.team.acts import driven
-from safenav.team.apply import done, stands
+from safenav.team.apply import done, orders_ahead, stands
 from safenav.team.floor import Floor, Joint
 from safenav.team.known import charged, floor_now, floor_with
 from safenav.team.state import State
@@ -106,10 +106,13 @@ class Planning(Struct, frozen=True, dict=True):
 
     def _home(self) -> Sequence[now.Event]:
         """Return a plan that brings robots with low charge to chargers, if there is one. A robot
-        with work does not turn back twice without progress: its charge may suffice."""
+        with work does not turn back twice without progress: its charge may suffice. Once all rounds
+        are completed, the way to its last target is work."""
         team, state = self.team, self.state
         stage, went = self.answers.stage, self.answers.went
-        free = (i for i in self.sharing if done(team, state, i) and self.roles[i].helps is None)
+        over = all(done(team, state, i) for i in self.sharing) and not orders_ahead(team, state)
+        here = (i for i in self.sharing if stands(team, state, i) or not over)
+        free = (i for i in here if done(team, state, i) and self.roles[i].helps is None)
         served = self.found.served  # and robots then begin their rounds again
         idle = {i for i in free if team.members[i].pursuit.settles or not served}
         low = [i for i in starving(team, state) if i in idle or went.get(i) != stage]
