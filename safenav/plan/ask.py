@@ -27,7 +27,7 @@ from safenav.world.poses import FAR, Mask
 WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 20_000
 """Work of a search: minimum; for each robot; with charges; with charges while obstacles are open,
 since the request will soon change."""
-FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
+FEW_WORK, FEW_GROUPS, FEW_STATES, LEAST_WORK = 200_000, 300, 20_000, 100_000
 AHEAD, MOST_AHEAD, AHEAD_CHARGED = 2, 6, 4
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time; with
 batteries ``AHEAD_CHARGED``, which saves stops."""
@@ -67,11 +67,14 @@ def ask(
     served: tuple[int, ...],
     seed: int,
     check: Callable[[], None] = lambda: None,
+    fruitless: int = 0,
 ) -> Found | Deadlock | Unserved | None:
     """Return a plan that completes the mission and resolves all ``served`` obstacles, a proof that
     there is none, or None if the budget is exhausted. A long mission gets a plan of its next
     rounds. Robots with deadlines continue, if possible, until all rounds are completed. ``check``
-    raises if the search must end."""
+    raises if the search must end; ``fruitless``: the number of similar searches without a
+    result."""
+    work = max(LEAST_WORK, _work(floor) >> 4 * fruitless)
     if (none := _crowded(floor)) is not None:
         return none
     sharing = [i for i in floor.robots if i in floor.team.sharing] or floor.robots
@@ -79,22 +82,27 @@ def ask(
     if max(floor.wanted) - done > MOST_AHEAD:
         every = len(floor.team.members)
         part, more = (replace(floor, rounds=(done + AHEAD + k,) * every) for k in (0, 1))
-        found = _continued(part, joint, served, seed, check)
+        found = _continued(part, joint, served, seed, check, work)
         if not isinstance(found, Found):
             return found  # what is impossible for some rounds is impossible for all
         if _goes_on(more, joint, found, seed, check):
             return replace(found, plan=replace(found.plan, part=True))
-    return _continued(floor, joint, served, seed, check)
+    return _continued(floor, joint, served, seed, check, work)
 
 
 def _continued(
-    floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
+    floor: Floor,
+    joint: Joint,
+    served: tuple[int, ...],
+    seed: int,
+    check: Callable[[], None],
+    work: int,
 ) -> Found | Deadlock | Unserved | None:
     """Return the result of a search. In a plan, robots with deadlines continue after their last
     round until all robots have completed theirs, but delay no other robot. Resolutions restart
     rounds. Robots that wait long for them complete rounds before, and delay the end by at most a
     round."""
-    found = _ask(floor, joint, served, seed, check)
+    found = _ask(floor, joint, served, seed, check, work)
     timed = [i for i in floor.robots if floor.team.members[i].robot.within is not None]
     if not timed or not isinstance(found, Found) or found.first:
         return found
@@ -114,7 +122,7 @@ def _continued(
     while any(extra):
         longer = replace(floor, rounds=tuple(map(add, floor.wanted, extra)))
         keeps = replace(longer, keeping=frozenset(keeping))
-        further = _ask(keeps, joint, served, seed, check, brief=True)
+        further = _ask(keeps, joint, served, seed, check, work, brief=True)
         extra = [rounds // 2 for rounds in extra]
         if not isinstance(further, Found) or further.first:
             continue
@@ -147,10 +155,11 @@ def _ask(
     served: tuple[int, ...],
     seed: int,
     check: Callable[[], None],
+    work: int,
     *,
     brief: bool = False,
 ) -> Found | Deadlock | Unserved | None:
-    search = _search(floor, joint, frozenset(served), seed, check)
+    search = _search(floor, joint, frozenset(served), seed, check, work)
     reached = answer = _answer(search, check)
     restarts = any(floor.gate(g).restarts for g in floor.open(joint.stages))
     either = (i for i in floor.robots if floor.team.members[i].either)
@@ -158,7 +167,7 @@ def _ask(
     if isinstance(answer, Exhausted) and may_turn:
         free = replace(floor, either=True)
         here = free.settled(joint.poses, joint.counts, joint.stages)
-        answer = _answer(_search(free, here, frozenset(served), seed, check), check)
+        answer = _answer(_search(free, here, frozenset(served), seed, check, work), check)
         if isinstance(answer, list) and not isinstance(answer, Exhausted):
             first = tuple(_first(floor, [joint, *answer]))
             counts = list(joint.counts)
@@ -378,8 +387,11 @@ def _search(
     check: Callable[[], None],
     work: int = 0,
 ) -> Search:
-    work = work or max(WORK, WORK_OF_A_ROBOT * len(floor.robots))
-    return Search(floor, served, _guide(floor, served), joint, seed, work, check)
+    return Search(floor, served, _guide(floor, served), joint, seed, work or _work(floor), check)
+
+
+def _work(floor: Floor) -> int:
+    return max(WORK, WORK_OF_A_ROBOT * len(floor.robots))
 
 
 def _guide(floor: Floor, served: frozenset[int]) -> Guide:

@@ -251,7 +251,7 @@ def test_the_patience_is_at_least_a_second_if_steps_take_no_time(
 ) -> None:
     """After a step that ended elsewhere, no robot is lost while all wait for another plan."""
     usual = answers.ask
-    monkeypatch.setattr(answers, "ask", lambda *given: sleep(0.05) or usual(*given))  # type: ignore[func-returns-value]
+    monkeypatch.setattr(answers, "ask", lambda *a, **k: sleep(0.05) or usual(*a, **k))  # type: ignore[func-returns-value]
 
     class Sudden(Bare):
         """Each seventh step takes half a second by the world's clock, the others nothing."""

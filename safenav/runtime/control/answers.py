@@ -77,6 +77,7 @@ class Answers:
         self._awaited = self.background = self.busy = False
         self._recent: dict[Hashable, Any] = {}
         self.vain: Hashable = None
+        self._fruitless = dict[Hashable, tuple[int, int]]()
         self.stage: Hashable = None
         self.examined = 0
         self.went = dict[int, Hashable]()
@@ -123,14 +124,13 @@ class Answers:
         more = floor.helping, floor.laden, floor.away, floor.resting
         key = floor.team, *about, *more, joint, served, len(state.over)
         asked, charges = (floor, joint, served, len(state.over)), charges_now(floor.team, state)
-        plain: Search = partial(ask, *asked)
         if not charges:
-            return self._ask(key, plain)
+            return self._plain(key, asked)
         further = orders_ahead(floor.team, state)
         charged: Search = partial(ask_charged, *asked, charges, state.time, further)
         found = None
         if not better and len(floor.robots) <= FEW:
-            found = self._ask(key, plain)
+            found = self._plain(key, asked)
             if isinstance(found, Deadlock | Unserved):
                 return found  # the proof for any charges is quick
         counts = tuple(floor.is_done(i, count) or count for i, count in enumerate(joint.counts))
@@ -143,7 +143,20 @@ class Answers:
             self._questions.pop(with_charges, None)
             return lasting
         self.vain = self.stage
-        return found if better or found else self._ask(key, plain)
+        return found if better or found else self._plain(key, asked)
+
+    def _plain(
+        self, key: Hashable, asked: tuple[Floor, Joint, tuple[int, ...], int]
+    ) -> Found | Deadlock | Unserved | None:
+        """Return a joint plan for any charges. Each fruitless search from the same poses and
+        obstacles leaves a sixteenth of its work to the next one."""
+        floor, joint, served, _ = asked
+        where = floor.gates, floor.rounds, joint.poses, joint.stages, served
+        last, times = self._fruitless.get(where, (0, 0))
+        answer = self._ask(key, partial(ask, *asked, fruitless=times))
+        if answer is None and last != hash(key):
+            self._fruitless[where] = hash(key), times + 1
+        return answer
 
     @property
     def ready(self) -> bool:
