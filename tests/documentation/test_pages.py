@@ -45,15 +45,14 @@ BLOCK = re.compile(r'^```(\w*)(?: title="([^"]+)")?\n(.*?)^```$', re.MULTILINE |
 
 
 @pytest.fixture
-def environment(tmp_path: Path) -> dict[str, str]:
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """``safenav`` and ``python`` are those of the tests."""
-    programs = tmp_path / "programs"
-    programs.mkdir()
+    programs, cache = map(tmp_path_factory.mktemp, ("programs", "cache"))
     for name, words in (("safenav", "-m safenav"), ("python", ""), ("python3", "")):
         script = programs / name
         script.write_text(f'#!/bin/sh\nexec {sys.executable} {words} "$@"\n')
         script.chmod(0o755)
-    own = {"SAFENAV_CACHE": str(tmp_path / "cache"), "NO_COLOR": "1", "COLUMNS": "100"}
+    own = {"SAFENAV_CACHE": str(cache), "NO_COLOR": "1", "COLUMNS": "100"}
     return {**os.environ, "PATH": f"{programs}:/usr/bin:/bin", **own}
 
 
@@ -116,24 +115,22 @@ def read(language: str, text: str) -> None:
 def test_the_commands_of_a_page_print_the_shown_output(
     page: Path, tmp_path: Path, environment: dict[str, str]
 ) -> None:
-    folder = tmp_path / "empty"
-    folder.mkdir()
-    (folder / "scenarios").symlink_to(ROOT / "scenarios")
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
     whole = page.read_text(encoding="utf-8")
     check_commands(whole)
     for language, title, text in BLOCK.findall(whole):
         if title:
-            (folder / title).write_text(text, encoding="utf-8")
+            (tmp_path / title).write_text(text, encoding="utf-8")
         elif language == "sh" and page.stem in FOLLOWED:
-            typed(text, folder, environment)
+            typed(text, tmp_path, environment)
         elif language == "console":
             for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
                 command, *shown = part.splitlines()
-                compare(command, shown, typed(command, folder, environment))
+                compare(command, shown, typed(command, tmp_path, environment))
         else:
             read(language, text)
     for made in MADE.get(page.stem, ()):
-        assert (folder / made).stat().st_size > 100
+        assert (tmp_path / made).stat().st_size > 100
     assert page.parent != DOCS or page.name in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
 
 
@@ -152,20 +149,17 @@ EXAMPLE = re.compile(r"^    ((?:safenav|python3|mkdir|head|echo|SAFENAV_\w+=).*)
 def test_the_examples_of_help_run_one_after_the_other(
     name: str, tmp_path: Path, environment: dict[str, str]
 ) -> None:
-    folder = tmp_path / "empty"
-    folder.mkdir()
     if "your own map" in HELP[name]:
         own = "office.yaml" if name == "draw" else "office_map.yaml"
-        for there, file in (
-            *(("rooms.png", "floor.png"), ("office.pgm", "office.pgm"), ("office.yaml", own)),
-        ):
-            shutil.copy(ROOT / "tests" / "maps" / there, folder / file)
+        maps = {"rooms.png": "floor.png", "office.pgm": "office.pgm", "office.yaml": own}
+        for there, file in maps.items():
+            shutil.copy(ROOT / "tests" / "maps" / there, tmp_path / file)
     lines = EXAMPLE.findall(HELP[name])
     assert lines
     for line in lines:
         for part in () if SERVERS.search(line) else line.split("&&"):
             limited = re.search(r"--(max-ticks|time-limit) 20\b", part)
-            typed(part.strip(), folder, environment, code=3 if limited else 0)
+            typed(part.strip(), tmp_path, environment, code=3 if limited else 0)
 
 
 @pytest.mark.slow

@@ -54,7 +54,6 @@ def climbed(objective: Objective, start: int, turn: int = 0, **about: bool) -> l
     return list(forms(objective, turn, Pose(start), graph, **about))
 
 
-ONE = (at(0),)
 PATROL = Patrol((at(1), at(4)))
 PLAIN = Visit((at(1), at(4)))
 WIDE = Patrol((at(0), at(1, 2)))

@@ -32,7 +32,6 @@ from support.missions import mission
 
 FAMILIES = ("labs", "tight_needs", "parking_hidden")
 HIDDEN = ("tight_hidden", "parking_hidden", "tight_needs")
-VERDICTS = (Outcome.COMPLETED, Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE)
 RUNS = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
 MOST_EVENTS = 2_000
 REPLANS = 0.1
