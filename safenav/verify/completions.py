@@ -38,6 +38,7 @@ class Evaluator:
     def __init__(self, count: int, lookup: Lookup) -> None:
         self.everywhere = (1 << count) - 1
         self._number, self._compare = cache(lookup), cache(self._compared)
+        self._order_of = cache(self._ordered)
 
     def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
         """Return the plane of the rows in which a formula is true (in the next state if
@@ -78,10 +79,23 @@ class Evaluator:
     def constant(self, value: int) -> Vector:
         return [self.everywhere if value >> i & 1 else 0 for i in range(value.bit_length())]
 
+    def _ordered(self, name: str, primed: bool, value: int, low: int = 0) -> tuple[int, int]:
+        """Return two planes: the rows where a variable, without its lowest ``low`` bits, is less
+        than ``value``, and those where it equals it. Values share the work for their upper bits."""
+        planes, every = self._number(name, primed), self.everywhere
+        if low == len(planes):
+            return (every, 0) if value else (0, every)
+        less, equal = self._order_of(name, primed, value >> 1, low + 1)
+        if value & 1:
+            return less | (equal & (every ^ planes[low])), equal & planes[low]
+        return less, equal & (every ^ planes[low])
+
     def _compared(self, formula: syntax.Comparison, primed: bool) -> int:
-        less, equal = self._order(
-            self._term(formula.left, primed), self._term(formula.right, primed)
-        )
+        match formula:
+            case syntax.Comparison(_, syntax.Name(name, own_prime), syntax.Number(value)):
+                less, equal = self._order_of(name, primed or own_prime, value)
+            case syntax.Comparison(_, left, right):
+                less, equal = self._order(self._term(left, primed), self._term(right, primed))
         every, relation = self.everywhere, syntax.Relation
         planes = {relation.EQUAL: equal, relation.UNEQUAL: every ^ equal, relation.LESS: less}
         planes |= {relation.AT_MOST: less | equal, relation.AT_LEAST: every ^ less}
