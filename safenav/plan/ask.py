@@ -217,15 +217,22 @@ def _found(search: Search, states: Answer, check: Callable[[], None], *, brief: 
 
 
 def _answer(search: Search, check: Callable[[], None]) -> Answer | Deadlock:
-    """Return the first that exists: a proof for one robot if others are out of service, the result
-    of a short search, a proof for a few robots, or the result of a long search."""
+    """Return the first that exists: the result of the first search, a proof for one or two robots,
+    the result of a short search, a proof for three, or the result of a long search. If robots are
+    out of service, the proof for one robot comes first."""
     floor, start = search.floor, search.start
-    if floor.away and (none := _few(floor, start, check, most=1)) is not None:
+    if floor.away and (none := _few(floor, start, check, (1,))) is not None:
         return none
+    if len(floor.robots) <= CROWD:
+        found = search.first()
+        if found is not None and not isinstance(found, Exhausted):
+            return found
+        if (none := _few(floor, start, check, (1, 2))) is not None:
+            return none
     answer = search.run(1)
     if answer is not None:
         return answer
-    return _few(floor, start, check) or search.run()
+    return _few(floor, start, check, (1, 2, 3)) or search.run()
 
 
 def ask_charged(
@@ -433,11 +440,13 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
                 yield i, here.bit_length() - 1
 
 
-def _few(floor: Floor, joint: Joint, check: Callable[[], None], most: int = 3) -> Deadlock | None:
-    """Return a proof, or None, that up to ``most`` robots cannot complete the mission even without
-    all other robots, which would only restrict them."""
+def _few(
+    floor: Floor, joint: Joint, check: Callable[[], None], sizes: Sequence[int]
+) -> Deadlock | None:
+    """Return a proof, or None, that a group of one of these sizes cannot complete the mission even
+    without all other robots, which would only restrict it."""
     sharing = [i for i in floor.robots if floor.team.members[i].partners]
-    for size in range(1, min(most + 1, len(floor.robots))):
+    for size in (each for each in sizes if each < len(floor.robots)):
         groups = [
             g
             for g in combinations(sharing, size)

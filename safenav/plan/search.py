@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from itertools import chain, islice
 from random import Random
 
@@ -58,11 +59,25 @@ class Search:
         alive = self._alive if len(floor.robots) > MANY else None
         self._propose = Proposals(floor, self.random, alive).propose
         self._guided: dict[Stages, Sequence[Mask | None]] = {}
-        self._turn = 0
+        self._turn, self._begun = 0, False
 
     def goal(self, joint: Joint) -> bool:
         self._check()
         return completes(self.floor, joint, self.served)
+
+    @cached_property
+    def _depth(self) -> int:
+        """The budget of the first search. A plan has at least as many states as the farthest robot
+        has steps."""
+        far = max(map(_distance, self.fields(self.start), self.start.poses), default=0)
+        return max(FIRST_BUDGET, PACED * far)
+
+    def first(self) -> Answer:
+        """Return the result of the first search of ``run``, which then begins with the second."""
+        if self.goal(self.start):
+            return [self.start]
+        how, self._begun = DUTIES if self.served else FARTHEST, True
+        return self.deep(self.start, self.goal, self._depth, how, self._order(how))
 
     def run(self, until: int = ROUNDS) -> Answer:
         """Return a plan or proof; None if the budget is exhausted or round ``until`` is reached.
@@ -71,16 +86,15 @@ class Search:
         if self.goal(self.start):
             return [self.start]
         few = len(self.floor.robots) <= FEWEST
-        # A plan has at least as many states as the farthest robot has steps.
-        far = max(map(_distance, self.fields(self.start), self.start.poses), default=0)
         if not self._turn and len(self.floor.robots) > MANY:
             every = self._rolls([1] * len(self.start.poses), MOST_OF_A_ROLL * self.floor.team.size)
             if (found := next(every, None)) is not None:
                 return found
         while self._turn < until and self.work > 0:
-            turn, budget = self._turn, max(FIRST_BUDGET, PACED * far) << self._turn
+            turn, budget = self._turn, self._depth << self._turn
             self._turn += 1
-            for how in (DUTIES, *ORDERS) if self.served else ORDERS:
+            hows = (DUTIES, *ORDERS) if self.served else ORDERS
+            for how in hows[self._begun and not turn :]:
                 once = how in (DUTIES, FARTHEST)
                 for _ in range(1 if once else max(1, budget // MOST_OF_AN_ORDER)):
                     states = budget if once else min(budget, MOST_OF_AN_ORDER)
