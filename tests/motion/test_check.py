@@ -95,8 +95,7 @@ def drawn() -> list[dict[str, Any]]:
 def test_the_motion_of_a_random_mission_is_accepted(
     number: int, played: Callable[[], None], tmp_path: Path
 ) -> None:
-    data = drawn()[number]
-    (trace := tmp_path / "t.jsonl").write_bytes(traced(json.dumps(data)))
+    (trace := tmp_path / "t.jsonl").write_bytes(traced(json.dumps(drawn()[number])))
     accepted(trace)
     played()
 

@@ -365,8 +365,7 @@ def test_a_mission_in_the_users_own_world_is_shown_live(browser: Browser) -> Non
 @pytest.mark.parametrize("name", ["case_study_3_beliefs", "live"])
 def test_a_page_opened_late_shows_the_same_run(browser: Browser, name: str) -> None:
     """The news of all ticks add up to the whole run, which pages get when it ends."""
-    live = name == "live"
-    file = live_trace("team_of_six") if live else trace_of_shipped(name)
+    file = live_trace("team_of_six") if name == "live" else trace_of_shipped(name)
     trace, run = read_trace(file), read_run(file)
 
     def shown() -> list[str]:
